@@ -27,7 +27,7 @@ pub(crate) fn requested() -> bool {
 /// Returns an error if cancellation was requested.
 ///
 /// # Errors
-/// Of the kind `Interrupted`.
+/// If cancellation was requested (kind `Interrupted`).
 pub(crate) fn check() -> Result<()> {
     if requested() { Err(Error::interrupted()) } else { Ok(()) }
 }

@@ -31,7 +31,8 @@ impl Separators {
     /// Checks a line.
     ///
     /// # Errors
-    /// If the line mixes separators or uses another separator than before. The text continues a message: "the row has ...".
+    /// If the line mixes separators, may contain a decimal comma, or uses another separator than the lines before. The error text
+    /// begins with "has" and continues a message such as "the row".
     pub(crate) fn check(&mut self, line: &str) -> Result<(), String> {
         let blank = line.split_whitespace().nth(1).map(|_| ' ');
         let separator = line.chars().find(|c| [',', ';'].contains(c)).or(blank);
@@ -54,7 +55,8 @@ impl Separators {
     }
 }
 
-/// Whether a comma of the line may be a decimal comma between values that blanks separate: "1 100,5", but not "0.1,5 of 10".
+/// Whether a comma of the line may be a decimal comma between values that blanks separate, as in "1 100,5" but not in "0.1,5 of
+/// 10".
 fn may_have_decimal_comma(line: &str) -> bool {
     let is_whole = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let cells: Vec<&str> = line.split(',').collect();
@@ -77,8 +79,8 @@ fn unquoted(cell: &str) -> &str {
 mod tests {
     use super::*;
 
-    /// Truth: docs/scene.md: decimal commas together with semicolons, blanks or tabs are refused. Texts, units and dates in other
-    /// columns may hold blanks.
+    /// Truth: by docs/scene.md, decimal commas together with semicolons, blanks or tabs are refused. Texts, units and dates in
+    /// other columns may hold blanks.
     #[test]
     fn decimal_commas_are_no_separators() {
         for wrong in

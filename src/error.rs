@@ -145,7 +145,7 @@ pub trait Context<T> {
     /// Adds `place` to the context of an error.
     ///
     /// # Errors
-    /// The error of `self`, with its context.
+    /// If `self` is an error: returns it with `place` added to its context.
     fn context(self, place: impl FnOnce() -> String) -> Result<T>;
 }
 

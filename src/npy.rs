@@ -36,7 +36,7 @@ pub struct Array2 {
 /// Reads an array from the bytes of a .npy file: little-endian f4, f8, i4 or i8 in C or Fortran order.
 ///
 /// # Errors
-/// If the bytes are not a .npy file, have an unsupported type or number of dimensions, or do not fit the header.
+/// If the bytes are not a .npy file, have an unsupported type or number of dimensions, do not fit the header, or hold no values.
 pub fn read(bytes: &[u8]) -> Result<Array2> {
     let (header, data) = split(bytes)?;
     let descr = field(header, "descr")?;
@@ -149,7 +149,7 @@ impl NpzWriter {
     /// Appends `values` in C order as the array `name` of `shape`.
     ///
     /// # Errors
-    /// If the archive has an array of this name, or `shape` does not fit the number of values.
+    /// If the archive already has an array of this name, or `shape` does not fit the number of values.
     pub fn add(&mut self, name: &str, shape: &[usize], values: &[f64]) -> Result<()> {
         if shape.iter().product::<usize>() != values.len() {
             let message =
@@ -223,7 +223,8 @@ mod tests {
         format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}   \n")
     }
 
-    /// Truth: numpy.lib.format: values are stored row by row in C order, and column by column in Fortran order.
+    /// Truth: `read` returns the values of files in the layout of numpy.lib.format, row by row in C order and column by column in
+    /// Fortran order.
     #[test]
     fn types_versions_and_orders() {
         let wanted = [1.0, -2.0, 3.0, 4.0, 5.0, 6.0];
@@ -249,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Truth: undocumented types, versions and shapes are refused with a reason. Damaged files give errors.
+    /// Truth: unsupported types, versions and shapes are refused with the reason in the message. Damaged files give errors.
     #[test]
     fn other_files_are_refused() {
         let refused = |bytes: &[u8], word: &str| {
@@ -280,7 +281,8 @@ mod tests {
         }
     }
 
-    /// Truth: numpy.lib.format: the header is a dictionary whose shape is a tuple. The data start at a multiple of 64 bytes.
+    /// Truth: written files follow numpy.lib.format. Their header is a dictionary whose shape is a tuple, and their data start at a
+    /// multiple of 64 bytes.
     #[test]
     fn archives_hold_npy_files() {
         let values = [1.5, -2.0, f64::MIN_POSITIVE, 4.0, 5.0, 6.0];

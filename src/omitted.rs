@@ -76,9 +76,9 @@ pub struct OmittedWork {
     /// Name in `solver.skip`; `None` if other keys or the cache determine whether the work is omitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skip: Option<OmittableWork>,
-    /// Omitted work.
+    /// Description of the omitted work.
     pub what: String,
-    /// Reason why it is not needed.
+    /// Reason why the work is not needed.
     pub why: String,
 }
 

@@ -43,8 +43,8 @@ impl Convergence {
         Self { constant: found.constant.max(least / sizes[n - 1].powf(found.order)), ..found }
     }
 
-    /// Fits the order to the last differences, between 1/2 and 2 if they change steadily. Otherwise the order is reduced by its
-    /// standard error, between 1 and 2. Each of the last three differences gives a constant C, and the largest one is used.
+    /// Fits the order p to the last differences. If they change steadily, p is limited to [1/2, 2]. Otherwise p is reduced by its
+    /// standard error and limited to [1, 2]. Each of the last three differences gives a constant C, and the largest one is used.
     /// Contacts end between cells, so single differences are small by chance.
     fn fit(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
@@ -137,7 +137,7 @@ mod tests {
         [12.0, 18.0, 26.0, 40.0, 60.0].map(|n: f64| 1.0 / n).to_vec()
     }
 
-    /// Truth: values 3 + C h^p give this error and order, and the limit 3.
+    /// Truth: values 3 + C h^p have the error |C| h^p, the order p and the limit 3.
     #[test]
     fn powers_of_the_size() {
         for order in [0.7, 1.0, 1.6, 2.0] {
@@ -152,8 +152,8 @@ mod tests {
         }
     }
 
-    /// Truth: an error that changes its sign has no limit to extrapolate. The estimate exceeds 0.1 h², the amplitude of the errors,
-    /// even if a difference is small by chance.
+    /// Truth: if the error changes its sign, there is no limit to extrapolate. The estimate exceeds 0.1 h², the amplitude of the
+    /// errors, even if a difference is small by chance.
     #[test]
     fn values_that_jump() {
         let signs = [1.0, -1.0, 1.0, 1.0, -0.4];
@@ -166,8 +166,9 @@ mod tests {
         }
     }
 
-    /// Truth: formula: at least 7 of 8 estimates exceed the error h (1 + a cos t) with phases t, as for a stick zone that ends
-    /// between cells. Most others have few values, close by chance. Without the reduction of the order, 3 of 10 are too small.
+    /// Truth: values have the error h (1 + a cos t) at phases t, as for a stick zone that ends between cells. At least 7 of 8
+    /// estimates exceed this error. Most other estimates use few values that are close by chance. Without the reduction of the
+    /// order, 3 of 10 are too small.
     #[test]
     fn first_order_with_noise() {
         let sizes = [12.0, 18.0, 26.0, 40.0, 60.0, 90.0, 136.0, 200.0, 300.0, 450.0].map(|n: f64| 1.0 / n);
@@ -188,7 +189,7 @@ mod tests {
         }
     }
 
-    /// Truth: formula: if the last two values are equal by chance, the estimate falls at most by the squared ratio of the sizes.
+    /// Truth: if the last two values are equal by chance, the estimate decreases at most by the squared ratio of the sizes.
     #[test]
     fn no_faster_than_second_order() {
         let values = [1.1, 1.06, 1.02, 1.01, 1.01];
@@ -197,7 +198,7 @@ mod tests {
         assert!(last >= before * (40.0f64 / 60.0).powi(2) * (1.0 - 1e-12), "{last} {before}");
     }
 
-    /// Truth: definition: constant values have no error, and values that grow without bound have a large one.
+    /// Truth: constant values have no error. Values that grow without bound have a large error and no limit.
     #[test]
     fn values_that_do_not_converge() {
         assert_eq!(Convergence::estimate(&sizes(), &[2.0; 5]).error(0.1), 0.0);

@@ -8,17 +8,18 @@ use crate::simulation::build::contact_frame::contact_frame;
 use crate::simulation::build::near_field::choose_near_fields;
 use crate::simulation::failure::SceneError;
 
-/// Cells along the shorter side of the frame by level, in ratios of about 1.5. Even numbers keep the central cells in place.
+/// Cells along the shorter side of the frame at each level, in ratios of about 1.5. Even numbers keep the central cells in place.
 const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];
 
 /// Largest number of cells of a frame.
 const MOST: usize = 1_000_000;
 
-/// Largest number of refinement levels of the increments (doubled per level) and of the jumps (tolerance / 4, or number doubled).
+/// Largest number of refinement levels of the increments (`DOUBLINGS`) and of the jumps (`JUMP_LEVELS`). Each level doubles the
+/// increments. For the jumps, each level divides their tolerance by four or doubles their number.
 const DOUBLINGS: usize = 9;
 const JUMP_LEVELS: usize = 7;
 
-/// Largest level that increments and jumps keep while the cells are refined, if even their finest level did not reach the accuracy.
+/// Largest level that increments and jumps keep for later refinements, if even their finest level did not reach the accuracy.
 const FALLBACK_LEVEL: usize = 3;
 
 /// Largest number of increments per stroke of closed paths, because all path points of a cycle are solved together.
@@ -72,7 +73,7 @@ pub(super) struct RefinementLadder {
     relative: f64,
     /// Whether cells, increments and jumps are refined.
     is_refined: [bool; 3],
-    /// Number of cells along x and y, over the number along the shorter side. `None` for a periodic direction with a single cell.
+    /// Cells along x and y, divided by the cells along the shorter side. `None` for a periodic direction with a single cell.
     aspect: [Option<f64>; 2],
     /// Largest number of increments per stroke of closed paths; 0 without any.
     increments_per_stroke: usize,
@@ -158,7 +159,7 @@ impl RefinementLadder {
         }
     }
 
-    /// Cells along x and y.
+    /// Numbers of cells along x and y at a level.
     fn cells(&self, level: usize) -> [usize; 2] {
         let shorter = CELLS_BY_LEVEL[level.min(CELLS_BY_LEVEL.len() - 1)] as f64;
         self.aspect.map(|aspect| aspect.map_or(1, |aspect| even(aspect * shorter)))
@@ -181,7 +182,7 @@ impl RefinementLadder {
         }
     }
 
-    /// Relative excess area of the cells within an outline. `None` without an outline, if the frame cuts it, or for fixed cells.
+    /// (Cell area within the outline) / (outline area) - 1. `None` without an outline, if the frame cuts it, or for fixed cells.
     pub fn outline_area_error(&self, plan: &Plan, levels: &Levels) -> Option<f64> {
         let FramePlan::Grid { half_width, outline: Some(outline), .. } = &plan.frame else { return None };
         let reaches =
@@ -200,7 +201,7 @@ impl RefinementLadder {
         Some(inside as f64 * cell / outline.area() - 1.0)
     }
 
-    /// Area of the cells within an outline; `cut`: its relative excess over the area of the outline.
+    /// Area of the cells within an outline; `cut` is [`Self::outline_area_error`].
     pub fn outline_cell_area(&self, plan: &Plan, cut: Option<f64>) -> Option<f64> {
         let FramePlan::Grid { outline: Some(outline), .. } = &plan.frame else { return None };
         cut.map(|cut| (1.0 + cut) * outline.area())
@@ -289,8 +290,9 @@ fn refinable_path(step: &Step) -> Option<ClosedPath> {
     }
 }
 
-/// Numbers of cells along x and y in the scene, over the number along the shorter side. A single cell across a direction that is
-/// not periodic is as long as its side. The side lengths then replace the numbers.
+/// Numbers of cells along x and y in the scene, divided by the smaller number. If only one direction has a single cell and no
+/// direction is periodic, the side lengths replace the numbers. `None` for a periodic direction with a single cell, and for a frame
+/// of one cell.
 fn aspect(cells: [usize; 2], half_width: [f64; 2], periodic: [bool; 2]) -> [Option<f64>; 2] {
     let several = |axis: usize| cells[axis] > 1;
     let numbers = [0, 1].map(|axis| match (several(axis), periodic[axis]) {
@@ -307,7 +309,7 @@ fn even(n: f64) -> usize {
     2 * ((0.5 * n).round() as usize).max(1)
 }
 
-/// Cells of a grid frame.
+/// Numbers of cells of a grid frame along x and y.
 pub(super) fn cells(plan: &Plan) -> Option<[usize; 2]> {
     match plan.frame {
         FramePlan::Grid { cells, .. } => Some(cells),

@@ -1,8 +1,8 @@
 //! Adaptive accuracy: runs of a plan are refined until the estimated errors of the requested results are small enough.
 //!
-//! [`AccuracySearch`] refines increments and jumps first, on coarse cells, because their errors hardly depend on the cells, and
-//! then the cells. The error of each parameter is estimated from the change of the values; their sum is compared with the accuracy.
-//! [`run()`] performs the runs.
+//! [`AccuracySearch`] first refines increments and jumps on coarse cells, because their errors hardly depend on the cells. Then it
+//! refines the cells. The error of each parameter is estimated from the change of the values; the sum of these errors is compared
+//! with the accuracy. [`run()`] performs the runs.
 
 mod convergence;
 mod levels;
@@ -26,7 +26,7 @@ use crate::simulation::failure::SceneError;
 /// Share of the accuracy that increments and jumps may each use if cells are refined as well.
 const PATH_TOLERANCE_SHARE: f64 = 0.3;
 
-/// Least number of runs for an error estimate; two suffice if the errors are below `UNCHANGED_SHARE` of the accuracy.
+/// Least number of runs for a parameter; two suffice if the errors are below `UNCHANGED_SHARE` of the accuracy.
 const MIN_RUNS_PER_PARAMETER: usize = 3;
 const UNCHANGED_SHARE: f64 = 0.05;
 
@@ -43,7 +43,8 @@ struct MeasuredRun {
     seconds: f64,
 }
 
-/// Relative error of the load of a punch over the relative error of its area, due to the staircase approximation of its outline.
+/// Relative error of the load of a punch, divided by the relative error of its area. Both errors come from the staircase
+/// approximation of its outline.
 const LOAD_ERROR_PER_AREA_ERROR: f64 = 0.5;
 
 /// A run writes files if its predicted errors are at most this multiple of the allowed ones. Writing files that a finer run
@@ -105,7 +106,7 @@ impl<'p> AccuracySearch<'p> {
         &self.knobs
     }
 
-    /// Plan with the settings of some levels.
+    /// Plan with the settings of `levels`.
     pub fn plan(&self, levels: &Levels) -> Plan {
         self.ladder.plan(self.plan, levels)
     }
@@ -162,7 +163,8 @@ impl<'p> AccuracySearch<'p> {
         }
     }
 
-    /// Value, if any, whose last [`MAX_GROWING_CHANGES`] changes have one direction, do not decrease and are larger than allowed.
+    /// Index of the value, if any, whose last [`MAX_GROWING_CHANGES`] changes have one direction, do not decrease and are larger
+    /// than allowed.
     fn diverging_value(&self) -> Option<usize> {
         let index = self.refinements.len().checked_sub(1)?;
         let refinement = &self.refinements[index];
@@ -299,7 +301,7 @@ impl<'p> AccuracySearch<'p> {
         errors.iter().enumerate().all(|(value, error)| *error <= self.allowed(index, value))
     }
 
-    /// Largest relative error of a value that a parameter may cause.
+    /// Largest relative error that a parameter may cause in a value.
     fn allowed(&self, index: usize, value: usize) -> f64 {
         let whole = self.spec.relative;
         if index + 1 < self.knobs.len() {
@@ -337,7 +339,7 @@ impl<'p> AccuracySearch<'p> {
         let relative = |(value, wanted): (usize, &TargetValue)| {
             let (sizes, values) = self.convergence_data(turn, knob, value);
             let error = Convergence::estimate(&sizes, &values).error(size);
-            // A value that is zero by symmetry is zero on any cells, so it has no error of the outline area.
+            // A value that is zero by symmetry is zero on any cells, so it has no error from the outline area.
             let stairs = if wanted.fills_outline && wanted.value != 0.0 { stairs } else { 0.0 };
             if wanted.scale > 0.0 { error / wanted.scale + stairs } else { 0.0 }
         };

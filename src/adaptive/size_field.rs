@@ -77,7 +77,7 @@ pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementT
     Ok(SizeField { nodal, error, elements: cells.len(), next_elements, bounds })
 }
 
-/// Expected number of elements of a mesh with the nodal sizes: each present element becomes (size / next size)³.
+/// Expected number of elements of a mesh with the sizes `nodal`. Each present element is replaced by (size / next size)³ elements.
 fn expected(mesh: &Mesh, nodal: &[f64], (sizes, volumes): (&[f64], &[f64])) -> f64 {
     let of_cell = |((cell, size), volume): ((crate::mesh::CellRef, &f64), &f64)| {
         let corners = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];

@@ -30,7 +30,7 @@ pub(super) struct TargetValue {
 }
 
 impl TargetValue {
-    /// Value for the exact area of the outline; `cut`: relative excess area of the cells.
+    /// Value for the exact area of the outline; `cut` is (area of the cells) / (area of the outline) - 1.
     pub fn corrected_for_outline(&self, cut: Option<f64>) -> f64 {
         self.value / (1.0 + cut.unwrap_or(0.0)).powf(self.area_power)
     }
@@ -40,7 +40,8 @@ impl TargetValue {
 /// a given load is proportional to A^-0.5.
 ///
 /// # Source
-/// King 1987, "Elastic analysis of some punch problems for a layered medium": load over depth is 1.13 to 1.17 E* √A of circles, squares, triangles.
+/// King 1987, "Elastic analysis of some punch problems for a layered medium": load / depth is 1.13 to 1.17 E* √A for circles,
+/// squares, triangles.
 const PUNCH_LOAD_AREA_POWER: f64 = 0.5;
 
 /// Whether a step prescribes the force along the normal and the force in the tangential plane.
@@ -64,7 +65,8 @@ impl ForceControls {
     }
 }
 
-/// Least number of cells with area `cell` in contact at the end of a step. It is 0 if the bodies overlap but no cell is in contact.
+/// Least number of cells in contact at the ends of the steps, for cells of the area `cell`. A step without contact counts as 0 if
+/// it prescribes no normal force and its approach is positive; otherwise it is skipped.
 pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
     let mut held = ForceControls::NOTHING;
     let mut fewest = usize::MAX;
@@ -78,7 +80,7 @@ pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: 
     fewest
 }
 
-/// Values at the ends of the steps; `punch`: area of the cells within an outline.
+/// Values at the ends of the steps; `punch` is the area of the cells within an outline.
 pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64>) -> Vec<TargetValue> {
     let wanted = plan.accuracy.as_ref().map_or(&AccuracyQuantity::ALL[..], |spec| &spec.quantities);
     let mut held = ForceControls::NOTHING;
@@ -88,7 +90,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
         // For load points and steps of the same name, the last one counts.
         found.retain(|value| value.step != step.name);
         let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
-        // The whole punch is in contact, so its outline is the edge of the contact.
+        // If the whole punch is in contact, its outline is the edge of the contact.
         let flat = punch.is_some_and(|area| record.contact_area > (1.0 - 1e-9) * area);
         let mut push = |quantity: AccuracyQuantity, name: &'static str, value: f64, scale: f64| {
             let step = step.name.clone();

@@ -22,7 +22,7 @@ const DEGREE: usize = 10;
 /// Number of polynomials of a patch.
 const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
 
-/// Number of fitting nodes along a side of a patch. One more than necessary, so that residuals show the truncation error.
+/// Number of fitting nodes along a side of a patch. It is one more than necessary, so that residuals show the truncation error.
 const NODES: usize = DEGREE + 2;
 
 /// Maximum number of halvings of the side of a cube face.
@@ -68,7 +68,8 @@ pub(super) struct CubeTable<const LEN: usize> {
     /// Patch index of each square, `[6, squares, squares]`.
     patch_of: Vec<u32>,
     patches: Vec<ChebyshevPatch<LEN>>,
-    /// Largest difference of displacement or gradient from the integrals, over the largest entry; at least the integrals' error.
+    /// Largest difference of displacement or gradient from the integrals, relative to the largest entry; at least the integrals'
+    /// error.
     error: f64,
 }
 
@@ -157,7 +158,7 @@ impl DirectionSymmetry {
         }
     }
 
-    /// Quarters of the faces that a table covers.
+    /// All quarter faces that a table covers.
     fn squares(self) -> impl Iterator<Item = FaceSquare> {
         let faces = (0..6).map(|face| FaceSquare { face, level: 0, place: [0; 2] });
         faces.flat_map(|face| face.quarters()).filter(move |square| self.covers(square))

@@ -13,7 +13,7 @@ pub struct GreenTensor {
     pub gradient: [Matrix3<f64>; 3],
 }
 
-/// Operator for the traction on surfaces of one normal, t_i = C_ijkl n_j ∂_l u_k, with C_ijkl n_j stored.
+/// Operator for the traction on planes with the unit normal n: t_i = C_ijkl n_j ∂_l u_k. It stores C_ijkl n_j.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TractionOperator([Matrix3<f64>; 3]);
 
@@ -33,18 +33,18 @@ impl TractionOperator {
 }
 
 impl GreenTensor {
-    /// Field at a given distance from the field at distance 1 in the same direction.
+    /// Returns the field at `distance` from the force, if `self` is the field at distance 1 in the same direction.
     pub(super) fn at_distance(self, distance: f64) -> Self {
         let inverse = 1.0 / distance;
         Self { value: self.value * inverse, gradient: self.gradient.map(|part| part * (inverse * inverse)) }
     }
 
-    /// Largest entry of the gradient.
+    /// Largest absolute value of the entries of the gradient.
     pub(crate) fn max_gradient(&self) -> f64 {
         self.gradient.iter().map(Matrix3::amax).fold(0.0, f64::max)
     }
 
-    /// Largest difference between entries of the gradients.
+    /// Largest absolute difference between corresponding entries of both gradients.
     pub(crate) fn max_gradient_difference(&self, other: &Self) -> f64 {
         let apart = |k: usize| (self.gradient[k] - other.gradient[k]).amax();
         apart(0).max(apart(1)).max(apart(2))

@@ -12,7 +12,7 @@ use nalgebra::Matrix3;
 use crate::geometry::Point;
 use crate::material::tensor_to_voigt;
 
-/// Displacement at a point and its gradient; rows are components, columns are directions.
+/// Displacement u at a point, and its gradient `gradient[(i, j)]` = ∂u_i/∂x_j.
 #[derive(Debug, Clone, Copy, Default)]
 struct DisplacementGradient {
     displacement: Point,

@@ -1,10 +1,12 @@
-//! Number of Gauss points for the kernels of a material over a patch, seen from a point ([`QuadratureOrder`]).
+//! Number of Gauss points for integrals of the kernels of a material over a patch ([`QuadratureOrder`]). It depends on the point y
+//! at which the integral is evaluated.
 //!
-//! On a line x(s) = m + s h, -1 ≤ s ≤ 1, n points have the error ρ^(-2n). Here ρ + 1/ρ = |z - 1| + |z + 1| for the nearest complex
-//! singularity z of the kernel. The isotropic kernel of a point y is singular where (x - y)·(x - y) = 0. Along a stiff direction an
-//! anisotropic kernel varies as if distances were shorter. Its terms behave like 1/√((x - y)·A⁻¹(x - y)) with the forms A_jl =
-//! C_kjkl of displacements along the material axes k. The zeros of these forms approximate all singularities. Directions with much
-//! softer shear, such as the diagonals of cubic crystals, contribute additional forms.
+//! On a line x(s) = m + s h, -1 ≤ s ≤ 1, a rule with n Gauss points has a relative error of about ρ^(-2n). Here
+//! `ρ + 1/ρ = |z - 1| + |z + 1|` for the nearest complex singularity z of the kernel. With r = x - y, the isotropic kernel of a
+//! point y is singular where r·r = 0. Along a stiff direction an anisotropic kernel varies as if distances were shorter. Its terms
+//! behave like 1/√(r·A⁻¹r). Here A_jl = C_kjkl (no sum over k) is the form of displacements along the material axis k. The zeros of
+//! r·A⁻¹r approximate all singularities. Displacement directions with much softer shear, such as the diagonals of cubic crystals,
+//! contribute additional forms.
 
 use std::f64::consts::PI;
 
@@ -20,7 +22,7 @@ pub(super) struct Parallelogram {
     pub half_sides: [Point; 2],
 }
 
-/// Quadratic forms of a material, and required distances of the singularities.
+/// Quadratic forms of a material, and the Bernstein ellipses that 1, 2, ... Gauss points require, given by their semi-axes.
 #[derive(Debug)]
 pub(super) struct QuadratureOrder {
     /// A⁻¹ of each form.
@@ -30,7 +32,7 @@ pub(super) struct QuadratureOrder {
 }
 
 impl QuadratureOrder {
-    /// Rules with up to `most` points for an error of about `accuracy`.
+    /// Requirements of rules with up to `most` points per direction for a relative error of about `accuracy`.
     pub fn new(stiffness: &Stiffness, accuracy: f64, most: usize) -> Self {
         let reach = |n: usize| {
             let rho = accuracy.powf(-0.5 / n as f64);
@@ -39,7 +41,7 @@ impl QuadratureOrder {
         Self { metrics: metrics(stiffness), reach: (1..=most).map(reach).collect() }
     }
 
-    /// Number of points along each side of a patch, seen from `y`; `None` if the patch must be divided.
+    /// Number of points along each side of a patch for the evaluation point `y`; `None` if the patch must be divided.
     pub fn points(&self, patch: &Parallelogram, y: &Point) -> Option<usize> {
         let away = y - patch.middle;
         let nearest = self.metrics.iter().fold(f64::INFINITY, |nearest, metric| {
@@ -47,7 +49,7 @@ impl QuadratureOrder {
             let [aa, ab, bb] =
                 [a.dot(&patch.half_sides[0]), a.dot(&patch.half_sides[1]), b.dot(&patch.half_sides[1])];
             let [ca, cb, cc] = [a.dot(&away), b.dot(&away), (metric * away).dot(&away)];
-            // Among the lines parallel to one side, the nearest to `y` decides.
+            // Of the parallels to one side, the one through the projection of `y` on the other side (within the patch) is used.
             let across = |[aa, ab, bb]: [f64; 3], [ca, cb]: [f64; 2]| {
                 let t = (cb / bb).clamp(-1.0, 1.0);
                 bernstein_semi_axis(aa, ca - t * ab, cc - 2.0 * t * cb + t * t * bb)
@@ -57,7 +59,7 @@ impl QuadratureOrder {
         self.enough(nearest)
     }
 
-    /// Number of points along the line from `middle` - `half` to `middle` + `half`, seen from `y`; `None` if it must be divided.
+    /// Number of points along the line `middle` ± `half` for the evaluation point `y`; `None` if the line must be divided.
     pub fn points_along(&self, middle: &Point, half: &Point, y: &Point) -> Option<usize> {
         let away = y - middle;
         let nearest = self.metrics.iter().map(|metric| {
@@ -79,7 +81,7 @@ fn bernstein_semi_axis(aa: f64, ca: f64, cc: f64) -> f64 {
     0.5 * (((along - 1.0).powi(2) + square).sqrt() + ((along + 1.0).powi(2) + square).sqrt())
 }
 
-/// Number of sampled directions in addition to the diagonals.
+/// Number of sampled directions on the Fibonacci spiral, in addition to the diagonals.
 const DIRECTIONS: usize = 200;
 
 /// Minimum ratio of largest to smallest eigenvalue for the form of an additional direction. The first constant is relative to the
@@ -119,11 +121,11 @@ fn metrics(stiffness: &Stiffness) -> Vec<Matrix3<f64>> {
             forms.push(form(e));
         }
     }
-    // Positive definite like the stiffness: C_kjml e_k e_m v_j v_l > 0.
+    // Every form is positive definite like the stiffness: C_kjml e_k e_m v_j v_l > 0.
     forms.iter().filter_map(|form| form.try_inverse()).collect()
 }
 
-/// Evenly spread directions of a hemisphere: the diagonals between the axes, and a Fibonacci spiral.
+/// Directions of a hemisphere: the diagonals between the coordinate axes, the z axis, and an evenly spread Fibonacci spiral.
 fn directions() -> impl Iterator<Item = Point> {
     let golden_angle = PI * (3.0 - 5f64.sqrt());
     let spiral = (0..DIRECTIONS).map(move |i| {
@@ -143,7 +145,7 @@ mod tests {
     use super::*;
 
     /// Truth: (|z - 1| + |z + 1|)/2 is (1 + 3)/2 for the pole z = 2 of 1/(x - 2). For the poles ± i d of 1/√(s² + d²) it is √(1 +
-    /// d²). If the form is κ² times as large along the fibre, distances along the fibre count 1/κ times.
+    /// d²). The fibre form is κ² times as large along the fibre as across it, so distances along the fibre are divided by κ.
     #[test]
     fn poles() {
         assert!((bernstein_semi_axis(1.0, 2.0, 4.0) - 2.0).abs() < 1e-15);

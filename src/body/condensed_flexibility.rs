@@ -24,7 +24,7 @@ pub struct CondensedFlexibility {
     normal: NormalOperator,
     /// Buffers: forces and displacements of the contact nodes, `[3 n_c]`.
     scratch: Mutex<[Vec<f64>; 2]>,
-    /// Buffers for [`NormalOperator::Full`]: tractions and gaps of all components, `[3, N]` by planes.
+    /// Buffers for [`NormalOperator::Full`]: tractions and gaps, `[3, N]`, component by component.
     planes: Mutex<[Vec<f64>; 2]>,
 }
 

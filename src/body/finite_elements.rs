@@ -39,7 +39,7 @@ impl FeBody {
     /// group `contact` that lie under the cells of `frame`.
     ///
     /// # Errors
-    /// If the group or the frame do not fit ([`FaceMap::new`]), or the body cannot be assembled or factorised.
+    /// If the group or the frame does not fit ([`FaceMap::new`]), or the body cannot be assembled or factorised.
     pub fn new(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
         Self::with_worn_mesh(spec, (contact, side), frame, &CondensationResources::default(), None)
     }
@@ -100,7 +100,7 @@ impl FeBody {
         Ok(self.recovery.get_or_init(|| recovery))
     }
 
-    /// Factorised body.
+    /// Body condensed to its contact nodes.
     pub fn condensed(&self) -> &CondensedBody {
         &self.condensed
     }
@@ -110,7 +110,8 @@ impl FeBody {
         &self.map
     }
 
-    /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, due to tractions on body 2, `[3, N]` by planes.
+    /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, due to tractions on body 2. The tractions are `[3, N]`, component
+    /// by component.
     pub fn contact_forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.map.nodes().len()];
         self.map.apply_transpose(tractions, &mut forces);

@@ -22,16 +22,17 @@ use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
 /// Largest angle between the axes of a cell and the axes of the plane, radians. Also the largest distance of a cell from the plane,
-/// over the frame size.
+/// divided by the frame size.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// Smallest depth of evaluation, over the cell size. The stress under uniform tractions is unbounded at the border of a cell.
+/// Smallest depth of evaluation, divided by the cell size. The stress under uniform tractions is unbounded at the border of a cell.
 const MIN_DEPTH_CELLS: f64 = 0.02;
 
-/// Height above the surface, over the cell size, up to which a point counts as on the surface.
+/// Height above the surface, divided by the cell size, up to which a point counts as on the surface.
 const SURFACE_TOLERANCE_CELLS: f64 = 1e-6;
 
-/// Error of displacement or gradient in the table of the interior field, over the largest entry, above which a warning is given.
+/// Error of displacement or gradient in the table of the interior field, relative to the largest entry, above which a warning is
+/// given.
 const FIELD_ERROR_WARNING: f64 = 1e-3;
 
 /// Points evaluated between two cancellation checks.
@@ -100,7 +101,7 @@ impl HalfSpaceBody {
     /// Memory of the operator with the block treatment `cross`, bytes, estimated before the operator is built.
     pub fn operator_bytes(&self, cross: CrossBlocks) -> usize {
         match &self.cells {
-            // Nine planes of the symbol and the padded vectors of one application.
+            // Nine components of the symbol and the padded vectors of one product, on a grid with twice the cells along each side.
             PlaneCells::Grid { cells, .. } => 4 * 8 * 16 * cells[0] * cells[1],
             PlaneCells::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => {
                 CompressedFlexibility::typical_bytes((centers, corners, areas), &self.green, self.tolerance)
@@ -211,7 +212,7 @@ fn plane_polygons(frame: &ContactFrame) -> Result<(Vec<[f64; 2]>, Vec<Vec<[f64; 
     Ok((frame.centers.iter().map(flat).collect(), corners))
 }
 
-/// Smallest grid around the cells `places` of a grid of `cells`, and the indices of these cells in it.
+/// Smallest grid around the cells `places` of a grid of `cells`, and the indices of these cells in the smallest grid.
 fn bounding_grid(cells: [usize; 2], places: &[usize]) -> ([usize; 2], Vec<usize>) {
     let at = |place: usize| [place / cells[1], place % cells[1]];
     let mut bounds = [[usize::MAX, 0]; 2];

@@ -52,15 +52,15 @@ impl LazyFlexibility {
         Ok(Self { whole, body, formed: RwLock::new(formed) })
     }
 
-    /// Forces on the nodes under all cells, `[3 n]`, global axes, for tractions on body 2, `[3, N]` by planes. The sign of the body
-    /// is omitted, because it cancels with its sign in the gap.
+    /// Forces on the nodes under all cells, `[3 n]`, global axes, for tractions on body 2, `[3, N]`, component by component. The
+    /// sign of the body is omitted, because it cancels with the sign in the gap.
     fn forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.whole.nodes().len()];
         self.whole.apply_transpose(tractions, &mut forces);
         forces
     }
 
-    /// Gaps in all cells, `[3, N]` by planes, due to displacements of the nodes under all cells.
+    /// Gaps in all cells, `[3, N]`, component by component, due to displacements of the nodes under all cells.
     fn gap(&self, displacement: &[f64]) -> Vec<f64> {
         let mut gap = vec![0.0; 3 * self.n_cells()];
         self.whole.apply(displacement, &mut gap);

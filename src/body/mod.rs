@@ -1,6 +1,6 @@
 //! Elastic bodies in contact. An [`ElasticBody`] provides its flexibility on the frame (gap change per traction on body 2), its
-//! free gap and its rigid-body modes. It recovers displacement and stress for given tractions. Vectors `[3, N]` by planes contain
-//! the x components of all N cells, then all y, then all n components.
+//! free gap and its rigid-body modes. It recovers displacement and stress for given tractions. Vectors `[3, N]` are stored
+//! component by component: the x components of all N cells, then all y, then all n components.
 
 pub mod boundary_elements;
 pub mod condensed_flexibility;
@@ -37,7 +37,7 @@ pub use truncated_half_space::{TruncatedHalfSpace, TruncatedSpec, Truncation};
 pub struct BodyField {
     /// Displacement, global axes, `[n_points]`, mm.
     pub displacement: Vec<[f64; 3]>,
-    /// Stress in the volume, if recovered.
+    /// Stress in the volume or, for boundary elements, on the surface, if recovered.
     pub stress: Option<StressField>,
 }
 
@@ -73,14 +73,14 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// Takes the flexibility of the body on the frame (gap change per traction on body 2); `None` if rigid. A body whose matrix
-    /// moves into the operator returns the operator only once. `cross`: whether vanishing blocks between normal and tangential
-    /// components are omitted.
+    /// moves into the operator returns the operator only once. `cross` states whether vanishing blocks between normal and
+    /// tangential components are omitted.
     ///
     /// # Errors
     /// If the operator cannot be built (memory), or was taken before.
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>>;
 
-    /// Gap change due to the body's own loads and prescribed displacements, `[3, N]` by planes, mm; `None` without them.
+    /// Gap change due to the body's own loads and prescribed displacements, `[3, N]`, mm; `None` without them.
     fn free_gap(&self) -> Option<&[f64]> {
         None
     }
@@ -96,15 +96,15 @@ pub trait ElasticBody: Send + Sync {
         None
     }
 
-    /// Displacement at the points of the body's output mesh (cells of the frame without a mesh) due to tractions on body 2,
-    /// `[3, N]` by planes.
+    /// Displacement at the points of the body's output mesh due to tractions on body 2, `[3, N]`. Without a mesh, these points are
+    /// the cell centres of the frame.
     ///
     /// # Errors
     /// If a back-substitution fails.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
 
-    /// Stress in the volume due to tractions on body 2, `[3, N]` by planes; `None` for a body without a mesh. The displacement of
-    /// all mesh nodes must come from [`Self::recover`] with the same tractions.
+    /// Stress due to tractions on body 2, `[3, N]`, in the volume or, for boundary elements, on the surface. `None` for a body
+    /// without a mesh. The displacement of all mesh nodes must come from [`Self::recover`] with the same tractions.
     ///
     /// # Errors
     /// If the stress cannot be recovered.
@@ -117,8 +117,8 @@ pub trait ElasticBody: Send + Sync {
         Ok(None)
     }
 
-    /// Displacement and stress at interior points (global axes, mm) due to tractions on body 2 in the cells of `frame`, `[3, N]` by
-    /// planes. `None` if the body cannot evaluate interior points in this way.
+    /// Displacement and stress at interior points (global axes, mm) due to tractions on body 2 in the cells of `frame`, `[3, N]`.
+    /// `None` if the body cannot evaluate interior points in this way.
     ///
     /// # Errors
     /// If a point lies outside the body, memory does not suffice, or the run is cancelled.

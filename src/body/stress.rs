@@ -1,4 +1,4 @@
-//! Stress in the volume of a meshed body, the exposure of its materials, and its estimated error.
+//! Stress of a meshed body, the exposure of its materials, and its estimated error.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,10 +15,11 @@ pub enum ErrorEstimation {
     Skip,
 }
 
-/// Stress in the volume of a body.
+/// Stress of a body, in the volume or, for boundary elements, on the surface.
 #[derive(Debug, Clone)]
 pub struct StressField {
-    /// Points of the stress: nodes of the mesh, doubled where materials meet.
+    /// Points of the stress: nodes of the mesh, doubled where materials meet or, for boundary elements, where smooth parts of the
+    /// surface meet.
     pub points: Arc<RecoveryPoints>,
     /// Recovered stress in Voigt order 11 22 33 23 13 12, global axes, MPa, `[n_points]`.
     pub stress: Vec<[f64; 6]>,
@@ -26,7 +27,7 @@ pub struct StressField {
     pub exposures: Vec<ExposureField>,
     /// Strain in the contact surface. Together with the tractions it gives the stress in this surface.
     pub contact: Vec<SurfaceStressPoint>,
-    /// Estimated error of the elements' own stress, if requested.
+    /// Estimated error of the elements' own stress, if requested; `None` for boundary elements.
     pub error: Option<ErrorEstimate>,
 }
 

@@ -1,7 +1,8 @@
 //! Half-space whose surface is meshed around the frame, with full-space kernels. Beyond the elements, displacements are taken as
 //! zero.
 //!
-//! Reproduces programs without an exact half-space. The exact operator is computed as well, and the difference is reported.
+//! This model reproduces results of other programs that have no exact half-space. The exact operator is computed as well, and the
+//! difference is reported.
 
 use std::sync::Arc;
 
@@ -23,10 +24,10 @@ use crate::linalg::dense_lu;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
-/// Accuracy of the integrals, over the largest values.
+/// Accuracy of the integrals, relative to their largest values.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Admissible half-side of the meshed square, over half of the longer side of the frame. Beyond the upper limit, elements are
+/// Admissible half-side of the meshed square, divided by half of the longer side of the frame. Beyond the upper limit, elements are
 /// needles and other errors exceed the truncation error.
 const HALF_SIZE_TO_FRAME_RANGE: [f64; 2] = [1.1, 1000.0];
 const ROUNDING: f64 = 1e-9;
@@ -48,10 +49,10 @@ pub struct TruncatedSpec<'a> {
 pub struct Truncation {
     /// Number of elements.
     pub n_elements: usize,
-    /// Mean normal displacement of the frame under uniform unit pressure, mm/MPa: of the meshed surface, and exact.
+    /// Mean normal displacement of the frame under uniform unit pressure, mm/MPa: meshed surface, exact half-space.
     pub compliance: [f64; 2],
-    /// Norm of the difference of two 3 x 3 matrices of works, meshed and exact, over the norm of the exact matrix. Entry (a, b) is
-    /// the work of a uniform traction a on the displacements under a uniform traction b.
+    /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform traction along a on the
+    /// displacements under a uniform traction along b.
     pub difference: f64,
     /// Relative residual of recomputed equations.
     pub residual: f64,
@@ -66,7 +67,8 @@ pub struct TruncatedHalfSpace {
     cache_warning: Option<String>,
 }
 
-/// Element edges along an axis of the frame, relative to its centre, mm: cell edges, and beyond them edges of growing elements.
+/// Element edges along an axis of the frame, relative to the centre of the frame, mm: cell edges, and beyond them edges of growing
+/// elements.
 fn element_edges(cells: usize, spacing: f64, half_size: f64) -> Vec<f64> {
     let half = 0.5 * cells as f64 * spacing;
     let length = half_size - half;
@@ -138,7 +140,7 @@ impl TruncatedHalfSpace {
     /// Builds the body on `side` of `frame`, within the available memory.
     ///
     /// # Errors
-    /// As [`TruncatedSpec::n_elements`]; if memory does not suffice.
+    /// As [`TruncatedSpec::n_elements`], and if memory does not suffice.
     pub fn new(
         spec: &TruncatedSpec,
         side: Side,

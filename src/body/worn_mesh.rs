@@ -1,9 +1,9 @@
 //! Mesh of a worn body: its contact surface is moved inward by the wear depth.
 //!
 //! The transpose of the cell averages distributes the wear volume of the cells to the corners of the contact faces. The depth of a
-//! corner is its volume over its area ∫ L_c dS. The shape function L_c of a corner is linear or bilinear on each face, so that all
-//! areas are positive. Middle nodes follow the adjacent corners. The volume between old and new surface equals the wear volume of
-//! the cells, and a uniform depth stays uniform (docs/theory-wear.md).
+//! corner is its volume divided by its area ∫ L_c dS. The shape function L_c of a corner is linear or bilinear on each face, so
+//! that all areas are positive. Middle nodes follow the adjacent corners. The volume between old and new surface equals the wear
+//! volume of the cells, and a uniform depth stays uniform (docs/theory-wear.md).
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::error::Result;
@@ -74,7 +74,7 @@ fn volumes(map: &FaceMap, depth: &[f64], n_points: usize) -> Vec<Point> {
     volumes
 }
 
-/// Corners of a face whose mean position is the position of its node `i`; for a corner, the corner itself.
+/// Corners of a face whose mean reference coordinates are the coordinates of node `i`; for a corner, the corner itself.
 fn parent_corners(kind: ElementKind, i: usize) -> &'static [usize] {
     const CORNERS: [&[usize]; 4] = [&[0], &[1], &[2], &[3]];
     const OF_SQUARE: [&[usize]; 5] = [&[0, 1], &[1, 2], &[2, 3], &[3, 0], &[0, 1, 2, 3]];

@@ -32,7 +32,7 @@ pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
     Ok(exit::DONE)
 }
 
-/// Report on the plan.
+/// Text of the report on the plan.
 fn describe(plan: &Plan, forecast: &RunEstimate, search: Option<&AccuracySearch>) -> String {
     let mut rows: Vec<Vec<String>> = summary_rows(plan, forecast);
     if let Some((search, wanted)) = search.zip(plan.accuracy.as_ref()) {
@@ -70,7 +70,7 @@ fn describe(plan: &Plan, forecast: &RunEstimate, search: Option<&AccuracySearch>
     text
 }
 
-/// Keys of the main sections that the scene omits, with the defaults of the schema.
+/// Omitted keys of the main sections of the scene, each with its default.
 fn defaults(plan: &Plan) -> Vec<(String, String)> {
     let schema = json_schema();
     let mut found = Vec::new();
@@ -213,7 +213,7 @@ fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
     plan.steps.iter().filter(first).map(row).collect()
 }
 
-/// Controls of a step.
+/// Text on the loads and displacements that a step prescribes.
 fn describe_controls(step: &Step) -> String {
     let mut parts = Vec::new();
     match step.normal {
@@ -259,7 +259,7 @@ fn describe_controls(step: &Step) -> String {
     if parts.is_empty() { "unchanged".to_owned() } else { parts.join(", ") }
 }
 
-/// Motion of the cycles.
+/// Text on the motion of the cycles.
 fn describe_cycles(cycles: &Cycles) -> String {
     match &cycles.motion {
         CycleMotion::Sliding { angle } => {
@@ -290,7 +290,7 @@ fn describe_cycles(cycles: &Cycles) -> String {
     }
 }
 
-/// Increments or cycles of a step.
+/// Text on the increments or wear jumps of a step.
 fn describe_increments(step: &Step) -> String {
     let mut text = match &step.cycles {
         Some(cycles) => match cycles.jumps {

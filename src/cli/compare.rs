@@ -27,7 +27,7 @@ use crate::output::vtu::pvd_collection;
 use crate::scene::{Diagnostics, Plan};
 use crate::simulation::segments::{RunOptions, run_simulation};
 
-/// Runs the variants of a scene one after another and writes their differences. Returns their worst exit code.
+/// Runs the variants of a scene one after another and writes the differences between the variants. Returns the worst exit code.
 pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
@@ -105,7 +105,7 @@ fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     Ok(plan)
 }
 
-/// Warning if there is only one variant and the user named none.
+/// Warning if there is only one variant and the user named no variants.
 fn single_variant_warning(variants: &[Variant], named: bool) -> Option<String> {
     (variants.len() == 1 && !named)
         .then(|| "neither body has a mesh, so there is only one variant and nothing to compare".to_owned())
@@ -121,8 +121,8 @@ struct VariantRunner<'a> {
 }
 
 impl VariantRunner<'_> {
-    /// Runs a variant into its folder. Returns its result, the states at the ends of the steps with its warnings, and the exit
-    /// code. An impossible variant is no failure.
+    /// Runs a variant and writes its results into its folder. Returns the result, the states at the ends of the steps with the
+    /// warnings, and the exit code. A variant that is impossible for this scene does not run; its exit code is 0.
     fn run_variant(
         &mut self,
         variant: &Variant,

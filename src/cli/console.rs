@@ -41,7 +41,7 @@ pub(super) fn is_lost(printed: &std::io::Result<()>) -> bool {
     lost
 }
 
-/// Prints to standard error. A closed pipe is no failure.
+/// Prints to standard error. Failures are ignored.
 pub(super) fn to_stderr(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

@@ -35,7 +35,7 @@ impl std::fmt::Display for MaxMemory {
 /// Parses a size or a percentage.
 ///
 /// # Errors
-/// A description of the accepted values, if it is neither.
+/// If `text` is neither a size nor a percentage. The error describes the accepted texts.
 pub fn parse_max_memory(text: &str) -> Result<MaxMemory, String> {
     let text = text.trim();
     let percent = |number: &str| {

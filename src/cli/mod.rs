@@ -123,14 +123,14 @@ fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
     ));
 }
 
-/// Runs `work` as [`run_in_thread_pool`], with signal handling installed before any threads start.
+/// Installs the signal handling before any threads start, then runs `work` like [`run_in_thread_pool`].
 fn run_interruptible(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     signal::install();
     run_in_thread_pool(threads, work)
 }
 
-/// Runs `work` on one of `threads` threads (default: the number of cores). Work submitted from outside the pool would wait for a
-/// thread each time.
+/// Runs `work` on a thread of the global pool, which has `threads` threads (default: the number of cores). From outside the pool,
+/// each parallel operation would wait for a thread of the pool.
 fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))

@@ -59,10 +59,10 @@ pub(super) struct RunArgs {
     pub(super) quiet: bool,
 }
 
-/// Exit code of a command. `Err` if it ended early, by an interruption or an error whose message was printed.
+/// Exit code of a command. `Err` if the command ended early because of an interruption, or because of an error that was printed.
 pub(super) type CommandResult = Result<u8, u8>;
 
-/// The user's cache of flexibility matrices; `None` if an option or the environment disables it.
+/// The user's cache of flexibility matrices; `None` if `excluded` is true or the environment disables the cache.
 ///
 /// # Errors
 /// The exit code, after an error was printed.

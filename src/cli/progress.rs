@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::console::to_stderr;
 use crate::output::recorder::ProgressEvent;
 
-/// Without a terminal, shorter stages print no line.
+/// Without a terminal, only stages of at least this duration print a line.
 const MIN_REPORTED_STAGE: Duration = Duration::from_secs(1);
 
 /// Minimum time between two redraws.
@@ -28,7 +28,7 @@ pub(super) struct ProgressDisplay {
 }
 
 impl ProgressDisplay {
-    /// Display for standard error, a terminal or not.
+    /// Display on standard error: a bar on a terminal, lines elsewhere, nothing if `quiet`.
     pub fn new(quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let bar = (!quiet && terminal).then(|| {

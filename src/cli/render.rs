@@ -13,10 +13,10 @@ use crate::scene::{Diagnostic, Diagnostics};
 /// Maximum number of diagnostics shown.
 const MAX_SHOWN: usize = 40;
 
-/// Width of the excerpts, columns: on a terminal, and elsewhere. Longer lines are cut around the marked text.
+/// Widths of the excerpts in columns: the first on a terminal, the second elsewhere. Longer lines are cut around the marked text.
 const EXCERPT_WIDTHS: [usize; 2] = [110, 1000];
 
-/// Text of all diagnostics with excerpts, followed by their number.
+/// Text of the first `MAX_SHOWN` diagnostics with excerpts, followed by the notes and the number of all diagnostics.
 pub fn render(mistakes: &Diagnostics) -> String {
     let renderer = renderer(std::io::stderr().is_terminal());
     // Carriage returns would be shown as separate characters. Blanks keep the byte positions.
@@ -37,7 +37,7 @@ pub fn render(mistakes: &Diagnostics) -> String {
     text
 }
 
-/// Renderer with line drawings on a terminal, coloured unless the environment sets `NO_COLOR`; plain text elsewhere.
+/// Renderer with Unicode lines on a terminal, coloured unless the environment sets `NO_COLOR`; plain text elsewhere.
 fn renderer(is_terminal: bool) -> Renderer {
     let [narrow, wide] = EXCERPT_WIDTHS;
     if !is_terminal {
@@ -108,8 +108,8 @@ mod tests {
         })
     }
 
-    /// Truth: columns count characters from 1. The mark is below the marked characters; a Chinese character is two columns wide, a
-    /// tab four. One line before and after is shown.
+    /// Truth: positions are line and character numbers from 1. The mark is below the marked text. A Chinese character is two
+    /// columns wide, a tab four. One line before and one line after are shown.
     #[test]
     fn the_marked_text() {
         let text = "zero\none\r\n\té漢 = 3\r\nthree\nfour\n";
@@ -134,7 +134,8 @@ mod tests {
         );
     }
 
-    /// Truth: any location is shown: empty, at the end, over several lines, within a character, or beyond the text.
+    /// Truth: a diagnostic is shown for any location, which may be empty, at the end, on several lines, inside a character, or
+    /// beyond the text.
     #[test]
     fn any_place() {
         for text in ["", "\n", "a", "é\r\n\n漢 = [\n1,\n2]\n", "a = 1\r\nb\t= \"é\""] {

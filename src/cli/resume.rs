@@ -8,7 +8,7 @@ pub(super) fn resume_command(arguments: &RunArgs, code: u8) -> String {
     let mut words = vec!["orthowear run".to_owned(), shell_quoted(&arguments.scene.scene.to_string_lossy())];
     words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))));
     match arguments.scene.max_memory {
-        // The memory limit was not sufficient, so the user replaces SIZE. No other setting may differ.
+        // The memory limit may have been too low, so the user replaces SIZE. No other setting may differ.
         _ if code == exit::RESOURCES => words.push("--max-memory SIZE".to_owned()),
         Some(limit) => words.push(format!("--max-memory {}", shell_quoted(&limit.to_string()))),
         None => {}

@@ -72,10 +72,11 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     Ok(code)
 }
 
-/// Opens the output directory and the checkpoint settings of a run that starts or resumes; `None` if the run is already complete.
+/// Opens the output directory of a run, and determines its checkpoint settings. `None` if the run is already complete.
 ///
 /// # Errors
-/// Input, if the directory or its checkpoint is invalid; resources, if a file cannot be read or written.
+/// If the directory, its checkpoint or `--resume` is invalid (kind `Input`), or a file cannot be read or written (kind
+/// `Resources`).
 fn open_output(
     plan: &Plan,
     arguments: &RunArgs,
@@ -114,7 +115,8 @@ fn already_converged(summary: &Summary, directory: &Path) -> String {
     )
 }
 
-/// Prints the diagnostics. Writes a summary of the failure if the scene file could be read or an output directory is given.
+/// Prints the diagnostics and returns the exit code. Writes a summary of the failure if the scene file could be read or an output
+/// directory is given.
 fn reject_scene(mistakes: &Diagnostics, arguments: &RunArgs, directory: &Path) -> u8 {
     let code = print_diagnostics(mistakes);
     if !mistakes.sha256.is_empty() || arguments.out.is_some() {

@@ -1,7 +1,8 @@
-//! Interruption by Ctrl-C. The run stops within about a second and keeps its results. A later signal stops the run at once.
+//! Interruption by Ctrl-C. The run stops within about a second and keeps its results. Another signal after one second stops the run
+//! at once.
 //!
-//! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable: METIS installs its own
-//! handlers while it runs, with a jump that is valid only in the thread that called METIS.
+//! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable, because METIS installs
+//! handlers of its own while it runs. These handlers jump to a place that is valid only in the thread that called METIS.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,13 +16,13 @@ use crate::error::exit;
 const INTERRUPT_MESSAGE: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \
                      once, without writing)\n";
 
-/// Signals within this time after the first are duplicates, for example when a program signals a process and its group.
+/// Signals within this time after the first are ignored as duplicates: another program may signal a process and its group.
 const DUPLICATE_SIGNAL_WINDOW: Duration = Duration::from_secs(1);
 
 static INSTALLED: Once = Once::new();
 
-/// Starts catching interrupt and termination signals. Returns the flag that they set. Must be called before other threads start,
-/// because these inherit the blocked signals.
+/// Starts catching interrupt and termination signals. Returns the flag that a signal sets. Must be called before other threads
+/// start, because a thread inherits the blocked signals of the thread that starts it.
 pub(super) fn install() -> &'static AtomicBool {
     INSTALLED.call_once(|| {
         let signals = block();

@@ -21,7 +21,8 @@ use crate::sweep::{self, Sweep};
 /// Maximum number of rows in the printed table.
 const MAX_TABLE_ROWS: usize = 60;
 
-/// Runs a scene for all combinations of values, in parallel. Returns the worst exit code of the runs.
+/// Runs a study, or collects the results of its runs, and reports them. With `--emit`, prints a script instead. Returns the worst
+/// exit code of the runs.
 pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();

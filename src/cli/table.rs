@@ -30,7 +30,7 @@ pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
     text
 }
 
-/// Label of a run's outcome in tables; `absent` if it was not computed.
+/// Label of the outcome of a run in tables; `absent` if the run was not computed.
 pub(super) fn status_label(status: Option<Status>, absent: &'static str) -> &'static str {
     match status {
         None => absent,

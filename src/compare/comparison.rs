@@ -138,8 +138,8 @@ impl Comparison {
         self.variants.iter().position(|variant| !variant.steps.is_empty())
     }
 
-    /// Computes the differences from the first computed variant for steps that both variants ended after the same number of cycles.
-    /// Warns about different numbers of cycles, and if the first variant of the scene was not computed.
+    /// Computes the differences of each variant from the first computed variant, for steps with the same number of completed cycles
+    /// in both variants. Adds warnings about different numbers of cycles, and if the first variant of the scene was not computed.
     pub fn compute_differences(&mut self) {
         let Some(first) = self.reference() else { return };
         if first > 0 {
@@ -168,7 +168,7 @@ impl Comparison {
     /// Serialises the comparison as JSON.
     ///
     /// # Errors
-    /// Numerical, if a number is not finite.
+    /// If a number is not finite (kind `Numerical`).
     pub fn to_json(&self) -> Result<String> {
         let numbers = self.variants.iter().flat_map(|variant| &variant.steps).flat_map(StepResult::numbers);
         if numbers.into_iter().any(|number| !number.is_finite()) {
@@ -308,7 +308,7 @@ mod tests {
         StepResult::new(&record)
     }
 
-    /// Truth: percent of the first variant's value, by hand.
+    /// Truth: differences in percent of the first variant's value, computed by hand.
     #[test]
     fn differences_are_percent_of_the_first() {
         let difference = step(110.0, [3.0, 0.0]).difference_from(&step(100.0, [0.0, 4.0]));

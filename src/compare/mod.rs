@@ -1,8 +1,8 @@
 //! Variants of a scene: the same contact problem on the same frame, with other discretisations of the bodies.
 //!
 //! [`variants()`] builds a [`Variant`] for each pair of discretisations. [`comparison::Comparison`] contains results a and their
-//! differences in percent from the results b of the first variant, 100 (a - b) / |b|. [`step_ends::VariantStates`] provides fields
-//! and pressure profiles at the ends of steps.
+//! differences in percent from the results b of the first computed variant, 100 (a - b) / |b|. [`step_ends::VariantStates`]
+//! provides fields and pressure profiles at the ends of steps.
 
 pub mod comparison;
 pub mod step_ends;
@@ -22,7 +22,8 @@ use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, face_map};
 
 use Discretisation::{BoundaryElements, FiniteElements, HalfSpace, TruncatedHalfSpace};
 
-/// Pairs of discretisations for two meshed bodies that are compared with the scene as it is, if the scene names no variants.
+/// Default pairs of discretisations for two meshed bodies. If the scene names no variants, these pairs are compared with the scene
+/// as it is.
 const DEFAULT_PAIRS: [[Discretisation; 2]; 4] = [
     [FiniteElements, FiniteElements],
     [BoundaryElements, BoundaryElements],
@@ -51,7 +52,7 @@ impl Variant {
 ///
 /// The variants are `wanted`. If `wanted` is empty, the scene names the variants. If the scene names none, the variants are the
 /// scene as it is and the default variants. A variant that cannot be computed has the reason in place of a plan. The scene as it is
-/// always has its plan; a run of it reports why it cannot be computed.
+/// always has its plan. If this plan cannot be computed, its run reports the reason.
 ///
 /// # Errors
 /// If the frame cannot be built, or the gap between two meshes cannot be computed on it.

@@ -85,10 +85,11 @@ impl VariantStates<'_> {
         arrange_panels(&panels, PANEL, 2)
     }
 
-    /// Frame with the pressure, traction and wear depth of each variant that has the step, and with the requested differences.
+    /// Grid of the frame with the pressure, traction and wear depth of each variant that has the step, and with the requested
+    /// differences.
     ///
     /// # Errors
-    /// Numerical, if a field has the wrong length.
+    /// If a field has the wrong length (kind `Numerical`).
     pub fn difference_grid(&self, step: &str) -> Result<UnstructuredGrid> {
         let mut grid = FrameMesh::new(self.frame).grid();
         let of = |name: &String| {

@@ -17,8 +17,8 @@ use crate::simulation::plan_bodies::{BODY_KEYS, free_motions};
 /// Largest angle, degrees, between material axes under the frame and the axes of the half-space that replaces the body.
 const MAX_AXES_SPREAD_DEG: f64 = 5.0;
 
-/// Maximum relative difference of a group of faces between two meshes. It limits the difference of the areas and, divided by the
-/// square root of the area, the distance of the centroids.
+/// Maximum relative difference of a group of faces between two meshes. It limits both |A2 / A1 - 1| (areas A) and |c2 - c1| / √A1
+/// (centroids c).
 const ALIKE: f64 = 0.05;
 
 /// Angles between material axes, degrees, up to this limit are rounding.

@@ -1,5 +1,5 @@
-//! Independent checks of a solved state, computed from the tractions alone (docs/theory-contact.md). They do not depend on the
-//! solution method.
+//! Independent checks of a solved state, computed from its tractions and rigid motions alone (docs/theory-contact.md). They do not
+//! depend on the solution method.
 
 use super::{ContactState, Increment};
 use crate::linalg::vector::nan_max;
@@ -11,25 +11,26 @@ pub struct StateChecks {
     pub natural_residual: f64,
     /// Smallest normal gap, mm.
     pub min_gap: f64,
-    /// Largest |q|_μ - p over the largest pressure, not below 0. |q|_μ is the magnitude of the scaled tangential traction.
+    /// Largest max(|q|_μ - p, 0), divided by the largest pressure. |q|_μ is the magnitude of the scaled tangential traction.
     pub max_cone_violation: f64,
-    /// Σ A |p g_n| over the elastic energy. If the elastic energy is negligible, the denominator is ½ Σ A p² S_nn, the energy of
-    /// cells that deform independently. The elastic energy is negligible if the tractions of a complete contact cause no
-    /// deformation.
+    /// Σ A |p g_n| / E with the elastic energy E. If E <= 1e-12 E_0, E_0 replaces E, where E_0 = ½ Σ A p² S_nn is the energy of
+    /// cells that deform independently. This happens if the tractions of a complete contact cause no deformation.
     pub normal_gap_energy: f64,
-    /// Σ A (p |Δg|*_μ + q·Δg) over the denominator of `normal_gap_energy`. |Δg|*_μ is the slip scaled by the friction coefficients.
+    /// Σ A (p |Δg|*_μ + q·Δg), divided by the denominator of `normal_gap_energy`. |Δg|*_μ is the slip scaled by the friction
+    /// coefficients.
     pub tangential_gap_energy: f64,
     /// Elastic energy ½ Pᵀ A S P, summed over the path points, N mm.
     pub elastic_energy: f64,
-    /// Largest difference between S P and a reference in the checked cells, relative to the largest reference value there. The
-    /// reference is direct summation, or a direct solve of the bodies' equations. `None` without tractions or reference.
+    /// Largest difference between S P and a reference in the checked cells, relative to the largest reference value in these cells.
+    /// The reference is direct summation, or a direct solve of the bodies' equations. `None` without tractions, without reference,
+    /// or if the comparison was omitted.
     pub operator_defect: Option<f64>,
     /// Friction dissipation -Σ A q·Δg of one pass through the path points, N mm.
     pub dissipation: f64,
 }
 
 impl StateChecks {
-    /// Combines the checks of two successive states: the worse value of each check, but elastic energy and dissipation of `later`.
+    /// Combines the checks of two successive states: elastic energy and dissipation of `later`, otherwise the worse value.
     pub fn worst(&self, later: &Self) -> Self {
         Self {
             natural_residual: self.natural_residual.max(later.natural_residual),
@@ -47,13 +48,13 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     a.into_iter().chain(b).reduce(nan_max)
 }
 
-/// Smallest ratio of elastic energy to the energy of cells that deform independently. A smaller elastic energy consists of errors
-/// of the tractions.
+/// Ratio of the elastic energy to the energy of cells that deform independently, up to which the elastic energy counts as zero.
+/// Such a small elastic energy consists of errors of the tractions.
 const MIN_ELASTIC_ENERGY_SHARE: f64 = 1e-12;
 
-/// Largest number of kernels integrated for the direct sums of a path point, and bounds on the number of checked cells. The lower
-/// bound on cells takes precedence.
+/// Largest number of kernels integrated for the direct sums of one path point.
 const MAX_DIRECT_SUM_KERNELS: usize = 2000;
+/// Bounds on the number of checked cells of one path point. The lower bound takes precedence over the limit on kernels.
 const DIRECT_SUM_CELL_BOUNDS: [usize; 2] = [1, 50];
 
 /// Compares S P with direct sums in some of the loaded cells, evenly distributed. Returns the largest relative difference.
@@ -119,7 +120,7 @@ pub fn check(
         it.elastic.chunks_exact_mut(3 * n).for_each(|planes| planes[..2 * n].fill(0.0));
     }
     problem.evaluate(it);
-    // An operator with a separate tangential part has no coupling: its pressures cause no tangential displacement.
+    // An operator with a separate tangential part has no coupling, so that pressures cause no tangential displacement.
     if problem.normal_only() && gap == TangentialGap::Complete && problem.flexibility.tangential().is_none() {
         fill_tangential(problem, it);
     }
@@ -173,7 +174,8 @@ pub fn check(
     checks
 }
 
-/// Adds the tangential displacement and slip caused by the pressures. Iterations without friction compute only normal components.
+/// Adds the tangential displacement and slip caused by the pressures. If only pressures are unknown, the iterations compute only
+/// normal components.
 fn fill_tangential(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     for end in 0..problem.path_points.len() {

@@ -65,7 +65,7 @@ pub struct ContactState {
 }
 
 impl From<Unknowns> for ContactState {
-    /// Creates a state from unknowns. It must be evaluated afterwards.
+    /// Creates a state from unknowns. The state must be evaluated afterwards.
     fn from(unknowns: Unknowns) -> Self {
         let ends = unknowns.rigid_motion.len();
         let mut it = Self::new(unknowns.scaled.len() / (3 * ends), unknowns.rigid_motion.clone());

@@ -25,7 +25,7 @@ pub struct Increment<'a> {
     /// Gap at zero tractions and zero rigid motion, without wear, `[3, N]`, mm.
     pub initial_gap: &'a [f64],
     /// Matrix per cell, `[N]`, from a translation of body 2 along the frame's x, y, n to components along the cell's axes. `None`
-    /// if all are the identity.
+    /// if every matrix is the identity.
     pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
     /// Gap per unit of each additional rigid mode, `[3, N]` each: rigid-body modes of unconstrained bodies, or rotations of body 2.
     pub mode_gaps: &'a [Vec<f64>],
@@ -33,7 +33,7 @@ pub struct Increment<'a> {
     pub friction: Option<FrictionEllipse>,
     /// Specific wear rate, `None` without wear.
     pub wear: Option<SpecificWearRate>,
-    /// Factors on the wear path of each cell, `[N]`, which correct the wear within strokes between path points; `None` for 1.
+    /// Factors on the wear path of each cell, `[N]`. They correct the wear between the path points of a cycle. `None` stands for 1.
     pub wear_path_factors: Option<&'a [f64]>,
     /// Local stiffnesses and largest eigenvalues for this operator and this friction ellipse.
     pub scales: Arc<ContactScales>,
@@ -74,8 +74,8 @@ impl Increment<'_> {
         }
     }
 
-    /// Returns whether the iterations compute only normal components. This requires that there is no friction and that wear, if
-    /// any, depends on prescribed slip alone.
+    /// Returns whether the iterations compute only normal components. This requires that `skip` allows it, that there is no
+    /// friction, and that wear, if any, depends on prescribed slip alone.
     pub fn normal_only(&self) -> bool {
         let given = |end: &PathPoint| matches!(end.reference, SlipReference::Prescribed(_));
         self.skip.allows(OmittableWork::TangentialUnknowns)
@@ -89,7 +89,7 @@ impl Increment<'_> {
     }
 
     /// Linear equations for changes of tractions and motions: this increment without initial gap, wear and constant terms of the
-    /// slip. `flexibility` may be less accurate than the operator of the increment. `nothing`: zeros, `[3, N]`.
+    /// slip. `flexibility` may be less accurate than the operator of the increment. `nothing` contains zeros, `[3, N]`.
     pub(super) fn linearised<'b>(
         &'b self,
         flexibility: &'b dyn Flexibility,
@@ -117,7 +117,7 @@ impl Increment<'_> {
         self.path_points.len()
     }
 
-    /// Computes all derived fields of `it` from its scaled tractions and rigid motions. Does not allocate.
+    /// Computes the derived fields of `it` from its unknowns. Does not allocate.
     pub fn evaluate(&self, it: &mut ContactState) {
         self.apply_flexibility(it);
         self.fill_from_elastic(it);
@@ -146,7 +146,7 @@ impl Increment<'_> {
         self.fill_gradient(it);
     }
 
-    /// Cells, in ascending order, whose flexibility is not formed although rigid bodies would overlap there.
+    /// Cells, in ascending order, whose flexibility is not formed although rigid bodies would overlap in them.
     pub fn closed_by_motion(&self, it: &ContactState) -> Vec<usize> {
         let mut cells = self.flexibility.unformed_cells();
         let gap = |cell: usize, end: usize| {
@@ -227,7 +227,7 @@ impl Increment<'_> {
         }
     }
 
-    /// Local gap in cell `i` due to a rigid motion along x, y, n and to the amplitudes `floating` of the additional modes.
+    /// Local gap in cell `i` from a rigid motion along x, y, n and from the amplitudes `floating` of the additional modes.
     pub fn rigid_gap(&self, i: usize, motion: [f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
         let mut local = match self.rigid_axes {
             None => motion,
@@ -287,9 +287,9 @@ impl Increment<'_> {
         (end + self.path_points.len() - 1) % self.path_points.len()
     }
 
-    /// Computes the wear depth dw = Σ p |Δg|_i of one pass through the path points. |Δg|_i is the slip weighted with the specific
-    /// wear rates. Adds the initial depth and `slip_repeats` dw to the normal gap (docs/theory-wear.md). dw is implicit in pressure
-    /// and slip.
+    /// Computes the wear depth dw = Σ p |Δg|_i of one pass through the path points. |Δg|_i is the slip, weighted with the specific
+    /// wear rates and the wear path factor of the cell. Adds the wear depth at the start and `slip_repeats` dw to the normal gap
+    /// (docs/theory-wear.md). dw is implicit in pressure and slip.
     fn fill_wear(&self, it: &mut ContactState) {
         let n = self.n();
         it.wear_rate.fill(0.0);

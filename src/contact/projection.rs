@@ -11,11 +11,10 @@ use super::{Increment, NormalControl, PathPoint, Pressures, TangentialControl};
 /// Whether the tractions can carry the prescribed forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Equilibrium {
-    /// A tangential force exceeds the friction limit at the pressures of this iterate, and every cell slips at its limit along the
-    /// force. On a path point with a balance: no rigid motion balances the forces, and the bodies slide or separate.
+    /// The tractions carry the prescribed forces.
     Balanced,
-    /// A tangential force exceeds the friction limit at the pressures of this iterate, and every cell slips at its limit along the
-    /// force. Or no rigid motion balances the forces, and the bodies separate.
+    /// A tangential force reaches the friction limit at the pressures of this iterate, and every cell slips at its limit along the
+    /// force. On a path point with a balance: no rigid motion balances the forces, and the bodies slide or separate.
     Sliding(LossOfEquilibrium),
 }
 
@@ -159,7 +158,7 @@ fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     }
     let highest = z[top];
     z.iter_mut().for_each(|value| *value -= highest);
-    // With this shift, the cell with the largest value alone carries the force.
+    // With this shift, the cell with the largest value reaches the force; the other cells can only add to it.
     let mut lift = force.max(0.0) / areas[top];
     for _ in 0..200 {
         let (mut sum, mut slope) = (0.0, 0.0);
@@ -193,10 +192,10 @@ fn newton_step([a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
 }
 
 /// Rigid displacement v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = f, where f is the prescribed force. `planes` contains the
-/// predictors ẑ and the pressures p; a is the step size `step`, clip the radial return to the disc of radius p.
+/// predictors ẑ and the pressures p. a is the step size `step`, and clip(·; p) is the radial return to the disc of radius p.
 ///
-/// v minimises a convex potential, the sum of Huber functions over the cells, by damped Newton steps. `wanted`: the scaled force
-/// f̂ = M⁻¹ Rᵀ f. R and M are the matrices of [`FrictionScaling`].
+/// v minimises the convex potential Σ A h(ẑ - a M Rᵀ v; p) + a f·v with Huber's function h, and is found by damped Newton steps.
+/// `wanted` is the scaled force f̂ = M⁻¹ Rᵀ f. R and M are the matrices of [`FrictionScaling`].
 fn shift_for_force(
     planes: &[f64],
     areas: &[f64],
@@ -205,7 +204,7 @@ fn shift_for_force(
     step: f64,
 ) -> (Equilibrium, [f64; 2]) {
     let n = areas.len();
-    // In scaled components the equation is Σ A clip = f̂, with the unknown y = a M Rᵀ v.
+    // In scaled components the equation is Σ A clip(ẑ - y; p) = f̂, with the unknown y = a M Rᵀ v.
     let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
     let size = wanted[0].hypot(wanted[1]);
     if size >= capacity * (1.0 - 1e-12) {
@@ -313,8 +312,8 @@ mod tests {
         }
     }
 
-    /// Scaled tractions by planes: irregular pressures, and tangential predictors beyond their limits, some by far and in one
-    /// direction.
+    /// Scaled tractions `[3, n]`: tangential predictors and irregular pressures. Many predictors exceed their limits, some of them
+    /// by far and in one direction.
     fn planes(numbers: &mut Numbers, n: usize, size: f64) -> Vec<f64> {
         let pressures: Vec<f64> = (0..n).map(|_| 500.0 * (numbers.next() + 0.5).sqrt()).collect();
         let way = [1.0, -1.0, 0.0][(3.0 * (numbers.next() + 0.5)) as usize];
@@ -327,8 +326,8 @@ mod tests {
         [first, second, pressures].concat()
     }
 
-    /// Truth: Σ A times the shifted and clipped tractions equals the prescribed force, to the rounding error of the largest
-    /// predictor.
+    /// Truth: the sum of cell area times shifted and clipped traction equals the prescribed force. The tolerance, relative to the
+    /// friction limit, is 1e-12 plus ten times the rounding error of the largest predictor.
     #[test]
     fn shifts_carry_their_forces() {
         let hat = FrictionScaling::new(&FrictionEllipse { mu: [0.3, 0.5], angle: 0.7 });

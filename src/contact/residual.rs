@@ -12,8 +12,9 @@ impl Increment<'_> {
     /// Natural residual (docs/theory-contact.md): the largest change of a traction in one local projection step, relative to the
     /// largest pressure. Prescribed forces contribute their relative defects, and the largest value counts.
     ///
-    /// The step size is c = 1 / diag S, where S includes the diagonal of the implicit wear. The residual is 0 for an open state
-    /// without penetration and NaN if any number is NaN.
+    /// The step size of a pressure is 1 / (S_nn + w), where w is `slip_repeats` times the wear path. The step size of a tangential
+    /// traction is `ContactScales::c_tangential`. The residual is 0 for an open state without penetration and NaN if any number is
+    /// NaN.
     pub fn natural_residual(&self, it: &ContactState) -> f64 {
         let [normal, tangential] = self.natural_residual_parts(it);
         nan_max(normal, tangential)
@@ -53,7 +54,7 @@ impl Increment<'_> {
             parts[0] = 0.0;
         }
         for part in &mut parts {
-            // Where nothing carries pressure, a change of 0 stays 0 and any other change becomes infinite.
+            // If no cell carries pressure, a change of 0 stays 0 and any other change becomes infinite.
             *part = if *part == 0.0 { 0.0 } else { *part / p_max };
         }
         (0..self.path_points.len()).fold(parts, |[normal, tangential], end| {
@@ -95,8 +96,8 @@ impl Increment<'_> {
         }
         if let TangentialControl::Force(wanted) = self.path_points[end].tangential {
             let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
-            // The defect is relative to the larger of the prescribed force and μ times the normal force. The factor μ keeps the
-            // check strict for small forces at very small friction.
+            // The defect is relative to the larger of the prescribed force and μ times the normal force, with μ = min(μ1, μ2, 1).
+            // The factor μ keeps the check strict for small forces at very small friction.
             let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
             residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));
         }

@@ -1,7 +1,7 @@
-//! Restricts an increment to a rectangle of cells of a grid frame, or to coarser cells: a window.
+//! Window: restricts an increment to a rectangle of cells of a grid frame, or to coarser cells.
 //!
 //! Cells outside the window carry no traction. On coarser cells, gaps and depths are means over the fine cells that each coarse
-//! cell consists of. A solution on coarser cells is therefore only a start for the fine cells.
+//! cell consists of. A solution on coarser cells is therefore only a start for the solution on fine cells.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ impl Window {
         }
     }
 
-    /// Means of a frame field over the window cells, plane by plane.
+    /// Means of a frame field over the window cells, for each component.
     pub fn restrict(&self, field: &[f64]) -> Vec<f64> {
         let (from, to) = (self.frame[0] * self.frame[1], self.n());
         let share = 1.0 / (self.factor * self.factor) as f64;
@@ -59,8 +59,8 @@ impl Window {
         means
     }
 
-    /// Interpolates a window field to the frame cells of the window, plane by plane. The interpolation is bilinear between the
-    /// centres of the window cells marked in `count`. Frame cells without a marked neighbour keep their value.
+    /// Interpolates a window field to the frame cells of the window, component by component. The interpolation is bilinear between
+    /// the centres of the window cells marked in `count`. Frame cells without a marked neighbour keep their value.
     pub fn interpolate(&self, field: &[f64], count: &[bool], out: &mut [f64]) {
         let (to, from) = (self.frame[0] * self.frame[1], self.n());
         for ix in 0..self.cells[0] * self.factor {
@@ -96,7 +96,7 @@ impl Window {
         )
     }
 
-    /// Writes a window field to the frame, plane by plane: constant in each window cell, zero outside the window.
+    /// Writes a window field to the frame, component by component: constant in each window cell, zero outside the window.
     pub fn prolong(&self, field: &[f64], out: &mut [f64]) {
         let (to, from) = (self.frame[0] * self.frame[1], self.n());
         out.fill(0.0);

@@ -1,9 +1,9 @@
 //! Assembled block system of two bodies and the frame, factorised once. It is the reference for condensed bodies.
 //!
-//! The unknowns are the displacements x1, x2 of the bodies and the gap k; the tractions P are given. A meshed body has its free
-//! nodal components as unknowns, a half-space its displacements at the cells. I maps displacements to cells. A are cell areas, F
-//! loads, G cell integrals. k_go is the distance of the undeformed surfaces plus prescribed displacements, C_gn w the wear depth as
-//! a normal gap:
+//! The unknowns are the displacements x1, x2 of the bodies and the gap k; the tractions P are given. For a meshed body, x contains
+//! the free displacement components of the nodes. For a half-space, x contains the displacements at the cells. I maps displacements
+//! to cells. A is the matrix of the cell areas, and F are the loads. G integrates the Green's function over the cells. k_go is the
+//! distance of the undeformed surfaces plus prescribed displacements. C_gn w is the wear depth as a normal gap:
 //!
 //! ```text
 //! | R1   0    0 | | x1 |   | s1 I1^T A P + F1 |          R = K for finite elements, 1 for a half-space, whose
@@ -54,7 +54,8 @@ impl BlockSystem {
     /// Assembles and factors the system.
     ///
     /// # Errors
-    /// If both bodies are rigid, a body gives no equations, the system is too large for this method, or the factorisation fails.
+    /// If both bodies are rigid, or the block system does not support a body. If the system has too many unknowns, or the
+    /// factorisation fails.
     pub fn new(body1: &dyn ElasticBody, body2: &dyn ElasticBody, frame: &ContactFrame) -> Result<Self> {
         let n_cells = frame.n_cells();
         refuse_size(body1, body2, n_cells)?;
@@ -84,7 +85,7 @@ impl BlockSystem {
         Ok(Self { n_cells, bodies, first_gap, scales, lu, work })
     }
 
-    /// Computes the gap k, `[3, N]` by planes, mm; overwrites `gap`.
+    /// Computes the gap k, `[3, N]`, mm; overwrites `gap`.
     ///
     /// The gap includes the effects of the tractions on body 2 (`[3, N]`), of the bodies' own loads and of their prescribed
     /// displacements. The given normal gap and wear depth (`worn`), `[N]` each, mm, are added to its normal component.

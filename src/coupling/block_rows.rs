@@ -169,7 +169,7 @@ impl BodyRows {
         }
     }
 
-    /// Adds the scaled gap that prescribed displacements of the contact nodes cause to the gap rows.
+    /// Adds to the gap rows the scaled gap that prescribed displacements of the contact nodes cause.
     pub(super) fn prescribed_gap(&self, scales: BlockScales, frame_rows: &mut [f64]) {
         if let Self::FiniteElements(mesh) = self {
             let mut gap = vec![0.0; frame_rows.len()];

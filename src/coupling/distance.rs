@@ -8,11 +8,12 @@ use crate::geometry::Point;
 /// steeper cells, a small error of the meshes causes a large motion of body 2.
 const MIN_FACING_COSINE: f64 = 0.5;
 
-/// Minimum cosine n_I.n, relative to the largest, of cells that determine the first touch if less steep cells leave an overlap.
-/// Also the minimum cosine of cells that have a distance from a plane.
+/// Minimum cosine n_I.n, relative to the largest, of cells that determine the first touch if less steep cells leave an overlap. It
+/// is also the minimum cosine of cells for which a distance from a plane is defined.
 pub const MIN_STEEP_COSINE: f64 = 0.05;
 
-/// Allowed overlap of the meshed bodies, as a share of the cells' mean side. Flat faces differ less from the curved surface.
+/// Allowed overlap of the meshed bodies, as a share of the cells' mean side. Flat faces differ from the curved surface by less than
+/// this overlap.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 
 /// Possible error of a curved shape that is fitted to straight edges, as a share of the largest sagitta.
@@ -37,8 +38,8 @@ pub struct MeshedGap {
 /// Mean distance of the undeformed surfaces over each cell, along its normal, with body 2 at the first touch. A surface `None` is
 /// the plane through the global origin normal to the frame's n.
 ///
-/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). The first touch is the minimum of d /
-/// n_I.n over all points with the distance d in the cells that face n ([`first_touch`]).
+/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). The motion to the first touch is the
+/// minimum of d / n_I.n over the points of all cells that face n ([`first_touch`]). d is the distance at a point.
 ///
 /// For a condensed mesh, the heights are means over its flat faces: displacements of its contact surface are averaged with the same
 /// shape functions. If the displacement follows a curved surface, the displaced nodes lie on this surface. A body with the near
@@ -102,9 +103,9 @@ fn deepest(distances: &[f64]) -> f64 {
 
 /// Overlap of the curved surfaces in the meshed position and after the motion to the first touch.
 struct CurvedOverlap {
-    /// In the meshed position, mm; negative if all cells are open.
+    /// Largest overlap in the meshed position, mm; negative if all cells are open.
     meshed: f64,
-    /// After the motion, mm.
+    /// Largest overlap after the motion, mm; negative if all cells are open.
     left: f64,
     /// Overlaps below this are errors of the curved shapes, mm.
     shape_error: f64,
@@ -136,8 +137,8 @@ fn curved_overlap(
     }
 }
 
-/// Refuses curved surfaces that overlap after the motion to the first touch (interference fit). If one surface encloses the other
-/// with interference, the flanks overlap in any position of body 2.
+/// Refuses curved surfaces that overlap both as meshed and after the motion to the first touch (interference fit). If one surface
+/// encloses the other with interference, the flanks overlap in any position of body 2.
 fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     if overlap.meshed <= overlap.shape_error || !overlap.is_certain() {
         return Ok(());

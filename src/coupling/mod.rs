@@ -46,7 +46,7 @@ pub enum Coupling {
 pub struct CoupledBodies {
     /// S: gap change (mm) per traction (MPa) on body 2.
     pub flexibility: Arc<dyn Flexibility>,
-    /// Gap change by the bodies' own loads and prescribed displacements, `[3, N]` by planes, mm.
+    /// Gap change by the bodies' own loads and prescribed displacements, `[3, N]`, mm.
     pub free_gap: Vec<f64>,
     /// Unconstrained rigid-body modes of the bodies.
     pub floating: Vec<UnconstrainedModes>,
@@ -55,8 +55,8 @@ pub struct CoupledBodies {
 }
 
 impl CoupledBodies {
-    /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes: the free gap plus the distance `normal`
-    /// `[N]` of the undeformed surfaces.
+    /// Gap at zero tractions and zero rigid motion, `[3, N]`: the free gap plus the distance `normal` `[N]` of the undeformed
+    /// surfaces.
     pub fn initial_gap(&self, normal: &[f64]) -> Vec<f64> {
         let mut gap = self.free_gap.clone();
         let n = normal.len();
@@ -237,7 +237,7 @@ pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Omitte
 /// Distance of the undeformed surfaces along n at each cell, `[N]`, mm; zero at the first touch.
 ///
 /// For the shape "mesh", [`mesh_distance`] computes it from the meshes. If a body has the near field of a half-space, its flat
-/// faces are replaced by the curved surface that they approximate: half-space displacements do not follow the faces.
+/// faces are replaced by the curved surface that they approximate. Half-space displacements do not follow flat faces.
 ///
 /// # Errors
 /// If the shape is not admissible. If it is "mesh", and the bodies overlap or neither has a mesh.

@@ -97,7 +97,7 @@ pub(super) fn quadratic(x: Dual, node: f64) -> Dual {
     if node == 0.0 { one_minus(x * x) } else { (x + node) * x * 0.5 }
 }
 
-/// Shape functions of the 6-node triangle (0,0), (1,0), (0,1): corners, then the middle nodes of 0-1, 1-2, 2-0.
+/// Shape functions of the 6-node triangle (0,0), (1,0), (0,1): corners, then the middle nodes of the edges 0-1, 1-2, 2-0.
 pub(super) fn triangle6(x: Dual, y: Dual) -> [Dual; 6] {
     let o = one_minus(x + y);
     let corner = |l: Dual| l * (l * 2.0 - 1.0);

@@ -1,4 +1,4 @@
-//! Kinds of mesh cells: dimension, nodes, faces, codes of gmsh and VTK.
+//! Kinds of mesh cells: dimension, numbers of nodes, codes of gmsh and VTK, name.
 
 /// Kind of a mesh cell, with gmsh's node order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -107,7 +107,7 @@ impl ElementKind {
         self.facts().gmsh
     }
 
-    /// Kind of an element type number in .msh files; `None` for unknown types (order 3 and above).
+    /// Kind of an element type number in .msh files; `None` for all other types, such as elements of order 3.
     pub fn from_gmsh_code(code: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.gmsh_code() == code)
     }

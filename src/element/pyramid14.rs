@@ -23,7 +23,8 @@ impl DualShapeFunctions<14> for Pyramid14 {
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         let bubble = ((side + x) * (side - x) / side) * ((side + y) * (side - y) / side);
         let thirteen = Pyramid13::dual_values(xi);
-        // Shape functions of the 13-node pyramid at the centre of the base: -1/4 at corners, 1/2 at middle nodes.
+        // Shape functions of the 13-node pyramid at the centre of the base: -1/4 for its corners, 1/2 for middle nodes of its
+        // edges, 0 for other nodes.
         let at_middle = Pyramid13::values([0.0; 3]);
         std::array::from_fn(|i| if i == 13 { bubble } else { thirteen[i] - bubble * at_middle[i] })
     }

@@ -60,9 +60,10 @@ mod tests {
         check::<Pyramid14, 14, 3>([0.2, -0.3, 0.1]);
     }
 
-    /// Truths: N_a(x_b) = delta_ab; sum N = 1; gradients equal central differences of the values with step 1e-5. For functions
-    /// quadratic along a coordinate, the differences have only rounding errors, 1e-10. For rational functions, they add 1e-10 times
-    /// the third derivative, so 1e-9. Sums of more than nine terms round to 1e-14.
+    /// Truths: N_a(x_b) = delta_ab; sum N = 1; gradients equal central differences of the values with step h = 1e-5. Their
+    /// truncation error is zero for functions that are quadratic along each coordinate, and h² / 6 times the third derivative for
+    /// rational functions. Tolerances of sum and gradients: 1e-15 and 1e-10, or 1e-14 and 1e-9 for pyramids and elements with more
+    /// than nine nodes.
     fn check<S: ShapeFunctions<N, D>, const N: usize, const D: usize>(at: [f64; D]) {
         let name = std::any::type_name::<S>();
         for (a, node) in S::NODES.iter().enumerate() {

@@ -38,7 +38,8 @@ macro_rules! surfaces {
                 }
             }
 
-            /// Area of the reference element of a surface: a triangle of sides 1, a square of sides 2.
+            /// Area of the reference element of a surface: 1/2 for the triangle (0,0), (1,0), (0,1), and 4 for the square of
+            /// side 2.
             pub fn face_reference_area(self) -> f64 {
                 if self.n_corners() == 3 { 0.5 } else { 4.0 }
             }

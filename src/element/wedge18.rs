@@ -31,7 +31,7 @@ impl DualShapeFunctions<18> for Wedge18 {
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 18] {
         let t = triangle6(x, y);
         let line = [-1.0, 0.0, 1.0].map(|node| quadratic(z, node));
-        // (function of the triangle, function of the line) of each node.
+        // Indices (triangle function, line function) of the two factors of each shape function.
         const PARTS: [(usize, usize); 18] = [
             (0, 0),
             (1, 0),

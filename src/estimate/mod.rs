@@ -36,7 +36,8 @@ const FLOPS_PER_SECOND: f64 = 2.8e10;
 /// Seconds of ordering and symbolic analysis per unknown.
 const PER_UNKNOWN: f64 = 5e-6;
 
-/// Expected number of conjugate gradient iterations. `PER_ENTRY`: seconds per iteration and stored matrix entry.
+/// Expected number of conjugate gradient iterations for a batch of right-hand sides. Each iteration takes `PER_ENTRY` × (stored
+/// matrix entries) seconds.
 const EXPECTED_CG_ITERATIONS: usize = 40;
 const PER_ENTRY: f64 = 1.1e-8;
 
@@ -52,21 +53,22 @@ const MEMORY_BYTES_PER_SECOND: f64 = 6e9;
 /// Seconds per point of the zero-padded grid, for one application of a half-space operator.
 const FFT_SECONDS_PER_POINT: f64 = 4.0e-8;
 
-/// Seconds of a far field per unknown and column. `TABLE`: seconds to tabulate the field of an anisotropic material.
+/// A far field takes `PER_VALUE` × unknowns × columns seconds. `TABLE` is the time, s, to tabulate the field of an anisotropic
+/// material.
 const PER_VALUE: f64 = 1.5e-6;
 const TABLE: f64 = 1.0;
 
-/// Seconds per unit force and quadrature point in elements of other materials: isotropic by closed forms, anisotropic by a table.
-/// `PER_PAIR`: seconds per pair of columns and quadrature point.
+/// For each quadrature point in elements of other materials, a unit force takes `PER_FORCE` seconds and a pair of columns takes
+/// `PER_PAIR` seconds. `PER_FORCE` is [isotropic half-space, by closed forms; anisotropic half-space, by a table].
 const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
 const PER_PAIR: f64 = 5e-10;
 
-/// Seconds of the influence integrals per pair of node and element: isotropic by closed forms, anisotropic by a table.
+/// Seconds for the influence integrals of a pair of node and element: [isotropic, by closed forms; anisotropic, by a table].
 const INFLUENCE_SECONDS_PER_PAIR: [f64; 2] = [2e-6, 4.5e-6];
 
-/// Scaling of compressed boundary elements: value at 10 000 unknowns, and exponent of the number of unknowns. The first row is the
-/// share of the integrals that are computed, the second row the number of entries kept per row. `PRODUCTS` is the number of
-/// products per right-hand side.
+/// Scaling of compressed boundary elements with n unknowns: a row [a, b] stands for a (n / 10 000)^b. The first row gives the share
+/// of the integrals that are computed, the second row gives the number of entries kept per matrix row. `PRODUCTS` is the number of
+/// products for each right-hand side.
 const COMPRESSED_BE_SCALING: [[f64; 2]; 2] = [[0.65, -0.57], [3500.0, 0.2]];
 const PRODUCTS: f64 = 15.0;
 
@@ -125,7 +127,8 @@ pub struct RunEstimate {
 /// Checks `plan` and estimates its run. Builds finite-element models and the structure of their factors, but does not factorise.
 ///
 /// # Errors
-/// If a mesh, support, material or frame of the plan is wrong, or bodies and frame do not fit together.
+/// If a mesh, support, material or frame of the plan is wrong, bodies and frame do not fit together, both bodies are rigid, or
+/// memory does not suffice.
 pub fn estimate(plan: &Plan) -> Result<RunEstimate, SceneError> {
     estimate_on_frame(plan, contact_frame(plan)?)
 }
@@ -375,8 +378,8 @@ fn condensation_cost(
     }
 }
 
-/// Estimate of a body of finite elements. Analyses the structure of its factor, and checks whether the cache contains its
-/// flexibility.
+/// Estimate of a body of finite elements. Analyses the structure of its factor, unless the cache contains its flexibility and no
+/// loads or fields require a solve.
 fn finite_elements(
     plan: &Plan,
     fe: &MeshedBodyPlan,

@@ -11,18 +11,20 @@ use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::omitted::on_grid;
 use crate::simulation::plan_bodies::SIDES;
 
-/// Seconds per point inside a half-space (isotropic, anisotropic), and seconds per point and boundary element.
+/// Seconds for one interior point in an isotropic half-space, and in an anisotropic half-space. In a boundary-element body, one
+/// point takes the third number × (boundary elements) seconds.
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
 
-/// Seconds for the table of the field inside a half-space, per square root of the ratio of its largest to its smallest stiffness.
+/// The table of the field inside a half-space takes this × √(C_max / C_min) seconds. C_max and C_min are the largest and the
+/// smallest diagonal stiffness.
 const INSIDE_TABLE: f64 = 0.5;
 
-/// Number of operator products per contact problem. First constant: with an approximate inverse. Second constant: on a grid, per
-/// sixth root of the number of cells.
+/// With an approximate inverse, a contact problem takes `PRODUCTS_WITH_PRECONDITIONER` operator products. On a grid of n cells, it
+/// takes `PRODUCTS_ON_GRID` × n^(1/6) products.
 const PRODUCTS_WITH_PRECONDITIONER: f64 = 70.0;
 const PRODUCTS_ON_GRID: f64 = 10.0;
 
-/// Cost factors of products. First constant: on a window around the contact. Second constant: on a grid with pressures as the only
+/// Factors on the cost of a product: `WINDOW` on a window around the contact, `PRESSURES` on a grid with pressures as the only
 /// unknowns.
 const WINDOW: f64 = 0.5;
 const PRESSURES: f64 = 0.3;
@@ -38,7 +40,7 @@ pub(super) fn of_steps(
     let n = frame.n_cells() as f64;
     let on_grid = on_grid(plan, frame, near);
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
-    // The number of first-order iterations grows with the cells across the contact. With an approximate inverse, it hardly grows.
+    // The number of iterations grows with the number of cells across the contact, but hardly if an approximate inverse is used.
     let products = match on_grid {
         true => PRODUCTS_ON_GRID * n.powf(1.0 / 6.0),
         false if half_space && is_compressed(plan, frame) => PRODUCTS_WITH_PRECONDITIONER,

@@ -15,7 +15,7 @@ use crate::evolution::run::Run;
 use crate::evolution::step::Step;
 use crate::geometry::Side;
 
-/// Norm below which the part of a unit direction orthogonal to the directions before it counts as zero.
+/// The part of a unit direction that is orthogonal to the earlier directions counts as zero below this norm.
 const MIN_DIRECTION_NORM: f64 = 1e-6;
 
 impl Run<'_> {

@@ -24,7 +24,7 @@ pub struct RunCheckpoint {
     pub(super) given_warnings: GivenWarnings,
     pub(super) timings: Vec<(String, f64)>,
     pub(super) fretting_loops: Vec<FrettingLoop>,
-    /// Solves, iterations and operator applications on earlier, smaller frames that are not in any record yet.
+    /// Numbers of solves, iterations and operator applications on earlier, smaller frames. The next record of a jump includes them.
     #[serde(default)]
     pub(super) discarded_work: [usize; 3],
 }
@@ -59,7 +59,8 @@ impl RunCheckpoint {
         self.warnings.push(note);
     }
 
-    /// Adds the work of a jump that was not taken: solves, iterations and operator applications. The next jump accounts for it.
+    /// Adds the work of a jump that was not taken: solves, iterations and operator applications. The record of the next jump
+    /// includes this work.
     pub(super) fn add_discarded_work(&mut self, work: [usize; 3]) {
         self.discarded_work.iter_mut().zip(work).for_each(|(sum, work)| *sum += work);
     }

@@ -116,7 +116,7 @@ pub(super) struct LoadPath {
 }
 
 impl LoadPath {
-    /// Path of `step` from a start with the contact force. `held`: controls before the step.
+    /// Path of `step` from `start`, which contains the contact force. `held` are the controls before the step.
     pub fn new(
         step: &Step,
         held: ActiveControls,
@@ -135,8 +135,8 @@ impl LoadPath {
         self
     }
 
-    /// Controls at `fraction` of the path. `now`: present rigid motion (x, y, n; about x, y, n), the initial guess for unknown
-    /// motions.
+    /// Controls at `fraction` of the path. `now` is the present rigid motion: translation along x, y, n and rotation about x, y, n.
+    /// It is the initial guess for unknown motions.
     pub fn at(&self, fraction: f64, now: ([f64; 3], [f64; 3])) -> IncrementControls {
         // At the end, the prescribed values are exact.
         let between = |from: f64, to: f64| if fraction == 1.0 { to } else { from + fraction * (to - from) };
@@ -154,7 +154,7 @@ impl LoadPath {
                 (0..2).for_each(|k| rigid[k] = between(start.rigid[k], shift[k]));
                 TangentialControl::Shift
             }
-            // Reported forces and moments act on body 1, forces and moments in the solver on body 2.
+            // Forces and moments act on body 1 in reports and on body 2 in the solver.
             Tangential::Force(force) => {
                 TangentialControl::Force([0, 1].map(|k| -between(start.force[k], force[k])))
             }

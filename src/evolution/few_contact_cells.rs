@@ -4,17 +4,18 @@ use super::records::IncrementRecord;
 use crate::error::warning;
 use crate::frame::ContactFrame;
 
-/// Fewest cells in contact for an error of the peak pressure near 3 %. Measured on Hertz contact of a sphere: 4 cells have 45 % or
-/// more, 12 to 24 cells 3 %, 40 cells 1 %.
+/// Fewest cells in contact for an error of the peak pressure near 3 %. Measured on Hertz contact of a sphere: the error is 45 % or
+/// more with 4 cells, 3 % with 12 to 24 cells, and 1 % with 40 cells.
 const MIN_CONTACT_CELLS: usize = 12;
 
-/// Fewest cells across a line contact. Measured on Hertz contact of a cylinder: 2 cells have 26 %, 4 cells 3 % or less.
+/// Fewest cells across a line contact. Measured on Hertz contact of a cylinder: the error is 26 % with 2 cells, and 3 % or less
+/// with 4.
 const MIN_CELLS_ACROSS_LINE: usize = 4;
 
 /// Warning about a step whose contact has too few cells at its end and was not larger before. `None` without contact, and for a
 /// contact of the whole frame, whose boundary is given.
 ///
-/// `records`: of the step; `pressures`: at its end, `[N]`, MPa.
+/// `records` are the records of the step. `pressures` are the pressures at its end, `[N]`, MPa.
 pub(super) fn few_contact_cells_warning(
     frame: &ContactFrame,
     records: &[IncrementRecord],
@@ -58,7 +59,8 @@ pub(super) fn few_contact_cells_warning(
 mod tests {
     use super::*;
 
-    /// Truth: number of cells in contact and of cells across. A contact that was larger in the step is transient.
+    /// Truth: the pressures are chosen, so the numbers of cells in contact and across a line contact are known. The warning appears
+    /// below 12 or 4 cells. It does not appear if the contact was larger before, covers the frame, or is absent.
     #[test]
     fn contacts_of_few_cells() {
         let frame = ContactFrame::grid([1.0, 0.5], [20, 4], [0.0; 2], 0.0).unwrap();

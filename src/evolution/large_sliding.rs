@@ -5,8 +5,8 @@ use crate::error::warning;
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, bounds};
 
-/// Largest reliable tangential displacement of body 2 over the half-width of the contact in its direction. Beyond it, the touching
-/// surface points are not the pairs of the model. Their gaps differ from the model by the square of this ratio.
+/// Largest reliable ratio of the tangential displacement of body 2 to the half-width of the contact along the displacement. Beyond
+/// it, the touching surface points are not the pairs of the model. Their gaps differ from the model by the square of this ratio.
 const MAX_SLIDING_OVER_HALF_WIDTH: f64 = 0.2;
 
 /// Warning if the tangential displacement of body 2 exceeds a share of the half-width of the contact, at a reversal point or after

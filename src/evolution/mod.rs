@@ -127,7 +127,7 @@ fn run_on_this_thread(
         run.restore(snapshot)?;
     }
     if let Err(error) = run.run_steps() {
-        // A body may detect the interrupt signal before the solver does.
+        // The solver of a body may detect the interrupt signal before the contact solver does.
         if error.kind() == ErrorKind::Interrupted {
             run.report_checkpoint(CheckpointEvent::Aborted)?;
         }

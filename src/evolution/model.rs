@@ -22,7 +22,7 @@ pub struct Model {
     pub frame: ContactFrame,
     /// Operator S of both bodies on the frame.
     pub flexibility: Arc<dyn Flexibility>,
-    /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes, mm.
+    /// Gap at zero tractions and zero rigid motion, `[3, N]` by components, mm.
     pub initial_gap: Vec<f64>,
     /// Rigid-body modes of unconstrained bodies; empty if both are supported.
     pub floating: Vec<UnconstrainedModes>,
@@ -181,7 +181,7 @@ impl<'a> PreparedModel<'a> {
     /// Approach for a rigid motion and mode amplitudes.
     pub fn approach_of(&self, rigid: &[f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> f64 {
         let approach = self.first_touch - self.motion(rigid, floating)[2];
-        // The difference of two nearly equal numbers is rounding error.
+        // A difference of nearly equal numbers that is this small is rounding error.
         if approach.abs() <= 2.0 * f64::EPSILON * self.first_touch.abs() { 0.0 } else { approach }
     }
 
@@ -242,7 +242,7 @@ pub(super) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {
     if level { normal_gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 }
 }
 
-/// Local gap per unit (radian) of a rotation of body 2 about an axis of the frame through its origin, `[3, N]` by planes.
+/// Local gap per unit (radian) of a rotation of body 2 about an axis of the frame through its origin, `[3, N]` by components.
 fn rotation_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
     let n = frame.n_cells();
     let direction: Vector3<f64> = frame.axes.0.column(axis).into();
@@ -258,7 +258,7 @@ fn rotation_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
 }
 
 /// Matrix per cell from a rigid motion in the frame's axes to the cell's axes, without components across planes of symmetry. `None`
-/// if all are the identity.
+/// if every matrix is the identity.
 fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
     let projectors = frame.symmetry_projectors();
     if frame.has_uniform_axes() && projectors.is_empty() {

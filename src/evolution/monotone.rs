@@ -25,7 +25,7 @@ pub(super) struct ActiveLaws<'f> {
     pub friction: bool,
     pub wear: bool,
     pub slip_repeats: f64,
-    /// Factors on the wear depth per pressure of each cell, `[N]`; `None` for 1.
+    /// Factors on the wear path of each cell, `[N]`; `None` stands for 1.
     pub wear_path_factors: Option<&'f [f64]>,
 }
 
@@ -151,7 +151,7 @@ pub(super) fn solve_and_check(
         if overlapping.is_empty() || report.stop == StopReason::Interrupted {
             return Ok((report, checks));
         }
-        // Cells with the same or a smaller initial gap are formed as well.
+        // Also form the cells whose initial gap is at most the largest initial gap of the overlapping cells.
         let normal = &problem.initial_gap[2 * problem.n()..];
         let reach = overlapping.iter().map(|&cell| normal[cell]).fold(0.0, f64::max);
         cells = problem.flexibility.unformed_cells();

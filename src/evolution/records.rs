@@ -1,11 +1,11 @@
-//! Records of a run, and the observer that receives them.
+//! Records of a run: increments, jumps, fretting loops, and the fields for output.
 
 use serde::{Deserialize, Serialize};
 
 /// Creepages and rolled distance of a steady state of rolling.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct RollingRecord {
-    /// Slip of body 2 over body 1 per rolled distance, along the direction of rolling and to its left.
+    /// Slip of body 2 relative to body 1 per rolled distance, along the direction of rolling and to its left.
     pub creepage: [f64; 2],
     /// Rotation of body 2 relative to body 1 per rolled distance, 1/mm.
     pub spin: f64,
@@ -13,18 +13,18 @@ pub struct RollingRecord {
     pub distance: f64,
 }
 
-/// Independent checks of a converged increment (docs/theory-contact.md), recomputed from the tractions.
+/// Independent checks of an increment (docs/theory-contact.md), recomputed from the tractions and rigid motions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct Certificate {
-    /// Natural residual: largest change of a traction by one projection step, over the largest pressure.
+    /// Natural residual: largest change of a traction by one projection step, divided by the largest pressure.
     pub natural_residual: f64,
-    /// Smallest normal gap over the approach.
+    /// Smallest normal gap, divided by the magnitude of the approach. At zero approach, the smallest normal gap in mm.
     pub min_gap: f64,
-    /// Largest violation of the friction cone over the largest pressure.
+    /// Largest violation of the friction cone, divided by the largest pressure.
     pub max_cone_violation: f64,
-    /// Energy of the normal complementarity gap over the elastic energy.
+    /// Energy of the normal complementarity gap, divided by the elastic energy.
     pub normal_gap_energy: f64,
-    /// Energy of the tangential (Fenchel) gap over the elastic energy.
+    /// Energy of the tangential (Fenchel) gap, divided by the elastic energy.
     pub tangential_gap_energy: f64,
     /// Relative imbalance of work and elastic energy over the increment.
     pub energy_balance: f64,
@@ -34,7 +34,7 @@ pub struct Certificate {
     pub operator_defect: Option<f64>,
 }
 
-/// Resultants at one path point; forces and moments act on body 1, components along the frame's axes.
+/// Resultants at one path point. Forces and moments act on body 1. All components are along the frame's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct Resultants {
     /// Displacement of body 2 along x, y, mm.
@@ -58,8 +58,8 @@ pub struct Resultants {
 }
 
 /// One entry of `summary.steps`: an increment or a cycle jump. For a jump, displacements, rotations, areas, peak and normal force
-/// are means of the two reversal points. Tangential force and moment belong to the + reversal point. Forces and moments act on body
-/// 1, components along the frame's axes.
+/// are means of the two reversal points. Tangential force and moment belong to the + reversal point. Forces and moments act on
+/// body 1. All components are along the frame's axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, Default)]
 pub struct IncrementRecord {
     /// Name of the step.
@@ -92,14 +92,14 @@ pub struct IncrementRecord {
     pub worn_volume: f64,
     /// Wear volumes of body 1 and body 2, mm3.
     pub worn_volume_by_body: [f64; 2],
-    /// Estimated error of the wear volume by jumps and by the path between reversal points, mm3.
+    /// Estimated error of the wear volume caused by jumps and by the path between reversal points, mm3.
     pub worn_volume_error: f64,
     /// Wear volume computed from the friction energy, mm3; `None` if wear does not follow friction.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub worn_volume_by_energy: Option<f64>,
     /// Largest wear depth of both bodies together, mm.
     pub max_wear_depth: f64,
-    /// Estimated error of the wear depth by jumps and by the path between reversal points, rms over the worn cells, mm.
+    /// Estimated error of the wear depth caused by jumps and by the path between reversal points, rms over the worn cells, mm.
     pub wear_depth_error: f64,
     /// Fretting cycles since the start.
     pub cycles_done: u64,
@@ -163,7 +163,7 @@ pub struct FrettingLoop {
     pub cycles_done: u64,
     /// Friction dissipation of the cycle, N mm.
     pub dissipation: f64,
-    /// Values after each increment of the cycle, which begins at the - reversal point. Displacement of body 2 along x, y from the
+    /// Values after each increment of the cycle, which begins at the - reversal point: displacement of body 2 along x, y from the
     /// centre of the cycle (mm), tangential force on body 1 along x, y, and normal force (N).
     pub points: Vec<[f64; 5]>,
 }
@@ -256,11 +256,11 @@ pub enum Outcome {
 /// tractions act on body 2.
 #[derive(Debug, Clone, Default)]
 pub struct FrameState {
-    /// Tractions on body 2, `[3, N]` by planes, MPa.
+    /// Tractions on body 2, `[3, N]` by components, MPa.
     pub tractions: Vec<f64>,
-    /// Gap, `[3, N]` by planes, mm.
+    /// Gap, `[3, N]` by components, mm.
     pub gap: Vec<f64>,
-    /// Slip of the increment, `[2, N]` by planes, mm; for rolling, slip per rolled distance.
+    /// Slip of the increment, `[2, N]` by components, mm; for rolling, slip per rolled distance.
     pub slip: Vec<f64>,
     /// 0 open, 1 stick, 2 slip.
     pub status: Vec<u8>,

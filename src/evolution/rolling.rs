@@ -18,8 +18,9 @@ impl Rolling {
         frame.grid.map_or(0.0, |grid| grid.spacing[self.axis().0])
     }
 
-    /// Rigid slip over the passage of a cell for the fraction `share` of creepages and spin, and upstream cells. The material of a
-    /// cell comes from its neighbour on the leading side. The rigid slip is evaluated halfway between both centres.
+    /// Returns the upstream cells, and the rigid slip during the passage through a cell for the fraction `share` of creepages and
+    /// spin. The material of a cell comes from its neighbour on the leading side. The rigid slip is evaluated halfway between both
+    /// centres.
     fn upstream(&self, frame: &ContactFrame, share: f64) -> Result<Upstream> {
         let grid = frame.grid.ok_or_else(|| {
             Error::input("rolling needs cells in rows along its direction: use frame.kind = \"grid\"")
@@ -107,7 +108,7 @@ impl Run<'_> {
         })
     }
 
-    /// Converts the slip over the passage of a cell to slip per rolled distance.
+    /// Converts the slip during the passage through a cell to slip per rolled distance.
     pub(super) fn per_distance(&self, rolling: &Rolling, slip: &mut [f64]) {
         let passage = rolling.passage(&self.prepared.model.frame);
         slip.iter_mut().for_each(|slip| *slip /= passage);
@@ -118,8 +119,9 @@ impl Run<'_> {
 mod tests {
     use super::*;
 
-    /// Truth: over a passage h the rigid slip is h (ξ - φ y', η + φ x'), half a cell ahead of the centre. ξ and η are the
-    /// creepages, φ is the spin. x' points along the direction of rolling, y' to its left. The material comes from the cell ahead.
+    /// Truth: during a passage of length h the rigid slip is h (ξ - φ y', η + φ x'), evaluated half a cell ahead of the centre. ξ
+    /// and η are the creepages, φ is the spin. x' points along the direction of rolling, y' to its left. The material comes from
+    /// the cell ahead.
     #[test]
     fn directions_are_turned_copies() {
         let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0; 2], 0.0).unwrap();

@@ -44,7 +44,7 @@ pub(super) struct Run<'a> {
     pub(super) prepared: PreparedModel<'a>,
     pub(super) options: SolverOptions,
     pub(super) steps: &'a [Step],
-    /// Current step and its progress.
+    /// Index of the current step. `progress` is the progress of this step.
     pub(super) step_index: usize,
     pub(super) progress: StepProgress,
     pub(super) state: RunState,
@@ -54,7 +54,7 @@ pub(super) struct Run<'a> {
     pub(super) given_warnings: GivenWarnings,
     /// Rollback point at the end of the last record.
     pub(super) rollback_point: RollbackPoint,
-    /// Solves, iterations and operator applications on earlier, smaller frames that are not in any record yet.
+    /// Numbers of solves, iterations and operator applications on earlier, smaller frames. The next record of a jump includes them.
     pub(super) discarded_work: [usize; 3],
     /// Solves, iterations and operator applications of the jump in which contact reached the edge of the present frame.
     pub(super) untaken_jump_work: [usize; 3],

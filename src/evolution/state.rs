@@ -33,9 +33,9 @@ pub(super) struct RunState {
     pub distance_slid: f64,
     /// Friction dissipation in steps with wear, N mm; `None` after any wear without friction.
     pub wear_dissipation: Option<f64>,
-    /// Estimated error of the wear depth by jumps and unresolved paths, sum of magnitudes, `[N]`, mm.
+    /// Estimated error of the wear depth caused by jumps and unresolved paths, sum of magnitudes, `[N]`, mm.
     pub depth_errors: Vec<f64>,
-    /// Estimated error of the wear volume by jumps and unresolved paths, sum of magnitudes, mm3.
+    /// Estimated error of the wear volume caused by jumps and unresolved paths, sum of magnitudes, mm3.
     pub volume_error: f64,
 }
 
@@ -60,7 +60,7 @@ impl RunState {
         }
     }
 
-    /// Adds the dissipation of an increment with wear, with or without friction.
+    /// Adds the dissipation of an increment with wear. If friction does not act, `wear_dissipation` becomes `None`.
     pub fn add_wear_dissipation(&mut self, dissipation: f64, friction: bool) {
         self.wear_dissipation = self.wear_dissipation.filter(|_| friction).map(|energy| energy + dissipation);
     }
@@ -140,7 +140,7 @@ pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, wo
 }
 
 /// Relative difference between ½ Δ(Pᵀ A S P) and Σ A P̄·Δ(S P). Δ is the change since the state `before`, P̄ the mean of the
-/// tractions before and after. Both are equal to rounding for a symmetric operator (docs/theory-contact.md).
+/// tractions before and after. For a symmetric operator both are equal except for rounding (docs/theory-contact.md).
 pub(super) fn energy_balance(
     prepared: &PreparedModel,
     before: &RunState,

@@ -42,7 +42,7 @@ pub enum Spin {
 /// Wear by many repetitions of one motion, computed in jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycles {
-    /// Number of cycles; the distance of steady sliding, mm.
+    /// Number of cycles, or distance of steady sliding in mm.
     pub count: f64,
     /// Motion in each cycle.
     pub motion: CycleMotion,
@@ -57,9 +57,9 @@ pub struct Cycles {
 pub enum CycleMotion {
     /// Back and forth on a line, or around an ellipse, about the position at the start of the step.
     ClosedPath(ClosedPath),
-    /// Steady sliding along a direction from the frame's x, radians.
+    /// Steady sliding in one direction.
     Sliding {
-        /// Direction from the frame's x, radians.
+        /// Angle from the frame's x to the direction of sliding, radians.
         angle: f64,
     },
 }
@@ -72,7 +72,7 @@ pub struct ClosedPath {
     pub drive: Drive,
     /// Half-axes: along `angle`, and 90 degrees to the left of `angle` (0 for a line), mm or N.
     pub amplitude: [f64; 2],
-    /// Direction from the frame's x, radians.
+    /// Angle from the frame's x to the first half-axis, radians.
     pub angle: f64,
     /// Number of increments per stroke (half a cycle). Their ends are the path points that are solved together.
     pub increments: usize,
@@ -80,10 +80,11 @@ pub struct ClosedPath {
     pub resolved_cycles: Option<ResolvedCycleSettings>,
 }
 
-/// Settings of cycles whose strokes are solved in many increments, one after the other. They supplement the coupled path points.
+/// Settings of resolved cycles, which supplement the coupled path points. Their strokes are solved one increment after the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedCycleSettings {
-    /// Relative tolerance of the wear of a cycle. Refinement ends when root-mean-square wear depth or wear volume changes less.
+    /// Relative tolerance of the wear of a cycle. Refinement ends when the root-mean-square wear depth changes by less, or when the
+    /// wear volumes of coupled and resolved cycles agree within it.
     pub tolerance: f64,
     /// Use of the resolved cycles.
     pub correction: Correction,
@@ -94,7 +95,8 @@ pub struct ResolvedCycleSettings {
 /// Effect of resolved cycles on the wear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Correction {
-    /// Wear is corrected. The cycle is resolved again when the slip has changed by more than the tolerance.
+    /// Wear is corrected. The cycle is resolved again when the slip has changed by more than the tolerance, or the normal force by
+    /// more than a factor of 2.
     Always,
     /// As `Always`, but without correction in two cases. Either the whole contact slides and the wear volumes of coupled and
     /// resolved cycles agree, or the correction would miss more wear than it corrects.
@@ -154,8 +156,8 @@ impl ClosedPath {
 
     /// Offsets with graded increments on a line with prescribed displacement: increment k of K ends at (k/K)^m of its stroke.
     /// Increments are then short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is the share of
-    /// the stroke in which slip spreads. The first of two increments ends there if m = log2(1/transition); m is at least 2. Other
-    /// paths have equal increments.
+    /// the stroke in which slip spreads. With m = log2(1/transition), the first of two increments ends at this share; m is at
+    /// least 2. Other paths have equal increments.
     pub fn graded_offsets(&self, transition: f64) -> Vec<[f64; 2]> {
         let graded = self.drive == Drive::Shift && self.amplitude[1] == 0.0;
         let exponent = transition.recip().log2().max(2.0);
@@ -197,7 +199,7 @@ pub enum JumpPolicy {
 pub struct Rolling {
     /// Direction in which the contact moves over the bodies, in quarter turns from the frame's x towards its y.
     pub quarter_turns: u8,
-    /// Rigid slip of body 2 over body 1 per rolled distance, along the direction of rolling and to its left.
+    /// Rigid slip of body 2 relative to body 1 per rolled distance, along the direction of rolling and to its left.
     pub creepage: [f64; 2],
     /// Rotation of body 2 relative to body 1 about the normal per rolled distance, 1/mm.
     pub spin: f64,

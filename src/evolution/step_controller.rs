@@ -29,13 +29,13 @@ pub(super) struct StepController {
 }
 
 impl StepController {
-    /// Controller with a first length. `order`: order of the integrator, which is the order of the error per length.
+    /// Controller with a first length. `order` is the order of the integrator, which is the order of the error per length.
     pub fn new(first: f64, order: f64) -> Self {
         Self { next_length: first, last_error_ratio: None, order, rejected_length: None }
     }
 
-    /// Length of the next jump: the remaining length `left`, divided into equal jumps. If `unit` is positive, the length is a
-    /// multiple of `unit` and shorter than a rejected jump, but never below `unit`.
+    /// Length of the next jump: the remaining length `left`, divided into equal jumps. If `unit` is positive, `left` must be a
+    /// multiple of it. The length is then a multiple of `unit` and shorter than a rejected jump, but never below `unit`.
     pub fn length(&self, left: f64, unit: f64) -> f64 {
         let parts = (left / self.next_length - 1e-2).ceil().max(1.0);
         let even = left / parts;
@@ -54,7 +54,7 @@ impl StepController {
         self.next_length = self.next_length.min(most);
     }
 
-    /// Sets the next length after an accepted jump; `ratio`: estimated error over allowed error.
+    /// Sets the next length after an accepted jump. `ratio` is the estimated error divided by the allowed error.
     pub fn accept(&mut self, length: f64, ratio: f64) {
         let ratio = ratio.max(1e-10);
         let last = self.last_error_ratio.unwrap_or(ratio);
@@ -65,7 +65,8 @@ impl StepController {
         (self.last_error_ratio, self.rejected_length) = (Some(ratio), None);
     }
 
-    /// Sets the next length after a jump that was rejected for its error; `ratio`: estimated error over allowed error.
+    /// Sets the next length after a jump that was rejected for its error. `ratio` is the estimated error divided by the allowed
+    /// error.
     pub fn reject(&mut self, length: f64, ratio: f64) {
         let factor = ERROR_TARGET * ratio.powf(-1.0 / self.order);
         self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, ERROR_TARGET);

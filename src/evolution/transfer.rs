@@ -14,7 +14,7 @@ use crate::frame::grid::extend_field;
 /// Initial gap and gaps per unit rigid-body mode of the model that a checkpoint was computed with.
 #[derive(Debug, Clone)]
 pub struct PreviousModel {
-    /// Initial gap, `[3, N]` by planes, mm.
+    /// Initial gap, `[3, N]` by components, mm.
     pub initial_gap: Vec<f64>,
     /// Gap per unit of each rigid-body mode, `[3, N]`.
     pub floating: Vec<Vec<f64>>,
@@ -46,12 +46,13 @@ impl PreviousModel {
 }
 
 impl RunCheckpoint {
-    /// Transfers the checkpoint to the operators of `model`. `new_cell_indices`: new index of each cell, `[N]`. `previous`: gaps of
-    /// the previous model if the bodies have changed.
+    /// Transfers the checkpoint to the operators of `model`. `new_cell_indices` contains the new index of each cell, `[N]`.
+    /// `previous` contains the gaps of the previous model if the bodies have changed.
     ///
-    /// Tractions and depths stay identical to the last bit. Elastic displacement and gap do so as well if the bodies are unchanged.
-    /// On changed bodies the elastic displacement is recomputed from the tractions. The slip reference changes with the tangential
-    /// gap, so that no cell slips. New cells have no wear and no tractions; their slip refers to their present tangential gap.
+    /// Tractions and depths stay identical to the last bit. If the bodies are unchanged, elastic displacement and gap also stay
+    /// identical. On changed bodies the elastic displacement is recomputed from the tractions. The slip reference changes with the
+    /// tangential gap, so that no cell slips. New cells have no wear and no tractions; their slip refers to their present
+    /// tangential gap.
     ///
     /// # Errors
     /// If the checkpoint is within a monotone step, the frames do not match, or a body cannot be solved.
@@ -107,7 +108,7 @@ struct StateTransfer<'a> {
     previous: Option<&'a PreviousModel>,
 }
 
-/// Changes of the gap due to changed bodies.
+/// Changes of the gap that result from changed bodies.
 struct OperatorChange {
     /// Change of the tangential gap in the cells of the previous frame, `[2, N]`, mm.
     gap: Vec<f64>,
@@ -166,7 +167,7 @@ impl StateTransfer<'_> {
         Ok((state, change))
     }
 
-    /// Transfers a wear step in progress. `reference`: tangential gap with the new operators, `[2, N]`, mm.
+    /// Transfers a wear step in progress. `reference` is the tangential gap with the new operators, `[2, N]`, mm.
     fn transfer_wear_step(
         &self,
         mut cycling: WearStepState,

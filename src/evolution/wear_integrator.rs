@@ -24,8 +24,8 @@ const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Largest number of solutions of a stage, with strokes between them to update the stick zone.
 const MAX_STICK_PASSES: usize = 8;
 
-/// Largest share of the contact area that a stage of SDIRK2 may lose; otherwise the jump is too long. Wear widens contacts, and
-/// only single cells at the edge open and close.
+/// Largest share of the contact area that the second stage of SDIRK2 may lose. A jump that loses more is too long, because wear
+/// widens contacts, and only single cells at the edge open and close.
 const MAX_LOST_CONTACT_SHARE: f64 = 0.05;
 
 /// Ratio of the reported error of the wear volume to the embedded estimate. At tilt 90 of the reference scene the embedded estimate
@@ -50,13 +50,13 @@ struct Scheme {
     stages: &'static [StageWeights],
     /// Weight of the rate at the start of the jump.
     start_weight: f64,
-    /// Weights of the jump minus the weights of the embedded quadrature, over ΔN, for the rates at the start and in the stages.
+    /// Differences b - b̃ of the weights of method and embedded quadrature, for the rates at the start and in the stages.
     error_weights: &'static [f64],
 }
 
-/// L-stable SDIRK method of order 2 with an embedded third-order quadrature. Its weights b̃ for the rates at the abscissae c = 0, γ,
-/// 1 satisfy Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. The estimate contains the error of growing contacts, the larger part, completely. It
-/// contains only a part of the error of a rate that is linear in the depth (docs/theory-wear.md).
+/// L-stable SDIRK method of order 2 with an embedded third-order quadrature. The weights b̃ of the quadrature for the rates at the
+/// abscissae c = 0, γ, 1 satisfy Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. The estimate contains the error of growing contacts, the larger
+/// part, completely. It contains only a part of the error of a rate that is linear in the depth (docs/theory-wear.md).
 const SDIRK2: Scheme = Scheme {
     stages: &[
         StageWeights { implicit_weight: GAMMA, solution_weight: 1.0 - GAMMA, abscissa: GAMMA },
@@ -96,10 +96,11 @@ impl Integrator {
         }
     }
 
-    /// Allowed error of a jump, as a fraction of the allowed error of its step. `share`: part of the step that the jump covers.
-    /// With SDIRK2 most of the error is in cells that come into contact. These cells differ from jump to jump, so their errors add
-    /// up by squares. Errors of the Euler methods have the same sign in all cells. A budget proportional to `share` alone would be
-    /// too small for any jump, because of cells that come into contact.
+    /// Allowed error of a jump that covers the part `share` of its step, as a fraction of the allowed error of the step. With
+    /// SDIRK2 most of the error is in cells that come into contact. These cells differ from jump to jump, so the squares of their
+    /// errors add up, and the fraction is sqrt(share). Errors of the Euler methods have the same sign in all cells, so the fraction
+    /// is `share`. A multiple of sqrt(share) is its lower bound, because short jumps also have errors in cells that come into
+    /// contact.
     pub(super) fn error_budget(self, share: f64) -> f64 {
         if self == Self::Sdirk2 { share.sqrt() } else { share.max(MIN_ERROR_BUDGET_SHARE * share.sqrt()) }
     }
@@ -319,9 +320,9 @@ mod tests {
     use super::*;
 
     /// Truth: dw/dN = λ w with w(0) = 1 gives w = exp(z) after a jump ΔN, z = λΔN. Error and estimate have the order of the
-    /// integrator plus one. Their ratio tends to 1 for the Euler methods. For SDIRK2 it tends to (Σb̃Ac - ΣbAc) / (1/6 - ΣbAc),
-    /// because 1/6 is the exact value of Σ b A c. Weights of the method are b, embedded weights b̃, the Runge-Kutta matrix is A, and
-    /// A c = (γ², 1/2).
+    /// integrator plus one. The ratio of estimate to error tends to 1 for the Euler methods. For SDIRK2 it tends to (Σb̃Ac - ΣbAc) /
+    /// (1/6 - ΣbAc), because 1/6 is the exact value of Σ b A c. b and b̃ are the weights of method and quadrature, A is the
+    /// Runge-Kutta matrix, and A c = (γ², 1/2).
     #[test]
     fn estimates_of_a_linear_rate() {
         let by_rates = |b: [f64; 2]| b[0] * GAMMA * GAMMA + b[1] * 0.5;

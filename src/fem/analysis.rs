@@ -7,10 +7,11 @@ use crate::linalg::cholesky::{CholeskyFactor, SymbolicCholesky};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::nested_dissection;
 
-/// Memory of dense-product buffers that large supernodes touch, bytes. Measured: 15 to 17 MB of the 67 MB that are requested.
+/// Bytes that dense products of large supernodes use in their buffers. Measured: 15 to 17 MB of the 67 MB that the products
+/// request.
 const PRODUCT_BUFFER_BYTES: usize = 16_000_000;
 
-/// Structure and cost of the factorisation of a body for given contact nodes.
+/// Structure and cost of the factorisation of a body's stiffness for given contact nodes.
 pub struct SymbolicAnalysis {
     contact_nodes: Vec<usize>,
     n_contact_dofs: usize,
@@ -61,7 +62,7 @@ impl SymbolicAnalysis {
         self.n_contact_dofs
     }
 
-    /// Number of entries of the factor.
+    /// Number of entries of the factor, including zeros inside supernodes.
     pub fn factor_entries(&self) -> usize {
         self.symbolic.n_factor_entries()
     }
@@ -71,11 +72,11 @@ impl SymbolicAnalysis {
         self.symbolic.flops() + 2.0 / 3.0 * (self.n_contact_dofs as f64).powi(3)
     }
 
-    /// Peak memory of a factorisation, bytes: assembled body, factor, and the larger of its workspace and the dense matrices of the
-    /// contact dofs. It does not depend on the number of threads.
+    /// Peak memory of a factorisation, bytes: assembled body + factor + buffers of dense products + max(workspace, dense matrices
+    /// of the contact dofs). It does not depend on the number of threads.
     pub fn factorisation_peak_bytes(&self) -> usize {
         let values = self.factor_bytes();
-        // Part of the dense-product buffers that is touched.
+        // Small factors use less of the buffers for dense products.
         let products = PRODUCT_BUFFER_BYTES.min(values / 4);
         let workspace = self.symbolic.memory_bytes() - values;
         self.model_bytes + values + products + workspace.max(self.symbolic.trailing_inverse_bytes())
@@ -117,7 +118,7 @@ impl SymbolicAnalysis {
         self.symbolic.n_values()
     }
 
-    /// Restores the factor from its stored values; `None` if they fail the check.
+    /// Restores the factor from its stored values; `None` if they fail the residual check.
     pub(super) fn restore(self, model: &FeModel, values: Vec<f64>) -> Result<Option<CholeskyFactor>> {
         self.symbolic.from_values(model.stiffness(), values)
     }

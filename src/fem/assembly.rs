@@ -15,10 +15,11 @@ use crate::linalg::ordering::NodeGraph;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::mesh::{CellRef, Mesh};
 
-/// Number of elements computed in parallel before they are added. Limits the memory of their stiffnesses (14 MB for hex27).
+/// Number of elements whose stiffnesses are computed in parallel before they are added to the matrix. It limits the memory of these
+/// stiffnesses (14 MB for hex27).
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// Data for the stiffness of an element in addition to its nodes.
+/// Data from which the stiffness of any element of a body is computed.
 #[derive(Clone, Copy)]
 pub(super) struct ElementContext<'a> {
     pub mesh: &'a Mesh,
@@ -38,7 +39,7 @@ impl ElementContext<'_> {
         self.mesh.cell_nodes(cell).iter().map(|&node| self.mesh.points[node]).collect()
     }
 
-    /// Stiffness of the element `i`, packed lower triangle row by row.
+    /// Stiffness of element `i` as a packed lower triangle, row by row.
     pub fn packed_stiffness(&self, i: usize) -> Result<Vec<f64>> {
         cancel::check()?;
         let cell = self.regions.cells[i];
@@ -72,13 +73,14 @@ impl ElementContext<'_> {
     }
 }
 
-/// Assembles K of the free dofs, including `foundations`, and the forces -K_fc ū, `[n_free]`, of prescribed displacements ū.
+/// Assembles K of the free dofs f, including `foundations`, and the forces -K_fc ū, `[n_free]`, of the displacements ū prescribed
+/// at the dofs c.
 ///
 /// Elements are computed in parallel and added in their order. `graph`, in which the nodes of each element are connected, gives the
 /// sparsity pattern. The result has the same bits for any number of threads.
 ///
 /// # Errors
-/// If an element is inverted or degenerate.
+/// If an element is inverted or degenerate, or its enhanced strains have no positive definite stiffness. If the run is cancelled.
 pub(super) fn assemble(
     elements: ElementContext,
     foundations: &[FoundationFace],

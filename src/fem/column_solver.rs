@@ -1,5 +1,5 @@
-//! Solutions of one body for many right-hand sides, and the forces of prescribed displacements. Used to superpose corrections on a
-//! known field.
+//! Solves K u = f of one body for many right-hand sides, and computes the forces of prescribed displacements. Both serve to
+//! superpose corrections on a known field.
 
 use rayon::prelude::*;
 
@@ -17,8 +17,8 @@ use crate::mesh::CellRef;
 /// Number of right-hand sides per solve.
 const COLUMNS_PER_SOLVE: usize = 32;
 
-/// Solver of K u = f for any number of columns. Uses one factorisation, or conjugate gradients if the factor does not fit into
-/// memory.
+/// Solver of K u = f for any number of right-hand sides. Uses one factorisation, or conjugate gradients if the factor does not fit
+/// into memory.
 pub struct ColumnSolver {
     solver: Box<dyn SymmetricSolver>,
     n_free: usize,
@@ -43,7 +43,7 @@ impl ColumnSolver {
         build().context(|| model.name().to_owned())
     }
 
-    /// Solves K u = f of the free dofs in place for the forces f, `[n_columns, n_free]`.
+    /// Solves K u = f for the displacements u of the free dofs, in place of the forces f, `[n_columns, n_free]`.
     ///
     /// # Errors
     /// If the solution does not converge, or memory does not suffice.
@@ -58,7 +58,7 @@ impl ColumnSolver {
     }
 }
 
-/// Forces due to displacements of the prescribed dofs with all free dofs fixed, for each column of displacements.
+/// Forces due to displacements of the prescribed dofs while all free dofs are fixed, for each column of displacements.
 pub struct PrescribedDisplacementForces {
     /// Forces on the free dofs, N, `[n_columns, n_free]`.
     pub on_free_dofs: Vec<f64>,
@@ -81,8 +81,9 @@ impl FeModel {
         })
     }
 
-    /// Forces K_fb g on free and K_bb g on `prescribed` dofs, foundations included, for displacements g of the `prescribed` dofs,
-    /// mm, `[n_columns, n_prescribed]`. [`Self::prescribed_dofs`] lists the dofs; g replaces the values of the model.
+    /// Forces K_fb g on the free dofs f and K_bb g on the `prescribed` dofs b, including foundations, for displacements g of the
+    /// dofs b, mm, `[n_columns, n_prescribed]`. `prescribed` are all dofs of [`Self::prescribed_dofs`]. The displacements g take
+    /// the place of those that the model prescribes.
     ///
     /// # Errors
     /// If memory does not suffice.

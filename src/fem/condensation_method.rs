@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::linalg::memory::{MemoryLimit, format_bytes};
 use crate::linalg::two_level::TwoLevelSolver;
 
-/// Solution method for the systems of a body.
+/// Method that solves the linear systems of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CondensationMethod {
     /// Factorisation of the stiffness matrix.
@@ -37,8 +37,8 @@ impl std::fmt::Display for MemoryShortfall {
 }
 
 impl CondensationMethod {
-    /// Chooses the method for a body with `n_trailing` contact dofs whose factorisation takes `needed_bytes`. The choice does not
-    /// depend on the number of threads.
+    /// Chooses the method for a body with `n_trailing` contact dofs and a factorisation that takes `needed_bytes`. The choice does
+    /// not depend on the number of threads.
     ///
     /// # Errors
     /// If conjugate gradients do not fit either (kind `Resources`); the message gives the bytes needed and allowed.
@@ -71,7 +71,8 @@ impl CondensationMethod {
     }
 }
 
-/// Peak memory of a body condensed by conjugate gradients, bytes.
+/// Peak memory of the condensation of a body to `n_trailing` contact dofs by conjugate gradients, bytes. It includes the assembled
+/// body.
 pub(super) fn iterative_peak_bytes(model: &FeModel, n_trailing: usize) -> usize {
     let n_batches = n_trailing.div_ceil(TwoLevelSolver::rhs_per_batch());
     let solver = TwoLevelSolver::memory_bytes(model.stiffness().n_stored(), model.n_nodes(), n_batches);

@@ -1,8 +1,8 @@
 //! Static condensation of a body to its contact nodes: F_cc = (K⁻¹)_cc from the trailing block of the factor.
 //!
-//! The contact dofs are ordered last. K = L Lᵀ then gives the Schur complement K_cc - K_ci K_ii⁻¹ K_ic = L_cc L_ccᵀ without
-//! back-substitution. Its inverse is the flexibility of the contact nodes. If L does not fit into memory, conjugate gradients solve
-//! for the columns of F_cc.
+//! The contact dofs c are ordered last, after the other dofs i. K = L Lᵀ then gives the Schur complement K_cc - K_ci K_ii⁻¹ K_ic =
+//! L_cc L_ccᵀ without back-substitution. The inverse of the Schur complement is the flexibility of the contact nodes. If L does not
+//! fit into memory, conjugate gradients solve for the columns of F_cc.
 
 mod solve;
 
@@ -30,7 +30,7 @@ pub struct CondensationResources<'a> {
 }
 
 impl Default for CondensationResources<'_> {
-    /// No cache, and the memory that the machine has available now.
+    /// No cache, and the default share of the memory that the machine has available now.
     fn default() -> Self {
         Self { cache: None, cache_contents: CacheContents::Flexibility, memory: MemoryLimit::of_machine() }
     }
@@ -50,7 +50,7 @@ pub enum CacheContents {
 pub struct FlexibilityOrigin {
     /// Method of computation, in this run or in the run that wrote the cache entry.
     pub method: CondensationMethod,
-    /// Iterations of conjugate gradients in this run; 0 without iterative solves.
+    /// Largest number of conjugate-gradient iterations of a column in this run; 0 without iterative solves.
     pub iterations: usize,
     /// Whether the flexibility was read from the cache.
     pub cached: bool,
@@ -58,12 +58,12 @@ pub struct FlexibilityOrigin {
     pub cache_warning: Option<String>,
 }
 
-/// Body with the flexibility of its contact nodes. Its solver is created at first use.
+/// Body with the flexibility of its contact nodes. If the flexibility was read from the cache, the solver is created at first use.
 pub struct CondensedBody {
     model: FeModel,
     contact_nodes: Vec<usize>,
     solver: OnceLock<Box<dyn SymmetricSolver>>,
-    /// Cache and key of the factor, if the factor is cached.
+    /// Cache and key with which the factor is read and stored; `None` if no factor is read.
     factor_cache: Option<(FlexibilityCache, CacheKey)>,
     factor_was_cached: bool,
     resident_bytes: usize,
@@ -84,7 +84,7 @@ struct CondensationResult {
 }
 
 impl FeModel {
-    /// Factorises K and computes the flexibility of `contact_nodes` (mesh node indices).
+    /// Computes the flexibility of `contact_nodes` (mesh node indices), without a cache and within the default memory limit.
     ///
     /// # Errors
     /// See [`Self::analyse`]. Also if K is singular, the factorisation fails its check, or the machine has too little memory.
@@ -92,8 +92,8 @@ impl FeModel {
         self.condense_with(contact_nodes, &CondensationResources::default())
     }
 
-    /// As [`Self::condense`], within a memory limit. The flexibility is read from the cache if it is there, and is otherwise
-    /// computed and stored.
+    /// As [`Self::condense`], within the memory limit and with the cache of `resources`. The flexibility is read from the cache if
+    /// it is there, and is otherwise computed and stored.
     ///
     /// # Errors
     /// See [`Self::condense`]. A failed write to the cache is not an error; [`CondensedBody::origin`] reports it.
@@ -120,8 +120,8 @@ impl FeModel {
         CacheKey::new(self.stiffness(), &self.contact_rows(contact_nodes), method.name())
     }
 
-    /// Memory of a factorisation, bytes, as stored with the flexibility of `contact_nodes` computed by `method`. Checks only the
-    /// header and the size of the cache entry. `None` if the cache has no entry.
+    /// Memory of a factorisation, bytes, which the cache stores with the flexibility of `contact_nodes` computed by `method`.
+    /// Checks only the header and the size of the cache entry. `None` if no entry passes this check.
     pub fn cached_factorisation_bytes(
         &self,
         contact_nodes: &[usize],
@@ -245,7 +245,7 @@ impl CondensedBody {
         Ok(body)
     }
 
-    /// Solver of the systems of the body, created at first use.
+    /// Solver for K u = f of the body. Created at first use if the flexibility was read from the cache.
     fn solver(&self) -> Result<&dyn SymmetricSolver> {
         if let Some(solver) = self.solver.get() {
             return Ok(solver.as_ref());
@@ -258,7 +258,7 @@ impl CondensedBody {
         Ok(self.solver.get_or_init(|| solver).as_ref())
     }
 
-    /// Reads the factor from the cache, or computes and stores it.
+    /// Reads the factor from the cache, or computes it. Stores a computed factor if there is a cache for it.
     fn factor(&self) -> Result<CholeskyFactor> {
         let analysis = self.model.analyse(&self.contact_nodes)?;
         let Some((cache, key)) = &self.factor_cache else { return analysis.factorise(&self.model) };
@@ -278,7 +278,7 @@ impl CondensedBody {
         self.factor_was_cached
     }
 
-    /// Memory of the body, bytes: assembled body, factor if any, flexibility and its packed copy.
+    /// Memory of the condensed body, bytes: assembled body, solver if it is used, flexibility and its packed copy.
     pub fn resident_bytes(&self) -> usize {
         self.resident_bytes
     }
@@ -310,12 +310,13 @@ impl CondensedBody {
     }
 
     /// Displacement of all mesh nodes due to the body's own loads and prescribed displacements, global axes, mm, `[n_points]`. Zero
-    /// without own loads, and at points on no solid.
+    /// if there are no own loads and no prescribed displacements, and at points on no solid.
     pub fn contact_free_displacement(&self) -> &[[f64; 3]] {
         &self.contact_free_displacement
     }
 
-    /// Relative residual: of the check of the factorisation, or the largest of the columns solved by conjugate gradients.
+    /// Relative residual of the check of the factorisation, or largest relative residual of the columns solved by conjugate
+    /// gradients.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -340,7 +341,8 @@ pub(super) fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
     TwoLevelSolver::new(model.stiffness(), &model.unknowns())
 }
 
-/// Condenses the body by `method`. If `kept` is given and a factor is computed, writes the factor to this cache under this key.
+/// Condenses the body by `method`. `kept` is the cache and the key under which a computed factor is stored; `None` if it is not
+/// stored.
 fn compute(
     model: &FeModel,
     analysis: SymbolicAnalysis,

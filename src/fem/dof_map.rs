@@ -1,4 +1,4 @@
-//! Numbering of the displacement components: free or prescribed.
+//! Numbering of the free displacement components, and values of the prescribed components.
 
 use super::element_materials::ElementMaterials;
 use super::spec::FeSpec;

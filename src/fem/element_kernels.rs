@@ -12,7 +12,7 @@ use super::spec::HexFormulation;
 use crate::element::{ElementKind, Hex8};
 use crate::quadrature::RulePoint;
 
-/// Number of entries of the packed lower triangle of an element stiffness, 3 N (3 N + 1) / 2.
+/// Number of entries of the packed lower triangle of the stiffness of an element with N nodes, 3 N (3 N + 1) / 2.
 pub(super) fn packed_len(kind: ElementKind) -> usize {
     let n = 3 * kind.n_nodes();
     n * (n + 1) / 2
@@ -33,7 +33,7 @@ fn strain<const N: usize>(point: &MappedPoint<N>, u: &[[f64; 3]; N]) -> Vector6<
 
 /// Adds Bᵀ C B of one point, times its volume, to the packed lower triangle, row by row. B maps nodal displacements to strain.
 fn add_stiffness<const N: usize>(point: &MappedPoint<N>, c: &Matrix6<f64>, packed: &mut [f64]) {
-    // C B of every node times the volume: three columns of six entries.
+    // C B times the volume: three columns of six entries for each node.
     let stress: [[[f64; 6]; 3]; N] = point.gradients.map(|g| {
         std::array::from_fn(|component| {
             let mut column = [0.0; 6];
@@ -274,8 +274,9 @@ mod tests {
         .rotated(&crate::geometry::fibre_axes(0.6, 0.3))
     }
 
-    /// Truth: a free element has exactly six zero eigenvalues, its rigid-body modes, and no negative one, also if distorted or
-    /// slender (`rigid-body-modes` in docs/verification.md: |lambda_6| < 1e-9 lambda_7, here 1e-12 of the largest).
+    /// Truth: the stiffness of a free element has six zero eigenvalues, one for each rigid-body mode, and otherwise positive ones.
+    /// This also holds for distorted and slender elements (`rigid-body-modes` in docs/verification.md). Tolerance of zero: 1e-12 of
+    /// the largest eigenvalue. The seventh eigenvalue must exceed 1e-7 or 1e-9 of the largest.
     #[test]
     fn six_zero_modes() {
         let rules = RuleSet::new();
@@ -292,7 +293,7 @@ mod tests {
             values.sort_by(f64::total_cmp);
             let largest = values[n - 1];
             assert!(values[..6].iter().all(|v| v.abs() < 1e-12 * largest), "{values:?}");
-            // Slender quadratic elements have smaller nonzero eigenvalues, hence 1e-9 for them.
+            // Quadratic, wedge and pyramid elements may have smaller nonzero eigenvalues if they are slender, hence the limit 1e-9.
             let least = if matches!(kind, ElementKind::Hex8 | ElementKind::Tet4) { 1e-7 } else { 1e-9 };
             assert!(values[6] > least * largest, "{values:?}");
         };

@@ -105,9 +105,9 @@ impl ElementMaterials {
         &self.material_states[self.state_of_cell[i] as usize].1
     }
 
-    /// Whether the material is continuous across the face between elements `i` and `j`. Either the stiffness in global axes is
-    /// equal, or both have one material whose axes turn by less than 0.26 rad (filament winding). Each ply is a separate material,
-    /// however little its axes turn.
+    /// Whether the material is continuous across the face between elements `i` and `j`. Either their stiffnesses in global axes are
+    /// equal, or they have one material and axes that differ by at most 0.26 rad (filament winding). Different plies are different
+    /// materials, even if their axes are almost equal.
     pub(super) fn is_continuous(&self, i: usize, j: usize) -> bool {
         if self.state_of_cell[i] == self.state_of_cell[j] {
             return true;
@@ -144,7 +144,7 @@ pub struct RegionReport {
 pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     let (cells, region) = cells_and_regions(spec)?;
     let (_, problems) = ElementMaterials::assign(spec, cells.clone(), &region);
-    // Only regions with stacked plies need the corners of their cells.
+    // Only regions with plies or wound layers need the corners of their cells.
     let stacked: Vec<bool> = spec.regions.iter().map(|(_, placement)| placement.is_stacked()).collect();
     let mut corners_by_region: Vec<Vec<Vec<Point>>> = vec![Vec::new(); spec.regions.len()];
     for (&cell, &region) in cells.iter().zip(&region) {
@@ -155,7 +155,7 @@ pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     let mut findings = Vec::with_capacity(problems.len());
     for (((_, placement), problem), corners) in spec.regions.iter().zip(problems).zip(corners_by_region) {
         let mut errors: Vec<String> = problem.iter().map(|error| error.message().to_owned()).collect();
-        // Empty plies are reported only in regions that have elements.
+        // Empty plies are reported only for regions that have elements and no other error.
         if errors.is_empty() && !corners.is_empty() {
             errors = placement.empty_ply_errors(&corners);
         }

@@ -68,8 +68,8 @@ macro_rules! solids {
     };
 }
 
-// The stiffness rules are exact for parallelepipeds. Otherwise they have enough points for full rank, and integrate the
-// constant-strain terms on curved elements.
+// The stiffness rules are exact for elements with a constant Jacobian. On other elements they have enough points for full rank, and
+// integrate the constant-strain terms.
 solids! {
     Hex8, 8, hex8: corners(), hexahedron(4);
     Hex20, 20, hex20: hexahedron(3), hexahedron(4);

@@ -1,7 +1,7 @@
 //! Cache of factors, next to the flexibilities: the recovery of fields in a second run needs no factorisation.
 //!
 //! An entry is the list of the stored values of L. The structure of L is not stored. The symbolic analysis recomputes it in a few
-//! per cent of the time.
+//! per cent of the time of a factorisation.
 
 use super::flexibility_cache::{CacheKey, FlexibilityCache};
 use crate::error::Result;
@@ -46,8 +46,8 @@ mod tests {
     use super::*;
     use crate::linalg::sparse::SymmetricTriplets;
 
-    /// Truth: the cache returns written values to the last bit. Damaged entries, entries of another size and too large ones are not
-    /// returned.
+    /// Truth: the cache returns written values to the last bit. It returns no damaged entry and no entry of another size, and
+    /// stores no factor larger than half of its limit.
     #[test]
     fn factors_come_back_whole_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();

@@ -139,7 +139,7 @@ mod tests {
         assert_eq!(cache.peek_factorisation_bytes(&key(0), 6), None);
     }
 
-    /// Truth: the least recently used entry is removed first. An entry larger than the limit is not kept, and stale unfinished
+    /// Truth: the least recently used entry is removed first. An entry larger than the limit is not stored, and stale unfinished
     /// files are removed.
     #[test]
     fn the_limit_holds() {

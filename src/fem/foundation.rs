@@ -24,7 +24,7 @@ pub(super) type RestrainedDirection = (usize, Vector3<f64>);
 /// Stiffness of all faces on foundations.
 ///
 /// # Errors
-/// If a group is missing or is no outer surface, or a stiffness is not positive.
+/// If a group is missing or is no outer surface. If a stiffness is not finite, is negative, or is zero in all components.
 pub(super) fn foundation_faces(spec: &FeSpec) -> Result<Vec<FoundationFace>> {
     let mut faces = Vec::new();
     for_each_face(spec, |mesh, face, bedding| faces.push(stiffness(mesh, face, bedding)))?;

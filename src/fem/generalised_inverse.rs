@@ -1,8 +1,9 @@
 //! Generalised inverse of the singular stiffness of an unconstrained body.
 //!
-//! R are the rigid-body modes at the free dofs, M the nodal volume fractions. With Rᵀ M R = 1 and Π = 1 - R Rᵀ M, the solution is
-//! u = Π K⁺ Πᵀ f. Its mean rigid motion Rᵀ M u is zero, and Πᵀ f = f - M R Rᵀ f is in equilibrium. K⁺ is the inverse of K with
-//! grounding springs at as many dofs as there are modes. The springs carry no force under Πᵀ f, so u does not depend on them.
+//! R are the rigid-body modes at the free dofs, and M is diagonal with the nodal volume fractions. With Rᵀ M R = 1 and Π = 1 - R Rᵀ
+//! M, the solution is u = Π K⁺ Πᵀ f. Its mean rigid motion Rᵀ M u is zero, and Πᵀ f = f - M R Rᵀ f is in equilibrium. K⁺ is the
+//! inverse of K with grounding springs at as many dofs as there are modes. The springs carry no force under Πᵀ f, so u does not
+//! depend on them.
 
 use nalgebra::Vector3;
 
@@ -13,7 +14,7 @@ use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::vector::dot;
 
-/// Rigid-body modes of an unconstrained body on its dofs.
+/// Rigid-body modes of an unconstrained body at its free dofs, which define the projector Π.
 #[derive(Debug, Clone)]
 pub(super) struct GeneralisedInverse {
     /// Rigid-body modes, with mean square displacement 1 over the body.
@@ -48,7 +49,7 @@ impl GeneralisedInverse {
     }
 
     /// Adds grounding springs at as many dofs as there are modes. Each step chooses the dof that moves most in the modes that the
-    /// springs before leave free. The spring stiffness is the diagonal entry of K at the dof.
+    /// previous springs leave free. The spring stiffness is the diagonal entry of K at the dof.
     pub fn add_grounding_springs(&self, stiffness: &mut SymmetricSparse) {
         let n = stiffness.n();
         let diagonal = stiffness.diagonal();
@@ -72,7 +73,7 @@ impl GeneralisedInverse {
         }
     }
 
-    /// Work of forces on the free dofs, `[n_free]`, on each mode.
+    /// Work of forces on the free dofs, `[n_free]`, for unit amplitude of each mode.
     pub fn work(&self, forces: &[f64]) -> Vec<f64> {
         self.modes_on_dofs.iter().map(|mode| dot(mode, forces)).collect()
     }
@@ -80,7 +81,7 @@ impl GeneralisedInverse {
     /// Applies the generalised inverse to forces, `[n_free]`, in place. `inverse` applies the inverse of K with grounding springs.
     ///
     /// # Errors
-    /// Errors of `inverse`.
+    /// If `inverse` fails.
     pub fn solve(&self, forces: &mut [f64], inverse: impl FnOnce(&mut [f64]) -> Result<()>) -> Result<()> {
         let work = self.work(forces);
         for (column, work) in self.weighted_modes.iter().zip(work) {
@@ -93,10 +94,11 @@ impl GeneralisedInverse {
         Ok(())
     }
 
-    /// Replaces the block of K⁺ for some dofs by the block of Π K⁺ Πᵀ. `rows` are the rows of the dofs (`None` where prescribed).
+    /// Replaces `flexibility`, the block of K⁺ for some dofs, by the same block of Π K⁺ Πᵀ. `rows` are the rows of the dofs (`None`
+    /// where prescribed).
     ///
     /// # Errors
-    /// Errors of `inverse`.
+    /// If `inverse` fails.
     pub fn project_flexibility(
         &self,
         flexibility: &mut SymmetricDense,
@@ -110,7 +112,7 @@ impl GeneralisedInverse {
             inverse(&mut image)?;
             images.push(image);
         }
-        // Π K⁺ Πᵀ = K⁺ - X Rᵀ - R Xᵀ + R (Rᵀ M X) Rᵀ with X = K⁺ M R. Each middle term takes half of the last.
+        // Π K⁺ Πᵀ = K⁺ - X Rᵀ - R Xᵀ + R (Rᵀ M X) Rᵀ with X = K⁺ M R. Each middle term includes half of the last.
         let moved: Vec<Vec<f64>> = images.iter().map(|image| self.mean_motions(image)).collect();
         let row = |columns: &[Vec<f64>], row: Option<usize>| -> Vec<f64> {
             columns.iter().map(|column| row.map_or(0.0, |row| column[row])).collect()

@@ -76,7 +76,7 @@ pub(super) fn reference_points<S: ShapeFunctions<N, 3>, const N: usize>(
         .collect()
 }
 
-/// J_ij = dx_i / dxi_j.
+/// Jacobian matrix J_ij = dx_i / dxi_j.
 pub(super) fn jacobian<const N: usize>(nodes: &[[f64; 3]; N], gradients: &[[f64; 3]; N]) -> Matrix3<f64> {
     let mut j = Matrix3::zeros();
     for (x, g) in nodes.iter().zip(gradients) {

@@ -106,7 +106,8 @@ pub(crate) fn nodal_area_vectors(mesh: &Mesh, faces: &[SurfaceFace]) -> NodalFor
 
 /// Adds the nodal forces ∫ N_a t dS of one face.
 fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut NodalForces) {
-    // Exact: N_a times the area vector has degree 1 (tri3), 4 (tri6), and in each direction 2 (quad4), 5 (quad8, quad9).
+    // The rules are exact for pressure, where N_a times the area vector has degree 1 (tri3) or 4 (tri6), or in each direction
+    // degree 2 (quad4) or 5 (quad8, quad9). For tractions they are exact on flat faces.
     for (values, area) in face_points(mesh, face, &face_rule(face.kind, 1)) {
         let normal = area.try_normalize(0.0).unwrap_or_default();
         let force = load.traction(&normal, &Vector3::zeros()) * area.norm();
@@ -139,7 +140,7 @@ pub(super) fn face_points(
     })
 }
 
-/// Derivatives along the two reference coordinates of a field with nodal values `at` on a face.
+/// Derivatives of a field with nodal values `at` along the two reference coordinates of a face, at the reference point `xi`.
 pub(super) fn face_tangents(
     face: &SurfaceFace,
     xi: [f64; 2],
@@ -193,7 +194,8 @@ fn load_cell<const N: usize>(
 ) {
     let points: [[f64; 3]; N] = std::array::from_fn(|a| mesh.points[nodes[a]]);
     for sample in rule {
-        // det J keeps its sign, unchecked: the load rule has more points and may meet a fold that the stiffness rule misses.
+        // The sign of det J is not checked. The load rule has more points than the stiffness rule, and may meet folds that the
+        // stiffness rule misses.
         let volume = sample.weight * jacobian(&points, &sample.gradients).determinant();
         let x = std::array::from_fn(|c| points.iter().zip(&sample.values).map(|(p, n)| p[c] * n).sum());
         let force = b(x).map(|value| value * volume);

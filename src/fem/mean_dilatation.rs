@@ -10,7 +10,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::integration_points::{ElementState, MappedPoint, unit_strain};
 
-/// Change of each normal strain at an integration point per unit displacement, by node and component.
+/// Change of each normal strain at an integration point due to a unit displacement, `[node][component]`.
 type NormalStrainCorrection = [[f64; 3]; 8];
 
 /// Strain corrections at all integration points.

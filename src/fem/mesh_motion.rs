@@ -1,9 +1,9 @@
 //! Moves the nodes of a mesh after its contact surface has receded.
 //!
 //! Each displacement component along the frame axes solves Laplace's equation in the body. Contact nodes have prescribed
-//! displacements. Other nodes on outer faces and material interfaces move only within their face. They do not move along components
-//! that a support prescribes. A uniform motion of one face of a layer therefore compresses the layer evenly, and outside the
-//! contact surface the body keeps its shape.
+//! displacements. Other nodes on outer faces and material interfaces move only within their face. Other nodes of supports do not
+//! move along components that a support prescribes. A uniform motion of one face of a layer therefore compresses the layer evenly,
+//! and outside the contact surface the body keeps its shape.
 
 use rayon::prelude::*;
 
@@ -27,17 +27,18 @@ const FACE_ALIGNMENT_TOLERANCE: f64 = 1e-6;
 /// Motion, relative to the largest motion, below which a component counts as zero.
 const NEGLIGIBLE_MOTION_RATIO: f64 = 1e-12;
 
-/// Smallest allowed length of a moved edge, relative to its length before.
+/// Smallest allowed length of a moved edge, measured along its old direction and relative to its old length.
 const MIN_EDGE_RATIO: f64 = 0.1;
 
 /// Number of elements whose matrices are computed in parallel before they are assembled.
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// The mesh of `spec` after its contact nodes have moved by `motion` along the axes `axes`, `[n_points]`. `None` marks the other
-/// nodes, which follow the contact nodes. `contact` lists the faces of the contact surface.
+/// The mesh of `spec` after its contact nodes have moved by `motion`, `[n_points]`, with components along `axes`. `None` marks the
+/// other nodes, which follow the contact nodes. `contact` lists the faces of the contact surface.
 ///
 /// # Errors
-/// If an element would be inverted, fold, or lose more than nine tenths of an edge; if memory does not suffice.
+/// If an element would be inverted or folded, or one of its edges would lose more than nine tenths of its length. If memory does
+/// not suffice.
 pub(crate) fn move_mesh(
     spec: &FeSpec,
     contact: &[SurfaceFace],
@@ -74,8 +75,8 @@ pub(crate) fn move_mesh(
     Ok(mesh)
 }
 
-/// Projects the motion of a contact node into the plane of an adjoining plane face, such as a symmetry plane. The magnitude of the
-/// motion is kept.
+/// Projects the motion of each contact node into the plane of an adjoining plane face, such as a symmetry plane. The magnitude of
+/// the motion is kept.
 fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 3]) -> Vec<Option<Point>> {
     let mut motion = motion.to_vec();
     for (node, by) in motion.iter_mut().enumerate() {
@@ -109,7 +110,8 @@ enum MotionConstraint {
 }
 
 /// Constraints on the motion of nodes along `axis`, `[n_points]`. A support constrains its nodes unless `axis` is normal to the
-/// prescribed components. Outer faces and material interfaces constrain their nodes unless `axis` lies in the face.
+/// prescribed components. Outer faces except `contact`, and material interfaces, constrain their nodes unless `axis` lies in the
+/// face.
 fn motion_constraints(
     spec: &FeSpec,
     regions: &ElementMaterials,

@@ -52,7 +52,7 @@ pub struct FeModel {
 }
 
 impl FeModel {
-    /// Assembles the body within the memory that the machine has available now.
+    /// Assembles the body within the default share of the memory that the machine has available now.
     ///
     /// # Errors
     /// See [`Self::with_memory_limit`].
@@ -138,7 +138,7 @@ impl FeModel {
         self.dof_map.row(3 * node + component)
     }
 
-    /// Prescribed displacement of a component of a node, mm; `None` if the component is free.
+    /// Prescribed displacement of a component of a node, mm; `None` if the component is free or the node belongs to no solid.
     pub fn prescribed_displacement(&self, node: usize, component: usize) -> Option<f64> {
         self.dof_map.prescribed(3 * node + component)
     }
@@ -148,7 +148,7 @@ impl FeModel {
         self.generalised_inverse.as_ref().map(|floating| &floating.modes)
     }
 
-    /// Work of the body's own loads on each free rigid-body mode, N mm / mm.
+    /// Work of the body's own loads for unit amplitude of each free rigid-body mode, N mm per mm of amplitude.
     pub fn load_work_on_rigid_body_modes(&self) -> Vec<f64> {
         self.generalised_inverse.as_ref().map_or(Vec::new(), |floating| floating.work(&self.load_vector()))
     }

@@ -10,11 +10,12 @@ use crate::error::{Error, Result};
 use crate::geometry::{AXIS_NAMES, format_point};
 use crate::linalg::ordering::NodeGraph;
 
-/// Ratio to the largest eigenvalue below which an eigenvalue of the Gram matrix of the supports is zero. Supports closer to one
-/// another than a millionth of the body size do not prevent a rotation.
+/// Eigenvalues of the Gram matrix of the supports up to this fraction of the largest count as zero. Supports closer to one another
+/// than a millionth of the body size then do not prevent a rotation.
 const ZERO_EIGENVALUE_RATIO: f64 = 1e-12;
 
-/// Tolerance for a vector to lie in a subspace: on eigenvalues of projectors, and on the relative part of a vector outside.
+/// Tolerance for a vector to lie in a subspace. It applies to eigenvalues of projectors, and to the part of the vector outside the
+/// subspace, relative to the vector.
 pub(crate) const SUBSPACE_TOLERANCE: f64 = 1e-9;
 
 /// Rigid-body modes that the supports of a body leave free.
@@ -24,13 +25,13 @@ pub struct RigidBodyModes {
     pub names: Vec<String>,
     centre: Vector3<f64>,
     size: f64,
-    /// For each mode: translation of the centre, then rotation about the centre times the body size.
+    /// For each mode: translation of the centre, then the rotation vector times the body size.
     basis: Vec<Vector6<f64>>,
 }
 
 impl RigidBodyModes {
-    /// Rigid-body modes of the points with indices `part` that do not move the points of `held` along the given directions. As
-    /// vectors of translation and scaled rotation, the modes are orthonormal.
+    /// Rigid-body modes of the points with indices `part` that do not move any point of `held` along its direction. As vectors of
+    /// translation and scaled rotation, the modes are orthonormal.
     pub(crate) fn unconstrained(
         points: &[[f64; 3]],
         part: &[usize],

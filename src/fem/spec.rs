@@ -44,7 +44,7 @@ pub struct Support {
     pub components: [bool; 3],
     /// Displacements at the origin of the global axes, mm; values of free components are not used.
     pub value: [f64; 3],
-    /// Displacement gradient, one row per component, derivatives along x, y, z: a far field u = value + gradient x.
+    /// Displacement gradient, one row per component, derivatives along x, y, z. The far field is u = value + gradient x.
     pub gradient: [[f64; 3]; 3],
 }
 

@@ -1,4 +1,4 @@
-//! Symmetry planes: displacement component that vanishes on a plane group.
+//! Symmetry planes: the displacement component that vanishes on a physical group of plane faces.
 
 use nalgebra::Vector3;
 
@@ -7,14 +7,14 @@ use crate::geometry::AXIS_NAMES;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
-/// Largest angle (radians) between faces of a plane, and between its normal and an axis. Also the largest distance of nodes from
-/// the plane, relative to its size.
+/// Largest angle (radians) between faces of a plane, and between the normal of the plane and an axis. Also the largest distance of
+/// nodes from the plane, relative to the size of the plane.
 const PLANARITY_TOLERANCE: f64 = 1e-6;
 
-/// Component (0, 1, 2) along the normal of the plane group `name`.
+/// Component (0, 1, 2) along the normal of the plane faces of the physical group `name`.
 ///
 /// # Errors
-/// If the group is missing or is no outer surface, is not plane, or is not normal to a coordinate axis.
+/// If the group is missing, is no outer surface, or is not plane. If its normal is not along a coordinate axis.
 pub fn symmetry_component(mesh: &Mesh, name: &str) -> Result<usize> {
     let faces = group_faces(mesh, name)?;
     let corner = |node: usize| Vector3::from(mesh.points[node]);

@@ -16,7 +16,7 @@ pub struct SumFlexibility {
 }
 
 impl SumFlexibility {
-    /// Adds `parts`, all with the same number of cells.
+    /// Creates the sum of `parts`, which all have the same number of cells.
     ///
     /// # Panics
     /// If `parts` is empty or the sizes differ.

@@ -23,9 +23,10 @@ struct ConstrainedCell {
 /// S' = P S P + c (I - P) of an operator S. The projector P removes tractions and gaps across planes of symmetry in the cells on
 /// these planes.
 ///
-/// The components across are decoupled: if the tractions across vanish, the gaps across vanish up to rounding, and exactly if P is
-/// diagonal. S' is symmetric positive definite in the area-weighted inner product, as S is, because P acts within a cell and all
-/// components of a cell have one area. c > 0 has the magnitude of the diagonal of S in the cell and does not influence results.
+/// Components across the planes are decoupled. If the tractions across them vanish, the gaps across them vanish up to rounding, and
+/// exactly if P is diagonal. Like S, S' is symmetric positive definite in the area-weighted inner product. Reason: P acts within
+/// single cells, and a cell has one area for all components. c > 0 has the magnitude of the diagonal of S in the cell and does not
+/// influence results.
 ///
 /// # Source
 /// docs/theory-coupling.md, "Planes of symmetry under the contact".
@@ -52,7 +53,7 @@ impl ConstrainedFlexibility {
         Self { cells: cells.collect(), scratch: Mutex::new(vec![0.0; 3 * n]), inner }
     }
 
-    /// Projects `values` (`[3, N]` by planes): removes the components across the planes of symmetry.
+    /// Projects `values` `[3, N]`: removes the components across the planes of symmetry.
     fn projected(&self, values: &[f64]) -> MutexGuard<'_, Vec<f64>> {
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
         scratch.copy_from_slice(values);
@@ -64,7 +65,8 @@ impl ConstrainedFlexibility {
         scratch
     }
 
-    /// Replaces the components of `into` across the planes by the components of `from` times `factor(c)`; both `[3, N]` by planes.
+    /// Replaces the components of `into` across the planes of symmetry by those of `from`, multiplied by `factor(c)`. Both are
+    /// `[3, N]`.
     fn replace_across(&self, from: &[f64], into: &mut [f64], factor: impl Fn(f64) -> f64) {
         let n = self.inner.n_cells();
         for held in &self.cells {
@@ -172,7 +174,7 @@ impl Flexibility for ConstrainedFlexibility {
 mod tests {
     use super::*;
 
-    /// Dense operator S on cells with the areas A. A S = B Bᵀ + 1 is symmetric positive definite for a fixed matrix B.
+    /// Dense operator S on cells with the areas A. A S = B Bᵀ + 1, with a fixed matrix B, is symmetric positive definite.
     struct Dense {
         areas: Vec<f64>,
         matrix: nalgebra::DMatrix<f64>,
@@ -247,7 +249,7 @@ mod tests {
     }
 
     /// Truth: A S' is symmetric positive definite with the areas A, and so is A times the preconditioner. S' maps tractions in the
-    /// planes to gaps in the planes. 1e-14: rounding.
+    /// planes to gaps in the planes. Tolerances 1e-14 and 1e-15: rounding.
     #[test]
     fn it_is_symmetric_positive_definite_and_keeps_to_the_planes() {
         let operator = constrained();
@@ -269,7 +271,7 @@ mod tests {
         assert!([0, 2, 4, 6, 8, 9, 10, 11].into_iter().all(|k| (raw[k] - gap[k]).abs() < 1e-15));
     }
 
-    /// Truth: diagonal blocks of the matrix that the products assemble. 1e-15: rounding.
+    /// Truth: diagonal blocks of the matrix whose columns are the products with unit vectors. Tolerance 1e-15: rounding.
     #[test]
     fn diagonal_blocks_are_those_of_the_products() {
         let operator = constrained();
@@ -280,7 +282,7 @@ mod tests {
         }
     }
 
-    /// Truth: completing a complete gap changes nothing. 1e-15: rounding.
+    /// Truth: completing a complete gap changes nothing. Tolerance 1e-15: rounding.
     #[test]
     fn completion_is_a_projection() {
         let operator = constrained();

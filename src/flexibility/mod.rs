@@ -1,8 +1,8 @@
 //! Flexibility operators on the contact frame: gap = S tractions.
 //!
 //! [`Flexibility`] is the interface of all operators; [`composed`], [`constrained`] and [`subset`] combine or restrict them.
-//! Vectors over a frame of N cells are stored by component planes, `[x_0..x_N, y_0..y_N, n_0..n_N]`, length 3N, in the local axes
-//! (x, y, n) of each cell.
+//! Vectors over a frame of N cells, `[3, N]`, are stored component by component: the x, then the y, then the n of all cells. The
+//! components belong to the local axes (x, y, n) of each cell.
 
 pub mod composed;
 pub mod constrained;
@@ -20,7 +20,7 @@ use crate::flexibility::per_cell::PerCell;
 
 /// Linear map S from tractions on body 2 (MPa) to the gap change (mm) that they cause.
 ///
-/// Symmetric positive definite in the area-weighted inner product: `A S = (A S)^T`.
+/// S is symmetric positive definite in the area-weighted inner product: `A S = (A S)^T` with the cell areas A.
 ///
 /// Only one task at a time may apply an operator: operators lock their work space while their loops run in parallel. Two tasks of
 /// one thread pool that apply the same operator can deadlock.
@@ -28,13 +28,13 @@ pub trait Flexibility: Send + Sync {
     /// Number of cells N.
     fn n_cells(&self) -> usize;
 
-    /// Tangential part of the operator, if pressures cause no tangential gap and tangential tractions no normal gap. `None` if the
-    /// two parts cannot be used separately.
+    /// Tangential part of the operator, if pressures cause no tangential gap and tangential tractions cause no normal gap. `None`
+    /// if the two parts cannot be used separately.
     fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
         None
     }
 
-    /// `gap = S tractions`, both `[3, N]` by planes; overwrites `gap`. Does not allocate.
+    /// `gap = S tractions`, both `[3, N]`; overwrites `gap`. Does not allocate.
     fn apply(&self, tractions: &[f64], gap: &mut [f64]);
 
     /// `normal_gap = S_nn pressure` with the normal block S_nn, both `[N]`; overwrites `normal_gap`. Does not allocate.
@@ -48,19 +48,20 @@ pub trait Flexibility: Send + Sync {
         true
     }
 
-    /// Computes `pressure` such that S_nn pressure is about `normal_gap`, both `[N]`; overwrites. Uses a symmetric positive
-    /// definite approximation of the inverse. Returns false if the operator has none. Allocates only in the first call.
+    /// Computes `pressure` such that S_nn pressure is about `normal_gap`, both `[N]`; overwrites `pressure`. Uses a symmetric
+    /// positive definite approximation of the inverse. Returns false if the operator has no approximation. Allocates only in the
+    /// first call.
     fn precondition_normal(&self, _normal_gap: &[f64], _pressure: &mut [f64]) -> bool {
         false
     }
 
-    /// As [`Self::precondition_normal`] for all components, both `[3, N]` by planes.
+    /// As [`Self::precondition_normal`] for all components, both `[3, N]`.
     fn precondition(&self, _gap: &[f64], _tractions: &mut [f64]) -> bool {
         false
     }
 
-    /// Gap S tractions in one cell, mm, by direct summation over all cells; tractions are `[3, N]` by planes. It does not use the
-    /// data structures of [`Self::apply`], so that both can be compared. `None` if the operator has no direct sum.
+    /// Gap S tractions in one cell, mm, by direct summation over all cells; tractions are `[3, N]`. It does not use the data
+    /// structures of [`Self::apply`], so that both can be compared. `None` if the operator has no direct sum.
     fn direct_sum(&self, _cell: usize, _tractions: &[f64]) -> Option<[f64; 3]> {
         None
     }
@@ -98,7 +99,7 @@ pub trait Flexibility: Send + Sync {
     }
 
     /// Adds the missing part of the gap in the unformed cells. `gap` is the result of [`Self::apply`] for `tractions`, both
-    /// `[3, N]` by planes.
+    /// `[3, N]`.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -130,10 +131,10 @@ pub trait Flexibility: Send + Sync {
 
 /// Tangential part S_tt of a [`Flexibility`] whose normal and tangential components are decoupled.
 pub trait TangentialFlexibility {
-    /// `gap = S_tt tractions`, both `[2, N]` by planes; overwrites `gap`. Does not allocate.
+    /// `gap = S_tt tractions`, both `[2, N]`; overwrites `gap`. Does not allocate.
     fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]);
 
-    /// Computes `tractions` such that S_tt tractions is about `gap`, both `[2, N]` by planes; overwrites. Allocates only in the
+    /// Computes `tractions` such that S_tt tractions is about `gap`, both `[2, N]`; overwrites `tractions`. Allocates only in the
     /// first call.
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]);
 }

@@ -37,8 +37,8 @@ impl SubsetFlexibility {
         whole
     }
 
-    /// Applies `product` of `whole` to the expanded `values` and gathers its result in `out`; both have `planes` planes. Returns
-    /// the value that `product` returns.
+    /// Applies `product` of `whole` to the expanded `values` and gathers its result in `out`; both have `planes` components per
+    /// cell. Returns the value that `product` returns.
     fn apply_whole(
         &self,
         planes: usize,
@@ -105,7 +105,8 @@ impl Flexibility for SubsetFlexibility {
         self.whole.direct_sums(&places, &whole)
     }
 
-    /// Applies the block for the subset in the approximate inverse of `whole`. This block is symmetric positive definite, too.
+    /// Applies the rows and columns of the subset in the approximate inverse of `whole`. This block is symmetric positive definite,
+    /// too.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition_normal(whole, result);
         self.apply_whole(1, (normal_gap, pressure), product)
@@ -205,7 +206,7 @@ mod tests {
         assert_eq!(tractions, gap.map(|gap| 0.5 * gap));
     }
 
-    /// Truth: rows and columns of the full matrix. Earlier products leave no values in the work space.
+    /// Truth: sums over rows and columns of the full matrix, computed by hand. Earlier products leave no values in the work space.
     #[test]
     fn rows_and_columns_of_the_whole() {
         let part = SubsetFlexibility::new(Arc::new(Three), vec![0, 2]);

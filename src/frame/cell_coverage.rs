@@ -16,11 +16,11 @@ const COVERAGE_TOLERANCE: f64 = 1e-9;
 /// Relative rounding error of a cell's area, divided by the rounding error of the coordinates relative to the cell's side.
 const AREA_PER_COORDINATE_ROUNDING: f64 = 8.0;
 
-/// Maximum uncovered share of a cell made from a face. If two bodies end at one edge or symmetry plane, the gap slightly offsets
-/// their edges in a projection along an inclined cell normal. Averages refer to the covered part.
+/// Maximum uncovered share of a cell that is no grid cell. If two bodies end at one edge or symmetry plane, the gap slightly
+/// offsets their edges in a projection along an inclined cell normal. Averages refer to the covered part.
 const MAX_UNCOVERED_SHARE: f64 = 0.1;
 
-/// Faces found under one cell.
+/// Coverage of one cell by the contact faces, and the weights of a cell average.
 pub(super) struct CellCoverage {
     /// Pairs (mesh node or index of another basis function, weight), ascending.
     pub(super) weights: Vec<(usize, f64)>,
@@ -92,7 +92,8 @@ impl<'a> FacetIndex<'a> {
         let (hits, folded) = self.overlaps(frame, cell);
         let area = frame.areas[cell];
         let coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
-        // Cells of a grid are fully covered. Faces of two meshes may end slightly apart.
+        // Averages over grid cells refer to the whole area. Averages over other cells refer to the covered part, because the faces
+        // of two meshes may end slightly apart.
         let whole = if frame.grid.is_some() { area } else { area * coverage };
         let mut weights = Vec::new();
         for hit in &hits {
@@ -108,7 +109,7 @@ impl<'a> FacetIndex<'a> {
         CellCoverage { weights: merge(weights), coverage, folded }
     }
 
-    /// Facets that face the cell and lie over it, and a folded face, if any.
+    /// Overlaps of a cell with the facets that face the cell and lie over it, and a folded face, if any.
     fn hits(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
         let (triad, center) = (&frame.triads[cell], &frame.centers[cell]);
         let normal = triad.normal();
@@ -147,8 +148,8 @@ impl<'a> FacetIndex<'a> {
         (hits, folded)
     }
 
-    /// Of several sheets of faces over a cell (connected through their nodes), keeps the nearest. Further sheets are kept if the
-    /// covered area stays within `most`.
+    /// Keeps the nearest sheet of faces over a cell. The faces of a sheet are connected through their nodes. Another sheet is kept
+    /// if the covered area stays within `most`.
     fn keep_nearest(&self, hits: &mut Vec<CellOverlap>, most: f64) {
         let mut sheets: Vec<(Vec<usize>, f64, f64)> = Vec::new();
         let mut sheet_of = vec![usize::MAX; hits.len()];
@@ -205,7 +206,7 @@ fn overlap(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     })
 }
 
-/// Sums the weights of equal nodes, in ascending order.
+/// Sums the weights of equal nodes; the result is in ascending order of nodes.
 fn merge(mut weights: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
     weights.sort_by_key(|w| w.0);
     weights.dedup_by(|later, kept| {

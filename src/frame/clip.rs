@@ -8,7 +8,7 @@ pub(super) fn twice_signed_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Signed area and centroid; the first corner if the area vanishes.
+/// Signed area and centroid of a polygon. If the area vanishes, the first corner replaces the centroid.
 ///
 /// # Source
 /// Shoelace formula about the first corner, which keeps rounding relative to the polygon's size.
@@ -28,7 +28,8 @@ pub(super) fn area_and_centroid(polygon: &[[f64; 2]]) -> (f64, [f64; 2]) {
     (area, [first[0] + moment[0] / area, first[1] + moment[1] / area])
 }
 
-/// Turns below this share of a polygon's squared size count as straight.
+/// A corner counts as straight if twice the area of the triangle with its neighbours is below this share of the polygon's squared
+/// size.
 const STRAIGHT: f64 = 1e-12;
 
 /// Twice the signed area of the triangle of a corner and its two neighbours.
@@ -37,7 +38,7 @@ fn turn(polygon: &[[f64; 2]], i: usize) -> f64 {
     twice_signed_area(polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n])
 }
 
-/// Divides a simple polygon into convex parts: itself if it is convex, triangles otherwise.
+/// Divides a simple polygon into convex parts: cuts off triangles until the rest is convex.
 ///
 /// # Source
 /// Meisters (1975), Amer. Math. Monthly 82, 648-651: every simple polygon has an ear, a convex corner whose triangle holds
@@ -92,7 +93,7 @@ pub(super) fn intersect(
     }
 }
 
-/// The part of `subject` left of the line from `a` to `b`.
+/// Writes to `result` the part of `subject` left of the line from `a` to `b`.
 fn cut(subject: &[[f64; 2]], a: [f64; 2], b: [f64; 2], result: &mut Polygon) {
     result.clear();
     for (i, &end) in subject.iter().enumerate() {
@@ -120,7 +121,8 @@ mod tests {
         area_and_centroid(&result).0
     }
 
-    /// Truth: areas by hand: half-shifted squares, the inscribed diamond, touching and separate squares.
+    /// Truth: areas of intersections known by hand, for shifted squares, an inscribed diamond, a triangle, and touching and
+    /// separate squares.
     #[test]
     fn overlaps_of_known_area() {
         let shifted = |dx: f64, dy: f64| SQUARE.map(|[x, y]| [x + dx, y + dy]);
@@ -134,8 +136,8 @@ mod tests {
         assert!((overlap(&triangle, &SQUARE) - 1.0).abs() < 1e-15);
     }
 
-    /// Truth: each part is convex, and the parts have the area of the polygon, known by hand. An L, its mirror image and a dart are
-    /// divided. A square with a fifth corner on one side, also shifted by rounding, stays whole.
+    /// Truth: each part is convex, and the areas of the parts sum to the area of the polygon, known by hand. An L, its mirror image
+    /// and a dart are divided. A square with a fifth corner on one side, also shifted by rounding, stays whole.
     #[test]
     fn parts_of_a_polygon_are_convex() {
         let l = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
@@ -158,7 +160,7 @@ mod tests {
         }
     }
 
-    /// Truth: centroid of a triangle is the mean of its corners.
+    /// Truth: the centroid of a triangle is the mean of its corners.
     #[test]
     fn centroid_of_a_triangle() {
         let (area, centroid) = area_and_centroid(&[[0.0, 0.0], [3.0, 0.0], [0.0, 6.0]]);

@@ -1,8 +1,8 @@
 //! Curvature correction of flat faces: estimates from neighbouring nodes how far a curved surface lies from its flat faces.
 //!
-//! The nodes of first-order faces lie on the surface. An edge of length h deviates from a surface of radius R by up to h^2 / 8R. A
-//! quadratic fit through the nodes around each node gives the curvature there. An edge is corrected by the smaller of the
-//! curvatures at its ends. If their signs differ, it is not corrected, so that creases between plane faces stay.
+//! The nodes of first-order faces lie on the surface. An edge of length h deviates from a surface of radius R by up to h^2 / (8 R).
+//! A quadratic fit through the nodes around each node gives the curvature there. An edge is corrected by the smaller of the
+//! curvatures at its ends. If these differ in sign, the edge is not corrected, so that creases between plane faces stay.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -20,7 +20,8 @@ use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Faces whose normals deviate more than this (cosine) from the nodal normal form an edge of the body at the node.
+/// Smallest cosine of the angle between a face normal and the nodal normal. If a face has a smaller cosine, the node lies on an
+/// edge of the body.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
 /// Layers of faces are added until a node has at least this many neighbours for the quadratic fit.
@@ -37,9 +38,9 @@ const RANK_TOLERANCE: f64 = 1e-6;
 pub struct EdgeSagitta {
     /// Length of the edge, mm.
     pub length: f64,
-    /// Height of the surface over the midpoint by the curvature at each end, outward, mm.
+    /// Height of the surface over the midpoint for the curvature at each end, positive outward, mm.
     pub sagittas_at_ends: [f64; 2],
-    /// Offset of the midpoint that the correction applies, global, mm.
+    /// Offset by which the correction moves the midpoint, global axes, mm.
     midpoint_offset: Point,
 }
 
@@ -54,7 +55,7 @@ impl EdgeSagitta {
         self.midpoint_offset.norm()
     }
 
-    /// Disagreement of the two ends: difference of the larger height and the applied one, mm. It vanishes for equal curvatures.
+    /// Difference between the larger absolute height and the applied height, mm. Zero if the end curvatures are known and equal.
     pub fn disagreement(&self) -> f64 {
         self.largest() - self.applied()
     }
@@ -103,7 +104,7 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
     faces.iter().map(of_face).collect()
 }
 
-/// Offsets of the edge midpoints of `faces` from their chords, in the same order, global, mm; zero without a correction.
+/// Offsets of the edge midpoints of `faces` from their chords, global axes, mm; zero without a correction.
 pub(super) fn edge_midpoint_offsets(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Point; 4]> {
     let bows = |cuts: [Option<EdgeSagitta>; 4]| {
         cuts.map(|cut| cut.map_or_else(Point::zeros, |cut| cut.midpoint_offset))
@@ -116,10 +117,10 @@ pub(super) fn quadratic_kind(flat: ElementKind) -> ElementKind {
     if flat.n_corners() == 3 { Tri6 } else { Quad8 }
 }
 
-/// Height along `normal` above the midpoint of a chord, for a surface offset by `bow` perpendicular to itself.
+/// Height along `normal` above the midpoint of a chord, for a surface that is offset by `bow` perpendicular to itself.
 fn offset_along_normal(bow: &Point, normal: &Point) -> f64 {
     let along = normal.dot(bow);
-    // Beyond 60 degrees between offset and normal, the plain component is used.
+    // Beyond 60 degrees between offset and normal, the component of the offset along the normal is used.
     if along.abs() > 0.5 * bow.norm() { bow.norm_squared() / along } else { along }
 }
 
@@ -139,8 +140,8 @@ pub struct MeshedSurface {
 }
 
 impl MeshedSurface {
-    /// Mean heights over the cells with curvature-corrected faces, `[N]`, mm. Adds the shape functions of the edge midpoints times
-    /// their offsets.
+    /// Mean heights of the curvature-corrected faces over the cells, `[N]`, mm. The correction of a face is the sum of the shape
+    /// functions of its edge midpoints times the offsets of these midpoints.
     pub fn curved_heights(&self, frame: &ContactFrame) -> Vec<f64> {
         let bows = edge_midpoint_offsets(&self.mesh, &self.faces);
         if bows.iter().flatten().all(|bow| bow.norm_squared() == 0.0) {
@@ -171,7 +172,7 @@ impl MeshedSurface {
 }
 
 impl Curvature {
-    /// d^T C d for a chord d, C the second derivatives.
+    /// Second derivative d^T C d of the surface along a chord d, with the matrix C of second derivatives.
     fn along(&self, chord: &Point) -> f64 {
         let local = self.axes.to_local(chord);
         let flat = Vector2::new(local.x, local.y);

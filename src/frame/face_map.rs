@@ -1,8 +1,8 @@
 //! Maps from the nodes of a body's contact faces to the cells of the frame. They pass the patch test.
 //!
-//! Row I of the map is the average of the face shape functions over cell I, I_Ij = (1 / A_I) int_{cell I} N_j dS. It is integrated
-//! exactly on the intersections of the cell with the faces, projected along the cell's normal. Hence sum_I A_I I_Ij = int N_j dS
-//! wherever the cells tile the faces.
+//! The entry I_Ij of the map is the average of the shape function of node j over cell I, I_Ij = (1 / A_I) int_{cell I} N_j dS. It
+//! is integrated exactly on the intersections of the cell with the faces, projected along the cell's normal. Hence sum_I A_I I_Ij =
+//! int N_j dS wherever the cells tile the faces.
 //!
 //! # Source
 //! docs/theory-coupling.md.
@@ -50,8 +50,8 @@ fn entries(matrix: &CsMat<f64>, row: usize) -> impl Iterator<Item = (usize, f64)
     matrix.indices()[range.clone()].iter().copied().zip(matrix.data()[range].iter().copied())
 }
 
-/// Whether the faces of body `side` cover each cell sufficiently for contact, `[N]`: completely to rounding on grids, by nine
-/// tenths for cells that are faces.
+/// Whether the faces of body `side` cover each cell sufficiently for contact, `[N]`: completely up to rounding on grids, at least
+/// nine tenths of other cells.
 pub fn covered_cells(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Vec<bool> {
     let faces = FacetIndex::new(mesh, faces, side);
     let cover = |cell: usize| is_covered(frame, cell, &faces.cover(frame, cell));
@@ -166,15 +166,15 @@ impl FaceMap {
         local
     }
 
-    /// Gap due to the nodal displacement of the body at `side`, `[3, N]` as in [`Self::apply`], mm.
+    /// Gap due to the nodal displacement of the body at `side`, `[3, N]` in the layout of [`Self::apply`], mm.
     pub fn gap_of_displacement(&self, side: Side, of_node: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
         let mut gap = self.mean_displacement(of_node);
         gap.iter_mut().for_each(|g| *g *= side.gap_sign());
         gap
     }
 
-    /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` as in [`Self::apply`] (MPa). A
-    /// are the cell areas. Overwrites `forces`.
+    /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` in the layout of [`Self::apply`]
+    /// (MPa). A are the cell areas. Overwrites `forces`.
     pub fn apply_transpose(&self, tractions: &[f64], forces: &mut [f64]) {
         let n = self.n_cells();
         for (node, force) in forces.chunks_exact_mut(3).enumerate() {

@@ -15,11 +15,11 @@ use crate::mesh::faces::group_faces;
 impl ContactFrame {
     /// One cell per face of the physical group `group` of the mesh of body `side`, in the group's order.
     ///
-    /// A cell is its face projected along its mean normal (the direction of its vector area). Area, centroid and corners of a plane
-    /// face are exact. A curved edge of order 2 becomes two straight ones through its middle node. The normal is the outward one on
-    /// body 1 and its opposite on body 2. The local x follows the direction `azimuth` (radians from global x). `center` is the
-    /// origin of gap shapes and moments in global x, y; its z is the mean height of the cells. The frame's own n is vertical
-    /// ([`ContactFrame::with_normal`]).
+    /// A cell is the projection of a face along the mean normal of this face (the direction of its vector area). Area, centroid and
+    /// corners of a plane face with straight edges are exact. A curved edge of order 2 becomes two straight ones through its middle
+    /// node. The normal is the outward one on body 1 and its opposite on body 2. The local x follows the direction `azimuth`
+    /// (radians from global x). `center` is the origin of gap shapes and moments in global x, y; the z of this origin is the mean
+    /// height of the cells. The frame's own n is vertical ([`ContactFrame::with_normal`]).
     ///
     /// # Errors
     /// If the group is missing, empty or not made of outer faces, or a face has no area.
@@ -40,8 +40,8 @@ impl ContactFrame {
         Ok(cells.frame(center, azimuth))
     }
 
-    /// Replaces the frame's own direction n (towards body 2). `approach` moves body 2 against n. Resultants are given along x (the
-    /// azimuth's direction, perpendicular to n), y and n. The cells keep their own axes.
+    /// Replaces the frame's own direction n (towards body 2). `approach` moves body 2 against n. Resultants are given along x, y
+    /// and n, with x along the projection of the azimuth's direction perpendicular to n. The cells keep their own axes.
     pub fn with_normal(mut self, normal: Point) -> Self {
         let toward = Point::new(self.azimuth.cos(), self.azimuth.sin(), 0.0);
         self.axes = Triad::from_normal(normal, toward);
@@ -102,7 +102,7 @@ impl FrameBuilder {
     ) -> Option<()> {
         let whole = reflect_cell(&corners, open, planes);
         let mut vector_area = vector_area(&whole.corners);
-        // The reflected parts leave components along the plane normals that are rounding only.
+        // After the reflection, the components along the plane normals are only rounding errors.
         (0..3).filter(|&c| whole.planes[c]).for_each(|c| vector_area[c] = 0.0);
         let size = whole.corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
         if vector_area.norm() <= 1e-12 * size {

@@ -1,7 +1,7 @@
 //! Contact faces of any order, divided into facets with linear or bilinear maps.
 //!
 //! A second-order face with middle nodes in the middle of its edges is one facet. A curved one is divided at its middle nodes into
-//! four. The facets only map points of the cell to points of the face. On curved faces this has an error of the order of the
+//! four. The facets only map points of the cell to points of the face. On curved faces this map has an error of the order of the
 //! squared face size. The shape functions still belong to the whole face.
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
@@ -9,7 +9,7 @@ use crate::geometry::{Point, Side};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// A middle node counts as in the middle of its edge if its distance from there is below this fraction of the edge length.
+/// Maximum distance of a middle node from the midpoint of its edge, relative to the edge length, for a straight edge.
 const MIDSIDE_TOLERANCE: f64 = 1e-9;
 
 /// Corners of the facets as node numbers of the face; 8 is the centre of a quadrangle.

@@ -243,7 +243,7 @@ mod tests {
         check(gap_of(GapShape::Flat, [0.0; 2], false), 0.0);
     }
 
-    /// Truth: bilinear interpolation reproduces a + b x + c y + d x y; heights per cell are used unchanged.
+    /// Truth: bilinear interpolation reproduces a + b x + c y + d x y. Heights given for each cell are used without interpolation.
     #[test]
     fn heights_are_interpolated() {
         let f = |x: f64, y: f64| 1.0 + 0.2 * x - 0.3 * y + 0.1 * x * y;

@@ -22,8 +22,8 @@ impl ContactFrame {
         Ok(Self::of_grid(Grid { cells, spacing, center, azimuth, periodic: [false; 2] }))
     }
 
-    /// The grid with `more` cells on each side along its x and y. Existing cells keep their positions bit by bit. `None` if the
-    /// frame is a mesh, has an outline or is periodic.
+    /// The grid enlarged by `more` cells on each side along its x and y. Existing cells keep their positions bit by bit. `None` if
+    /// the frame is a mesh, has an outline or is periodic.
     ///
     /// # Errors
     /// If the cells do not fit into memory.
@@ -69,7 +69,7 @@ impl Grid {
         [0, 1].map(|axis| 0.5 * self.cells[axis] as f64 * self.spacing[axis])
     }
 
-    /// Indices of the cells in a wider grid, with equal numbers of added cells on opposite sides, `[N]`.
+    /// Indices of the cells in a wider grid, `[N]`. The wider grid has equal numbers of added cells on opposite sides.
     pub fn indices_in(&self, wider: &Self) -> Vec<usize> {
         let more = [0, 1].map(|axis| (wider.cells[axis] - self.cells[axis]) / 2);
         let place = |ix: usize, iy: usize| (ix + more[0]) * wider.cells[1] + iy + more[1];
@@ -112,8 +112,8 @@ impl Grid {
     }
 }
 
-/// Extends a cell field, `[planes, N]`, to an enlarged frame of `n` cells. `places[i]` is the new index of cell i. New cells get
-/// the value of `fill` at their index in the result.
+/// Extends a cell field, `[n_components, N]`, to an enlarged frame of `n` cells. `places[i]` is the new index of cell i. New cells
+/// get the value of `fill` at their index in the result.
 pub fn extend_field<T: Copy>(field: &[T], places: &[usize], n: usize, fill: impl Fn(usize) -> T) -> Vec<T> {
     let planes = field.len() / places.len().max(1);
     let mut out: Vec<T> = (0..planes * n).map(fill).collect();
@@ -152,7 +152,8 @@ fn check_cells(cells: [usize; 2]) -> Result<()> {
 mod tests {
     use super::*;
 
-    /// Truth: cell (ix, iy) has the index ix * ny + iy, the total area is 4 w_x w_y, corners are right-handed, centres symmetric.
+    /// Truth: cell (ix, iy) has the index ix * ny + iy, and the total area is 4 w_x w_y. Corners are counter-clockwise, and the
+    /// centres have their mean at the origin.
     #[test]
     fn cells_lie_as_defined() {
         let frame = ContactFrame::grid([1.2, 0.6], [4, 3], [5.0, -2.0], 0.3).unwrap();

@@ -26,7 +26,7 @@ pub fn read(path: &Path) -> Result<Array2> {
     }
 }
 
-/// Parses lines of numbers of equal count. Lines that begin with # are skipped.
+/// Parses lines with equal counts of numbers. Blank lines and lines that begin with # are skipped.
 fn csv(bytes: &[u8]) -> Result<Array2> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| Error::input("the file is neither text (UTF-8) nor a .npy file"))?;
@@ -84,7 +84,8 @@ mod tests {
         }
     }
 
-    /// Truth: messages give the line, row, column and value of a mistake.
+    /// Truth: messages on wrong values give row and column, and messages on wrong lines give the line number. Other messages name
+    /// the mistake.
     #[test]
     fn mistakes_are_placed() {
         let folder = tempfile::tempdir().unwrap();

@@ -13,7 +13,7 @@ pub struct HeightTable {
     /// Spacing of the values along x and y, mm. The table is centred at the frame's origin and interpolated bilinearly. `None`: one
     /// value per cell.
     pub spacing: Option<[f64; 2]>,
-    /// Angle of the table's x from the frame's, radians; needs a spacing.
+    /// Angle from the frame's x to the table's x, radians; needs a spacing.
     pub angle: f64,
 }
 

@@ -1,7 +1,7 @@
 //! First touch of two surfaces: their smallest pointwise distance, not the smallest cell average.
 //!
-//! Over each cell, the distance is evaluated on the common refinement of the faces of both bodies, at corners and midpoints. A
-//! search finds the minimum where the distance may be smaller in between, as between curved faces.
+//! Over each cell, the distance is evaluated on the common refinement of the faces of both bodies, at corners, midpoints of edges
+//! and centroids. A search finds the minimum where the distance may be smaller in between, as between curved faces.
 
 use rayon::prelude::*;
 
@@ -17,10 +17,11 @@ use crate::geometry::{Point, bounds};
 /// Maximum number of halvings of the search step, which starts at half of the edges and diagonals of a polygon.
 const MAX_STEP_HALVINGS: usize = 16;
 
-/// Maximum number of rounds of a search; the remaining error is rounding.
+/// Maximum number of rounds of a search.
 const MAX_SEARCH_ROUNDS: usize = 200;
 
-/// A point outside an edge by less than this share of the region's size counts as on the edge.
+/// Twice the area of the triangle of an edge and a point outside, relative to the region's squared size, up to which the point
+/// counts as inside.
 const INSIDE_TOLERANCE: f64 = 1e-12;
 
 /// Faces of a body with curvature-corrected edges.
@@ -36,7 +37,7 @@ struct FacePiece {
     plane: ProjectedFacet,
     kind: ElementKind,
     heights: [f64; MAX_FACE_NODES],
-    /// Offsets of the edge midpoints from the chords along the cell normal, mm.
+    /// Offsets of the edge midpoints from their chords, measured along the cell normal, mm.
     bows: [f64; 4],
 }
 
@@ -70,8 +71,8 @@ struct DistanceRange {
 /// the global origin perpendicular to n.
 ///
 /// A cell counts if the component of its normal along n exceeds the fraction `facing` of the largest component. The result is the
-/// smallest distance along a cell normal, divided by this component. First-order faces are curvature-corrected, so that their
-/// corners do not touch first.
+/// minimum over these cells of the distance along the cell normal, divided by this component. First-order faces are
+/// curvature-corrected, so that their corners do not touch first.
 pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], facing: f64) -> f64 {
     let sheets = surfaces.map(|surface| surface.map(CurvedSurface::new));
     let n = frame.axes.normal();
@@ -160,7 +161,7 @@ impl OverlapRegion<'_> {
         (0..n).all(|i| twice_signed_area(self.polygon[i], self.polygon[(i + 1) % n], x) >= -slack)
     }
 
-    /// Edges and short diagonals (over two edges).
+    /// Vectors along the edges, and along the diagonals between corners that are two edges apart.
     fn directions(&self) -> Vec<[f64; 2]> {
         let n = self.polygon.len();
         let over = |i: usize, k: usize| {
@@ -210,7 +211,7 @@ impl OverlapRegion<'_> {
     }
 }
 
-/// Evaluates `look` for the distance over a cell, on all regions of the common refinement.
+/// Calls `look` with the regions of the common refinement over a cell, and returns its result.
 fn over_cell<T>(
     frame: &ContactFrame,
     sheets: &[Option<CurvedSurface>; 2],

@@ -35,7 +35,7 @@ pub use gap::{GapShape, InitialGap};
 pub use initial_contact::first_touch;
 pub use outline::Outline;
 
-/// Cells whose normal has a smaller component along the frame's n count as perpendicular to its plane.
+/// Cells whose normal has a smaller component along the frame's n count as perpendicular to the frame's plane.
 const PERPENDICULAR_COSINE: f64 = 1e-6;
 
 /// Layout of a uniform grid frame; cell (ix, iy) has the grid position `ix * cells[1] + iy`.
@@ -74,12 +74,12 @@ pub struct ContactFrame {
     /// The grid, if the frame is a grid or a part of one.
     pub grid: Option<Grid>,
     /// Grid position of each cell, ascending, if an outline excludes some cells ([`ContactFrame::clipped_to`]); `None` if the grid
-    /// is complete.
+    /// is complete or the frame is no grid.
     pub grid_indices: Option<Vec<usize>>,
-    /// Number of excluded cells ([`ContactFrame::retain_cells`]).
+    /// Number of cells excluded by an outline or by [`ContactFrame::retain_cells`].
     pub n_excluded: usize,
-    /// Candidate cells, which may come into contact, `[N]`; `None` means all cells. Bodies form their flexibility on these, and on
-    /// other cells when contact reaches them.
+    /// Candidate cells, which may come into contact, `[N]`; `None` means all cells. Bodies form their flexibility on the
+    /// candidates, and on other cells when contact reaches them.
     pub candidates: Option<Vec<bool>>,
     /// Global axes x, y, z that are normal to a symmetry plane on which the cell lies, `[N]`; `None` if no cell lies on one.
     pub symmetry_planes: Option<Vec<[bool; 3]>>,
@@ -186,7 +186,7 @@ impl ContactFrame {
         self.grid.is_some_and(|grid| grid.periodic != [false; 2])
     }
 
-    /// Whether each point of the frame's plane has at most one cell: all cells face along n.
+    /// Whether all cells face along n, so that each point of the frame's plane has at most one cell.
     pub fn is_single_valued(&self) -> bool {
         let n = self.axes.normal();
         self.triads.distinct().iter().all(|triad| triad.normal().dot(&n) > PERPENDICULAR_COSINE)

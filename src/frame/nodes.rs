@@ -1,11 +1,12 @@
-//! Contact frames with one cell per node of a body's contact faces: the part of the faces nearest to the node.
+//! Contact frames with one cell per node of a body's contact faces. A cell is the part of these faces nearest to its node.
 //!
 //! Two meshed bodies have no flexibility for tractions that alternate in sign from face to face: the bilinear displacement of a
 //! quadrangle averages them out. One traction per face of the finer mesh thus leaves a checkerboard mode undetermined. One traction
-//! per node avoids this: on a regular mesh, a checkerboard of tractions on nodal cells retains a quarter of its work.
+//! per node avoids this: on a regular mesh, a checkerboard of tractions on nodal cells causes nodal forces of 1/4 of traction times
+//! area.
 //!
 //! # Source
-//! Uniqueness of the tractions: locally never more frame points than displacement nodes of the finer side.
+//! Condition for unique tractions: no region may have more frame points than displacement nodes of the finer side.
 
 use std::collections::HashMap;
 
@@ -25,12 +26,13 @@ struct FaceCorner {
 }
 
 impl ContactFrame {
-    /// One cell per node of the physical group `group` of the mesh of body `side`, in the order of the nodes. The cell is the
-    /// polygon through the midpoints of the edges and faces around the node (at the group's border also through the node itself).
-    /// Axes, areas and the other arguments as in [`ContactFrame::from_faces`].
+    /// One cell per node of the physical group `group` of the mesh of body `side`, in the order of the nodes. If several fans of
+    /// faces meet only at a node, each fan gives a cell. The cell is the polygon through the midpoints of the edges and faces
+    /// around the node (at the group's border also through the node itself). Axes, areas and the other arguments are those of
+    /// [`ContactFrame::from_faces`].
     ///
-    /// The nodes `planes` lie on symmetry planes at which the body is cut. The cell of such a node is half (a quarter at the corner
-    /// of two planes) of the full model's cell. It has the axes and the centre of the full cell, and its own area.
+    /// The nodes in `planes` lie on symmetry planes at which the body is cut. The cell of such a node is half (a quarter at the
+    /// corner of two planes) of the full model's cell. It has the axes and the centre of the full cell, and its own area.
     ///
     /// # Errors
     /// As [`ContactFrame::from_faces`], and if a face is of second order.

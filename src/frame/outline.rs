@@ -34,8 +34,8 @@ pub enum Outline {
     },
 }
 
-/// Points that lie outside by less than this fraction of the outline's size count as on the curve. Cells that are mirror images of
-/// each other are then both inside or both outside.
+/// Maximum distance of points that count as on the curve, relative to the size of the outline (for polygons, of the edge). Cells
+/// that are mirror images of each other are then both inside or both outside.
 const BOUNDARY_TOLERANCE: f64 = 1e-10;
 
 /// Maximum number of vertices of a polygon; all pairs of its edges are compared.
@@ -256,8 +256,8 @@ mod tests {
         frame.clipped_to(outline).unwrap().areas.iter().sum()
     }
 
-    /// Truth: the cells inside an outline have the total area of the outline. 3e-3: error of counting 75 and 30 cells along the
-    /// radii (errors of the cells on the border average out).
+    /// Truth: the cells inside an outline have the total area of the outline. Tolerance 3e-3: error of counting cells, with 75 or
+    /// 30 cells along a radius; the errors of border cells average out. The L has the tolerance 0.02.
     #[test]
     fn cells_fill_the_outline() {
         let circle = Outline::Circle { radius: 1.5, center: [0.2, -0.1] };
@@ -280,11 +280,12 @@ mod tests {
         assert!((x[1] - reach[0]).abs() < 1e-4 && (y[1] - reach[1]).abs() < 1e-4, "{x:?} {y:?} {reach:?}");
     }
 
-    /// Truth: mirror images of a cell on the border are both in or both out.
+    /// Truth: mirror images of a cell on the border are both inside or both outside the outline.
     #[test]
     fn lines_through_centres_are_symmetric() {
         let frame = ContactFrame::grid([1.0, 1.0], [10, 10], [0.0, 0.0], 0.0).unwrap();
-        // Cell centres at +-0.1, 0.3, 0.5, 0.7, 0.9; a circle through (0.3, 0.5), and a square through centres.
+        // The outlines pass through cell centres, which have the coordinates +-0.1, 0.3, 0.5, 0.7, 0.9: a circle through (0.3,
+        // 0.5), and a square.
         for outline in [
             Outline::Circle { radius: 0.3_f64.hypot(0.5), center: [0.0, 0.0] },
             Outline::Polygon { vertices: vec![[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]] },

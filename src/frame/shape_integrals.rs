@@ -158,7 +158,7 @@ impl ProjectedFacet {
             let [a, b] = self.tangents(own);
             let jacobian = cross_2d(a, b);
             let step = [cross_2d(miss, b) / jacobian, cross_2d(a, miss) / jacobian];
-            // Points of the facet lie in the square. The limits keep the Jacobian positive.
+            // Points of the facet lie in the square [-1, 1]^2. The limits keep the Jacobian positive.
             own = [
                 (own[0] + step[0]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
                 (own[1] + step[1]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
@@ -220,8 +220,9 @@ mod tests {
         }
     }
 
-    /// Truth: the consistent loads of a uniform pressure on straight faces (docs/theory-coupling.md): tri6 0 at corners and
-    /// 1/3 at middle nodes; quad8 on a parallelogram -1/12 and 1/3; quad9 1/36, 1/9 and 4/9; tri3 1/3. 1e-14: rounding.
+    /// Truth: the consistent loads of a uniform pressure on a triangle or parallelogram (docs/theory-coupling.md), divided by the
+    /// force on the face. At corner, middle and centre nodes they are 1/3 (tri3); 0 and 1/3 (tri6); -1/12 and 1/3 (quad8); 1/36,
+    /// 1/9 and 4/9 (quad9). Tolerance 1e-14: rounding.
     #[test]
     fn consistent_loads() {
         let (triangle, quadrangle) =
@@ -247,9 +248,9 @@ mod tests {
         check(Quad9, &quadrangle, [1.0 / 36.0, 1.0 / 9.0, 4.0 / 9.0]);
     }
 
-    /// Truth: on any triangle or convex quadrangle the shape functions of every order sum to one and reproduce x (middle nodes in
-    /// the middle). Over any inner polygon, sum_j int N_j = area and sum_j x_j int N_j = first moment (polygon formulas). 1e-14:
-    /// rounding.
+    /// Truth: on triangles and convex quadrangles with middle nodes at the midpoints, the shape functions of every order sum to one
+    /// and reproduce x. Over any inner polygon, sum_j int N_j = area and sum_j x_j int N_j = first moment (polygon formulas).
+    /// Tolerance 1e-14: rounding.
     #[test]
     fn linear_fields_are_reproduced() {
         let polygon = [[0.3, 0.3], [1.4, 0.5], [1.3, 0.7], [0.9, 1.0], [0.35, 0.9]];
@@ -279,7 +280,7 @@ mod tests {
     }
 
     /// Truth: the integral over a face is the sum over its parts. Four facets with their own maps give the integral over the whole
-    /// parallelogram. 1e-14: rounding.
+    /// parallelogram. Tolerance 1e-14: rounding.
     #[test]
     fn parts_sum_to_the_whole() {
         for kind in [Quad8, Quad9] {

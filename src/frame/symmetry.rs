@@ -13,7 +13,7 @@ pub type SymmetryNodes = HashMap<usize, [bool; 3]>;
 /// Maximum distance of a cell's corner from a plane on which it lies, relative to the size of the cell.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// Minimum tangential component of a plane's normal in a cell on the plane.
+/// Minimum length of the tangential component of a symmetry plane's normal in a cell on this plane.
 const MIN_TANGENT_COMPONENT: f64 = 1e-6;
 
 /// Components of a unit vector below this are rounding.
@@ -23,7 +23,7 @@ impl ContactFrame {
     /// Cells on symmetry planes, ascending, with the projector P onto the components (x, y, n) in these planes. P = 1 - m m^T, with
     /// m the cell tangent normal to the symmetry plane. Where two planes meet, P removes both tangents.
     ///
-    /// The traction and the relative tangential displacement across a symmetry plane vanish.
+    /// The components of the traction and of the relative tangential displacement normal to a symmetry plane vanish.
     pub fn symmetry_projectors(&self) -> Vec<(usize, Matrix3<f64>)> {
         let Some(planes) = &self.symmetry_planes else { return Vec::new() };
         planes
@@ -70,15 +70,15 @@ pub(super) struct ReflectedCell {
     pub planes: [bool; 3],
 }
 
-/// Completes the part of a cell with `corners` by reflection. `open`: the part starts with the node itself, at the border of the
-/// faces. A symmetry plane in `planes` counts only if it contains an edge of the part at the node.
+/// Completes the part of a cell with `corners` by reflection. `open` means that the part starts with the node itself, at the border
+/// of the faces. A symmetry plane in `planes` counts only if it contains an edge of the part at the node.
 pub(super) fn reflect_cell(corners: &[Point], open: bool, planes: [bool; 3]) -> ReflectedCell {
     let mut whole = ReflectedCell { corners: corners.to_vec(), images: 1.0, planes: [false; 3] };
     if !open {
         return whole;
     }
     let node = corners[0];
-    // Midpoints of edges and faces. They close around the node when both ends are joined.
+    // Midpoints of edges and faces. They close around the node once a reflection joins both of their ends.
     let (mut fan, mut closed) = (corners[1..].to_vec(), false);
     for c in (0..3).filter(|&c| planes[c]) {
         let size = corners.iter().map(|x| (x - node).norm()).fold(0.0, f64::max);

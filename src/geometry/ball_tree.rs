@@ -22,12 +22,12 @@ impl Ball {
     fn meets(&self, start: &Point, along: &Point, reach: f64) -> bool {
         let arm = self.center - start;
         let across = arm - along * along.dot(&arm);
-        // The margin prevents that rounding excludes touching balls.
+        // The margin prevents rounding from excluding balls that touch.
         across.norm() <= (self.radius + reach) * (1.0 + 1e-9)
     }
 }
 
-/// Binary tree of balls, halved along the longest extent of their centres.
+/// Binary tree of balls. Each branch is halved along the longest extent of the centres of its balls.
 pub(crate) struct BallTree {
     balls: Vec<Ball>,
     order: Vec<usize>,
@@ -101,7 +101,7 @@ impl BallTree {
 mod tests {
     use super::*;
 
-    /// Truth: each ball is compared with the line separately.
+    /// Truth: the tree finds the same balls as a test of each ball against the line.
     #[test]
     fn finds_what_the_line_passes() {
         let balls: Vec<Ball> = (0..500)

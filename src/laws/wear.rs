@@ -13,14 +13,14 @@ pub struct SpecificWearRate {
 }
 
 impl SpecificWearRate {
-    /// Returns the function |v|_i: wear depth per pressure, mm/MPa, that a slip v causes.
+    /// Returns the function |v|_i: the wear depth that a slip v causes, divided by the pressure, mm/MPa.
     pub fn path_per_slip(&self) -> impl Fn([f64; 2]) -> f64 {
         let (sin, cos) = self.angle.sin_cos();
         let [along, across] = self.i;
         move |v| (along * (cos * v[0] + sin * v[1])).hypot(across * (-sin * v[0] + cos * v[1]))
     }
 
-    /// Wear volume per friction energy, k = i / mu, 1/MPa; `None` if it depends on the direction of slip.
+    /// Wear volume divided by friction energy, k = i / mu, 1/MPa; `None` if it depends on the direction of slip.
     pub fn volume_per_energy(&self, friction: &FrictionEllipse) -> Option<f64> {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());
         let k = [self.i[0] / friction.mu[0], self.i[1] / friction.mu[1]];
@@ -35,7 +35,7 @@ impl SpecificWearRate {
 pub enum WearLaw {
     /// No wear.
     None,
-    /// Archard: wear volume per load and sliding distance.
+    /// Archard's law: the wear volume is the specific wear rate i times load times sliding distance.
     Archard {
         /// Specific wear rate, 1/MPa.
         i: f64,
@@ -60,9 +60,9 @@ pub enum WearLaw {
         /// Azimuth of the fibre from the frame's x, radians.
         azimuth: f64,
     },
-    /// Energy law: wear volume per friction energy, i = k mu along the friction axes.
+    /// Energy law: the wear volume is k times the friction energy, so that i = k mu along the friction axes.
     Energy {
-        /// Wear volume per friction energy, 1/MPa.
+        /// Wear volume divided by friction energy, 1/MPa.
         k: f64,
     },
 }

@@ -1,8 +1,8 @@
-//! Two-level additive Schwarz preconditioner for a symmetric positive definite matrix A of a smooth kernel.
+//! Two-level additive Schwarz preconditioner for a symmetric positive definite matrix A, the discretisation of a smooth kernel.
 //!
 //! `B = Σ_g R_gᵀ A_g⁻¹ R_g + Wᵀ A_c⁻¹ W` with `A_c = W A Wᵀ`. A_g is the diagonal block of a group of neighbouring points, selected
-//! by R_g. A row of W contains the weights of the points of one larger group. A⁻¹ is nearly local: the local blocks approximate its
-//! effect on short waves, and the weighted sums its effect on long waves. B is symmetric and positive definite.
+//! by R_g. A row of W contains the weights of the points of one coarse group. A⁻¹ is nearly local. The local blocks approximate its
+//! effect on short waves, and the coarse groups approximate its effect on long waves. B is symmetric and positive definite.
 //!
 //! # Source
 //! Mund, Stephan and Weiße 1998, "Two-level methods for the single layer potential in R³".
@@ -22,7 +22,8 @@ use super::vector::dot8;
 /// Maximum number of points in a local group.
 const MAX_BLOCK_CELLS: usize = 64;
 
-/// Approximate maximum number of groups of the coarse level.
+/// Coarse groups have at most max([`MAX_BLOCK_CELLS`], N / `MAX_COARSE_GROUPS`) of the N points. Hence there are at most about 2 ×
+/// `MAX_COARSE_GROUPS` groups.
 const MAX_COARSE_GROUPS: usize = 384;
 
 /// Rows of the coarse inverse that one parallel task multiplies.
@@ -50,7 +51,7 @@ struct LocalBlock {
 impl AdditiveSchwarz {
     /// Builds the preconditioner for the matrix A that the terms `uses` assemble from components of `matrix`.
     ///
-    /// A acts on vectors `[planes, N]`. `weights` `[N]` are the weights of the points in the coarse sums: the vector of a constant
+    /// A acts on vectors `[planes, N]`. `weights` `[N]` are the weights of the points in the coarse sums; they represent a constant
     /// field.
     pub fn new(
         matrix: &HierarchicalMatrix,
@@ -134,7 +135,7 @@ impl AdditiveSchwarz {
     }
 }
 
-/// Assembles the square matrix with rows `[planes, m]` from its components between `m` points.
+/// Assembles the square matrix with rows `[planes, m]` from `components`, matrices `[m, m]`, as the terms `uses` state.
 fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], planes: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; (planes * m).pow(2)];
     for one in uses {

@@ -58,7 +58,7 @@ pub enum CacheLookup<T> {
 impl CacheKeyBuilder {
     /// Starts the hash with the kind of content (`kind`), the program version and the instruction set.
     ///
-    /// The instruction set is part of the key because kernels for other instructions round differently.
+    /// The instruction set is part of the key because results for other instruction sets differ by rounding.
     pub(crate) fn new(kind: &str) -> Self {
         let version = env!("CARGO_PKG_VERSION");
         Self(Sha256::new_with_prefix(format!("orthowear {version} {kind} {}", instruction_set())))
@@ -77,7 +77,7 @@ impl CacheKeyBuilder {
     }
 }
 
-/// Name of the instruction set that kernels choose on this processor. Kernels for other instructions round differently.
+/// Name of the instruction set that numerical libraries use on this processor. Instruction sets differ in the rounding of results.
 fn instruction_set() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
@@ -101,7 +101,8 @@ impl Cache {
 
     /// Cache of the user in `$XDG_CACHE_HOME/orthowear` or `~/.cache/orthowear`.
     ///
-    /// The limit is `$ORTHOWEAR_CACHE_LIMIT` MiB, by default 2048. `None` if there is no home directory, or the limit is 0.
+    /// The limit is `$ORTHOWEAR_CACHE_LIMIT` MiB, by default 2048. `None` if neither `$XDG_CACHE_HOME` nor `$HOME` is an absolute
+    /// path, or if the limit is 0.
     ///
     /// # Errors
     /// If the limit is not a whole number.
@@ -172,7 +173,7 @@ impl Cache {
         let mut values = try_zeroed(n as usize)?;
         Ok(match read_values(&mut file, &mut values) {
             Ok(true) => {
-                // A failure is harmless: the time only determines the order of removal.
+                // A failure is harmless: the modification time only determines the order of removal.
                 let _ = file.set_modified(SystemTime::now());
                 CacheLookup::Hit(values)
             }
@@ -208,8 +209,8 @@ impl Cache {
         self.write_atomically(key, ending, |path| write_values(path, n, values))
     }
 
-    /// Creates a file by `write` under a temporary name and renames it. Then removes the least recently used files beyond the
-    /// limit.
+    /// Creates a file by `write` under a temporary name and renames it. Then removes the least recently used files until the total
+    /// size is within the limit.
     ///
     /// # Errors
     /// If the directory cannot be created or written.
@@ -264,7 +265,8 @@ impl Cache {
     }
 }
 
-/// Whether a file name is a cache key (64 hexadecimal digits). Other files in the directory are never removed.
+/// Whether a file name without its extension is a cache key (64 hexadecimal digits). Besides such files, only old unfinished files
+/// are removed from the directory.
 fn is_named_by_key(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     stem.len() == 64 && stem.bytes().all(|byte| byte.is_ascii_hexdigit())
@@ -364,8 +366,8 @@ mod tests {
         assert_eq!(cache.read_list(&key(0), "list").unwrap(), CacheLookup::Hit(values));
     }
 
-    /// Truth: lists count towards the limit, and the least recently used list is removed first. Files without a cache key as name
-    /// stay.
+    /// Truth: lists count towards the limit, and the least recently used list is removed first. A file that is not named by a cache
+    /// key stays. A list that is larger than the limit is not written.
     #[test]
     fn lists_keep_the_limit() {
         let folder = tempfile::tempdir().unwrap();

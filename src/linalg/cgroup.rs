@@ -1,7 +1,7 @@
-//! Memory that the control groups of this process still allow (Linux). Containers and batch systems set such limits.
+//! Memory that the limits of the control groups of this process still allow (Linux). Containers and batch systems set these limits.
 //!
 //! # Source
-//! cgroups(7); kernel documentation, "Control Group v2" (memory.max, memory.current) and "Memory Resource Controller".
+//! cgroups(7); Linux kernel documentation, "Control Group v2" (memory.max, memory.current) and "Memory Resource Controller".
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use std::path::Path;
 struct InterfaceFiles {
     limit: &'static str,
     usage: &'static str,
-    /// Entry of memory.stat with the file cache that the kernel can reclaim.
+    /// Entry of memory.stat with the file cache that the operating system can reclaim.
     cache: &'static str,
 }
 
@@ -54,7 +54,7 @@ fn available_along_path(root: &Path, path: &str, names: &InterfaceFiles) -> Opti
 
 fn available_in_group(folder: &Path, names: &InterfaceFiles) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
-    // "max" is not a number; version 1 writes a number larger than any memory instead.
+    // Without a limit, version 2 writes "max", which is not a number. Version 1 writes a number that is larger than any memory.
     let limit = number(names.limit)?;
     let stat = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
     let cache = stat.lines().find_map(|line| line.strip_prefix(names.cache)?.trim().parse::<u64>().ok());
@@ -74,7 +74,7 @@ mod tests {
         }
     }
 
-    /// Truth: documentation of the interfaces. The tightest limit along the path applies, and the kernel can reclaim cached files.
+    /// Truth: documentation of both interfaces. The tightest limit along the path applies, and cached files do not count as used.
     /// "max" and invisible groups set no limit.
     #[test]
     fn the_tightest_group_counts() {

@@ -22,13 +22,13 @@ use crate::error::{Error, Result};
 
 /// Maximum relative residual of a correct factor. A larger residual is not rounding: the factor is wrong.
 const RESIDUAL_LIMIT: f64 = 1e-8;
-/// Minimum squared pivot of L as a share of the diagonal entry of K. A smaller pivot is rounding only: the matrix is singular.
+/// Minimum of L_jj² / K_jj for a regular matrix K. A smaller ratio consists of rounding errors only: K is singular.
 const PIVOT_LIMIT: f64 = 1e-14;
 
 /// Limits for merging neighbouring supernodes: maximum number of merged columns, and maximum share of zeros in the merged block.
 ///
-/// Small supernodes cost more by their overhead than by additional zeros. The default limits of faer give 5 % more entries on a
-/// block of 32 x 32 x 32 elements.
+/// The overhead of small supernodes costs more time than the additional zeros of merged supernodes. With the default limits of
+/// faer, L has 5 % more entries for a block of 32 x 32 x 32 elements.
 const RELAXATION_LIMITS: [(usize, f64); 4] = [(12, 0.8), (36, 0.25), (144, 0.05), (usize::MAX, 0.01)];
 
 /// Solver for a symmetric positive definite matrix K: a factorisation or an iterative method.
@@ -39,7 +39,7 @@ pub trait SymmetricSolver: Send + Sync {
     /// Solves K x = rhs in place for `n_rhs` right-hand sides `[n_rhs, n]`, stored one after the other.
     ///
     /// # Errors
-    /// If memory for the workspace does not suffice.
+    /// If memory for the workspace does not suffice, or if an iterative method does not converge (kind `NotConverged`).
     fn solve_in_place(&self, rhs: &mut [f64], n_rhs: usize) -> Result<()>;
 }
 
@@ -85,7 +85,7 @@ impl Structure {
         self.shapes().map(entries).sum()
     }
 
-    /// Columns and rows of the dense block of each supernode.
+    /// Numbers of columns and rows of the dense block of each supernode.
     fn shapes(&self) -> impl Iterator<Item = (usize, usize)> {
         let supernodes = self.supernodes();
         (0..supernodes.n_supernodes()).map(|s| {
@@ -101,7 +101,7 @@ fn sparse_view(matrix: &SymmetricSparse) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, offsets, None, rows), values)
 }
 
-/// Parallelism of the current thread pool for dense blocks. The result has the same bits for any number of threads.
+/// Parallelism for dense blocks: all threads of the current pool. Results have the same bits for any number of threads.
 fn parallelism() -> Par {
     if rayon::current_num_threads() == 1 { Par::Seq } else { Par::rayon(0) }
 }
@@ -160,7 +160,7 @@ impl SymbolicCholesky {
         self.structure.shapes().map(flops).sum()
     }
 
-    /// Peak memory of the numeric factorisation, bytes: L and the workspace. The same for any number of threads.
+    /// Peak memory of the numeric factorisation (L and the workspace), bytes. It is the same for any number of threads.
     pub fn memory_bytes(&self) -> usize {
         8 * self.n_values() + self.scratch(Par::Seq).unaligned_bytes_required()
     }
@@ -276,7 +276,7 @@ fn random_vector(n: usize) -> Vec<f64> {
 }
 
 impl CholeskyFactor {
-    /// Relative residual of the check after the factorisation.
+    /// Relative residual of the check of L.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -453,8 +453,8 @@ mod tests {
         SymbolicCholesky::new(matrix, &nested_dissection(graph, &nodes, last).unwrap(), last.len()).unwrap()
     }
 
-    /// Truth: the factor and the inverse of the Schur complement have the same bits for any number of threads. Supernodes have
-    /// several hundred columns, so the dense kernels do use several threads.
+    /// Truth: the factor and the inverse of the Schur complement have the same bits for any number of threads. The last supernode
+    /// has several hundred columns, so operations on dense blocks use several threads.
     #[test]
     fn same_bits_for_any_number_of_threads() {
         let (matrix, graph) = springs(22);
@@ -471,8 +471,8 @@ mod tests {
         }
     }
 
-    /// Truth: solutions of K x = e for unit vectors e give the columns of (K⁻¹)_cc. Tolerance: rounding times the condition number,
-    /// 1e4.
+    /// Truth: solutions of K x = e for unit vectors e give the columns of (K⁻¹)_cc. Tolerance 1e-12 relative to the first entry:
+    /// rounding times the condition number 1e4.
     #[test]
     fn trailing_inverse_is_the_block_of_the_inverse() {
         let (matrix, graph) = springs(7);
@@ -489,8 +489,9 @@ mod tests {
         }
     }
 
-    /// Truth: solutions for unit right-hand sides, and 1 / d for a row with only the diagonal entry d. Trailing rows of unconnected
-    /// parts lie in several supernodes. Their entries are copied, which needs memory for a third matrix.
+    /// Truth: columns of the trailing inverse are solutions for unit right-hand sides. The inverse for a row with only the diagonal
+    /// entry d is 1 / d. Trailing rows of unconnected parts lie in several supernodes. Their entries are copied, which needs memory
+    /// for a third matrix.
     #[test]
     fn trailing_inverse_of_separate_parts() {
         let mut triplets = SymmetricTriplets::new(50);

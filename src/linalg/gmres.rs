@@ -128,7 +128,7 @@ impl Gmres {
         let mut products = 0;
         while products < options.max_products {
             let mut lengths = norms(&residual);
-            // A column that is not finite is skipped. Its reported residual is NaN.
+            // A column whose residual is not finite is skipped. If its right-hand side is not finite, the reported residual is NaN.
             let mut open: Vec<bool> = lengths
                 .iter()
                 .zip(&goals)
@@ -240,7 +240,8 @@ mod tests {
         }
     }
 
-    /// Truth: residuals computed with the matrix itself, with and without restarts. A zero right-hand side has the solution zero.
+    /// Truth: residuals of the solutions, computed with the matrix itself, are at most twice the tolerance, with and without
+    /// restarts. A zero right-hand side has the solution zero. A column that is solved alone has the same solution.
     #[test]
     fn residuals_are_what_the_matrix_says() {
         let n = 40;
@@ -266,7 +267,8 @@ mod tests {
         }
     }
 
-    /// Truth: a NaN column reports a NaN residual, and the other column is solved: 3 x + 0.5 y = 6, -1.5 x + 4 y = 2.5.
+    /// Truth: a column with NaN reports the residual NaN. The other column is solved, with the exact solution of 3 x + 0.5 y = 6
+    /// and -1.5 x + 4 y = 2.5.
     #[test]
     fn nonsense_is_told() {
         let options = KrylovOptions { tolerance: 1e-12, max_products: 400, restart: 10 };

@@ -26,7 +26,7 @@ enum LimitSource {
     CommandLine(Option<f64>),
     /// The option `solver.memory_limit` of the scene.
     Scene,
-    /// Neither option is set: [`DEFAULT_SHARE_PERCENT`] of the available memory.
+    /// Neither `--max-memory` nor `solver.memory_limit` is set: [`DEFAULT_SHARE_PERCENT`] of the available memory.
     DefaultShare,
     /// All memory that is available on the machine.
     Machine,
@@ -54,8 +54,8 @@ impl MemoryLimit {
 
     /// Default limit: [`DEFAULT_SHARE_PERCENT`] of the available memory.
     ///
-    /// Available means without swapping, and within the limits of the process and its control groups (Linux). On other systems
-    /// nothing is refused.
+    /// Available memory needs no swapping and is within the limits of the process and its control groups (Linux). On other systems,
+    /// the available memory is unknown and there is no limit.
     pub fn of_machine() -> Self {
         Self {
             bytes: share_of_available(DEFAULT_SHARE_PERCENT),
@@ -119,7 +119,7 @@ impl MemoryLimit {
         }
     }
 
-    /// Description of the limit, for example "80 % of what is available is 12.0 GiB". `None` if the available memory is unknown.
+    /// Description of the limit, for example "80 % of the available memory is 12.0 GiB". `None` if the available memory is unknown.
     pub fn description(&self) -> Option<String> {
         self.bytes.map(|bytes| format!("{} is {}", self.name(), format_bytes(bytes.into())))
     }
@@ -161,7 +161,7 @@ impl std::fmt::Display for MemoryLimit {
 /// Like [`MemoryLimit::ensure_available`], with all memory that is available now as the limit.
 ///
 /// # Errors
-/// If less memory is available (Linux; on other systems nothing is checked).
+/// If `bytes` exceed the available memory (kind `Resources`). If it is unknown (not Linux), nothing is refused.
 pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
     MemoryLimit { bytes: available(), reserved: 0, source: LimitSource::Machine }
         .ensure_available(bytes, what, mend)
@@ -240,7 +240,8 @@ mod tests {
     use super::*;
     use crate::error::ErrorKind;
 
-    /// Truth: docs/DESIGN.md: the message contains the required bytes, the available bytes and the remedy for the user.
+    /// Truth: docs/DESIGN.md requires that the message contains the required bytes, the available bytes and the remedy for the
+    /// user.
     #[test]
     fn refusals_have_the_numbers() {
         let limit = MemoryLimit::of_scene(3 << 20).after_reserving(1 << 20);
@@ -258,7 +259,7 @@ mod tests {
         }
     }
 
-    /// Truth: docs/command-line.md: the message names the exceeded limit and how to raise it. A limit of 100 % of the available
+    /// Truth: docs/command-line.md. The message names the exceeded limit and how to raise it. A limit of 100 % of the available
     /// memory cannot be raised.
     #[test]
     fn refusals_name_the_limit() {
@@ -304,8 +305,8 @@ mod tests {
         assert!(told(of_share(100.0)).ends_with("take less"), "{}", told(of_share(100.0)));
     }
 
-    /// Truth: docs/command-line.md: the limit is 80 % of the available memory, or the percentage of the option. Tolerance 20 %: the
-    /// available memory changes from one moment to the next.
+    /// Truth: docs/command-line.md. The limit is 80 % of the available memory, or the percentage that `--max-memory` gives.
+    /// Tolerance 20 % of the limit: the available memory changes from one moment to the next.
     #[test]
     fn shares_of_what_is_available() {
         let (Some(all), Some(most)) = (available(), MemoryLimit::of_machine().remaining()) else { return };
@@ -314,7 +315,8 @@ mod tests {
         assert!(near(most, 0.8 * all as f64) && near(half, 0.5 * all as f64), "{all} {most} {half}");
     }
 
-    /// Truth: correct English, and nothing remains if more memory is reserved than the limit allows.
+    /// Truth: English grammar asks for "1 byte". If more memory is reserved than the limit allows, the message states that nothing
+    /// remains.
     #[test]
     fn small_limits_are_told_in_words() {
         let error = MemoryLimit::of_scene(1).ensure_available(3 << 20, "a", "b").unwrap_err().to_string();
@@ -329,7 +331,7 @@ mod tests {
         assert_eq!(format_bytes(50 << 10), "50.0 KiB");
     }
 
-    /// Truth: no machine has 2^62 bytes, and every machine that runs this test has one byte.
+    /// Truth: no machine has 2^62 bytes, and every machine that runs this test has one byte of available memory.
     #[test]
     fn the_machine_has_some() {
         assert!(ensure(1, "a byte", "").is_ok());

@@ -2,7 +2,8 @@
 //!
 //! - Stiffness matrices K, equation K x = f: [`sparse::SymmetricSparse`], solved by a [`cholesky::SymmetricSolver`]. Solvers are
 //!   [`cholesky::CholeskyFactor`] (K = L Lᵀ) and [`two_level::TwoLevelSolver`] (conjugate gradients).
-//! - Dense kernels: [`packed::PackedSymmetric`], [`hierarchical::HierarchicalMatrix`], [`hierarchical::CollocationMatrix`].
+//! - Dense matrices, stored packed or compressed: [`packed::PackedSymmetric`], [`hierarchical::HierarchicalMatrix`],
+//!   [`hierarchical::CollocationMatrix`].
 //! - Unsymmetric systems: [`dense_lu::DenseLu`], [`sparse_lu::SparseLu`], [`gmres::Gmres`].
 //! - Resources: [`memory::MemoryLimit`] and the file cache [`cache::Cache`].
 

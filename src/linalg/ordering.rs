@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 /// Lock for METIS, which uses the global random numbers of the C library. Concurrent calls would make orders depend on timing.
 static METIS_LOCK: Mutex<()> = Mutex::new(());
 
-/// Undirected graph without loops; nodes are neighbours if they share an element.
+/// Undirected graph without loops, for example of mesh nodes: nodes are neighbours if they share an element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeGraph {
     offsets: Vec<usize>,
@@ -77,7 +77,7 @@ impl NodeGraph {
         self.offsets.len() - 1
     }
 
-    /// Nodes that share an element with `node`.
+    /// Nodes that an edge connects with `node`.
     pub fn neighbours(&self, node: usize) -> &[usize] {
         &self.neighbours[self.offsets[node]..self.offsets[node + 1]]
     }
@@ -209,7 +209,7 @@ fn metis_node_nd(graph: &NodeGraph) -> Result<Vec<usize>> {
     let mut options = [0 as idx_t; METIS_NOPTIONS as usize];
     let (mut order, mut inverse) = (vec![0 as idx_t; n], vec![0 as idx_t; n]);
     let guard = METIS_LOCK.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    // SAFETY: the arrays have the lengths that METIS requires (n + 1, offsets[n], n, n, METIS_NOPTIONS). The graph is symmetric
+    // SAFETY: the arrays have the lengths that METIS requires (n + 1, offsets[n], METIS_NOPTIONS, n, n). The graph is symmetric
     // without loops, and no vertex weights are given.
     let status = unsafe {
         METIS_SetDefaultOptions(options.as_mut_ptr());
@@ -252,7 +252,7 @@ fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
     parent
 }
 
-/// Rearranges `order` so that each subtree of its elimination tree is contiguous and precedes its root.
+/// Rearranges `order` so that each subtree of its elimination tree is contiguous and ends with its root.
 ///
 /// Columns with the same pattern are then adjacent, and the fill does not change.
 ///
@@ -337,7 +337,7 @@ mod tests {
         assert_eq!(dissected, fill(&graph, &sorted));
     }
 
-    /// Truth: the definition of a postorder: parents follow their children, and subtrees are contiguous.
+    /// Truth: in a postorder, parents follow their children, and subtrees are contiguous.
     #[test]
     fn postorder_is_one() {
         let graph = grid(6);

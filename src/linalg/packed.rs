@@ -10,9 +10,9 @@ use crate::error::{Error, Result};
 
 /// Number of row ranges (stripes) of a parallel product. It is fixed, so that results have the same bits for any number of threads.
 const N_STRIPES: usize = 16;
-/// Rows that the kernels process together.
+/// Number of rows that a product processes together.
 const ROWS_PER_BLOCK: usize = 4;
-/// Columns that the kernels process together.
+/// Number of columns that a product processes together.
 const COLUMNS_PER_BLOCK: usize = 4;
 /// Length of the chunks of a vector that are tested for zeros; a multiple of [`COLUMNS_PER_BLOCK`].
 const ZERO_SCAN_LEN: usize = 16;
@@ -72,7 +72,8 @@ impl PackedSymmetric {
 
     /// Computes `y = A x`; overwrites `y`. The bits are the same for any number of threads. Does not allocate.
     ///
-    /// Blocks of entries (i, j) with x_i = x_j = 0 are not read: forces vanish outside the contact.
+    /// Most entries (i, j) with x_i = x_j = 0 are not read. Contact problems have many such entries, because forces vanish outside
+    /// the contact.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         if self.n == 0 {
             return;
@@ -221,8 +222,8 @@ mod tests {
         }
     }
 
-    /// Truth: y_i = Σ_j a_ij x_j, and rows without the zeros have the same bits as rows with the zeros. Cases: one non-zero entry,
-    /// no zeros, and runs of zeros of different length and position.
+    /// Truth: y_i = Σ_j a_ij x_j. A product of rows has the same bits whether it skips the zeros of x or not. Cases: one non-zero
+    /// entry, no zeros, and runs of zeros of different length and position.
     #[test]
     fn zeros_are_left_out() {
         let n = 150;

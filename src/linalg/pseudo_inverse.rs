@@ -1,7 +1,8 @@
 //! Least-squares solutions by the singular value decomposition (by faer), for matrices of any rank.
 //!
-//! The decomposition of nalgebra loses ten digits for some well-conditioned matrices. An example is the quadratic polynomials at
-//! the 72 points of a patch of pyramids (compare issue 1172 of dimforge/nalgebra).
+//! The singular value decomposition of nalgebra loses ten decimal digits of accuracy for some well-conditioned matrices. An example
+//! is the matrix with the values of quadratic polynomials at the 72 points of a patch of pyramids (compare issue 1172 of
+//! dimforge/nalgebra).
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::svd::{self, ComputeSvdVectors};

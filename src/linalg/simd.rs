@@ -1,6 +1,7 @@
-//! Compilation of kernels for wider vector registers (AVX2) where the processor supports them.
+//! Macro that compiles a function also for wider vector registers (AVX2) and chooses the version at run time.
 
-/// Calls an `#[inline(always)]` function, compiled for AVX2 if the processor supports it. The bits are the same in both cases.
+/// Calls an `#[inline(always)]` function, compiled for AVX2 if the processor supports it. The bits of the results are the same in
+/// both cases.
 ///
 /// The function may have one const generic parameter.
 macro_rules! wide {

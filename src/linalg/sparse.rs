@@ -25,7 +25,7 @@ impl SymmetricTriplets {
         Self { n, entries: Vec::new() }
     }
 
-    /// Adds `value` to the entry (i, j), which is also (j, i). Call it once per unordered pair.
+    /// Adds `value` to the entry (i, j) and its mirror image (j, i). Call it once per unordered pair.
     ///
     /// # Panics
     /// If an index is out of range.
@@ -62,7 +62,7 @@ impl SymmetricSparse {
         Self { lower: lower.expect("a pattern by ascending rows") }
     }
 
-    /// Adds `value` to the entry (i, j), which is also (j, i). Does not allocate.
+    /// Adds `value` to the entry (i, j) and its mirror image (j, i). Does not allocate.
     ///
     /// # Panics
     /// If the pattern does not contain the entry.
@@ -138,8 +138,8 @@ impl SymmetricSparse {
 mod tests {
     use super::*;
 
-    /// Truth: summation in the order of addition: a 1 added after 1e16 is lost to rounding, two 1s added before 1e16 are not. The
-    /// other entries are present to exercise the sort.
+    /// Truth: 1 + 1 + 1e16 - 1e16 = 2 if the sum follows the order of addition; a 1 that is added after 1e16 is lost to rounding.
+    /// The entries are added unsorted.
     #[test]
     fn equal_entries_are_summed_in_their_order() {
         let n = 60;
@@ -155,7 +155,8 @@ mod tests {
         assert_eq!(matrix.diagonal(), vec![2.0; n]);
     }
 
-    /// Truth: the product computed by hand of [[2, 0, 3], [0, 0, 0], [3, 0, 5]], a matrix with a column without stored entries.
+    /// Truth: the product of [[2, 0, 3], [0, 0, 0], [3, 0, 5]] and (1, 10, 100), computed by hand. The second column of the matrix
+    /// has no stored entries.
     #[test]
     fn entries_of_a_pattern() {
         let mut matrix = SymmetricSparse::from_pattern(vec![0, 2, 2, 3], vec![0, 2, 2]);

@@ -1,4 +1,4 @@
-//! Products and sums of vectors. Each name states the order of summation, because this order determines the last bits.
+//! Products and sums of vectors. Each function has a fixed order of summation, because this order determines the last bits.
 
 /// Scalar product aᵀ b, summed sequentially.
 #[inline]
@@ -56,7 +56,7 @@ pub(crate) fn axpy<T: Copy + Into<f64>>(y: &mut [f64], factor: f64, x: &[T]) {
 mod tests {
     use super::*;
 
-    /// Truth: a residual with one undefined entry is undefined, wherever the entry stands.
+    /// Truth: the maximum of several numbers is NaN if one of them is NaN, wherever the NaN stands.
     #[test]
     fn maximum_keeps_nan() {
         for values in [[f64::NAN, 1.0, 2.0], [1.0, f64::NAN, 2.0], [1.0, 2.0, f64::NAN]] {

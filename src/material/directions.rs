@@ -4,10 +4,11 @@ use nalgebra::Matrix3;
 
 use crate::geometry::Point;
 
-/// Material axes of a fibre along `first`; 3 = 1 x 2. Axis 2 is the part of `second` normal to the fibre, if given. Otherwise it is
-/// horizontal, 90 degrees left of the fibre's azimuth, and along y for an upright fibre.
+/// Material axes of a fibre along `first`, as columns; axis 3 = axis 1 x axis 2. If `second` is given, axis 2 is along the part of
+/// `second` normal to the fibre. Otherwise axis 2 is horizontal (normal to z) and 90 degrees left of the fibre's azimuth; for an
+/// upright fibre, axis 2 is y.
 ///
-/// `None` if a vector is zero, not finite, or `second` is along the fibre.
+/// `None` if a vector is zero or not finite, or if `second` is parallel to the fibre.
 pub fn axes_from_directions(first: Point, second: Option<Point>) -> Option<Matrix3<f64>> {
     let a1 = unit_vector(first)?;
     let a2 = match second {
@@ -25,7 +26,7 @@ pub fn axes_from_directions(first: Point, second: Option<Point>) -> Option<Matri
             }
         }
     };
-    // Nearly upright fibres have a small component along the horizontal axis, which is removed.
+    // Axis 2 is made normal to the fibre, because an upright fibre may deviate slightly from z.
     let a2 = (a2 - a1 * a1.dot(&a2)).normalize();
     Some(Matrix3::from_columns(&[a1, a2, a1.cross(&a2)]))
 }
@@ -38,10 +39,10 @@ pub fn centroid(corners: &[Point]) -> Point {
 /// Smallest sine of the angle between fibre and second direction.
 const MIN_SINE_TO_FIBRE: f64 = 1e-6;
 
-/// Horizontal part of a unit vector up to which the fibre is upright.
+/// A fibre counts as upright if the horizontal part of its unit vector is not longer than this.
 const UPRIGHT_TOLERANCE: f64 = 1e-9;
 
-/// `vector` scaled to length 1; `None` if it has no direction.
+/// `vector` scaled to length 1; `None` if `vector` is zero or not finite.
 pub(super) fn unit_vector(vector: Point) -> Option<Point> {
     let largest = vector.amax();
     // Scaling first avoids overflow and underflow of the squares.
@@ -54,7 +55,8 @@ mod tests {
     use super::*;
     use crate::geometry::fibre_axes;
 
-    /// Truth: the fibre direction of `fibre_axes(tilt, azimuth)`, alone or with a second direction, gives the same axes.
+    /// Truth: the fibre direction of `fibre_axes(tilt, azimuth)`, alone or with a second direction, gives back all axes of
+    /// `fibre_axes`. Axis 2 of an upright fibre is y.
     #[test]
     fn a_direction_gives_the_axes_of_its_angles() {
         for (tilt, azimuth) in [(0.0, 0.0), (0.5, 1.1), (-0.7, 2.9), (1.5, -2.0)] {
@@ -70,7 +72,7 @@ mod tests {
         assert_eq!(upright.column(1), Point::y());
     }
 
-    /// Truth: vectors without direction give no axes.
+    /// Truth: a vector that is zero or not finite, and a second direction parallel to the fibre, give no axes.
     #[test]
     fn no_direction_is_refused() {
         assert!(axes_from_directions(Point::zeros(), None).is_none());

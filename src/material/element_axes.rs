@@ -1,4 +1,4 @@
-//! Material axes per element, from a field of the mesh file or a table.
+//! Material axes per element, from a field of the mesh file or from a table.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -9,7 +9,7 @@ use super::directions::axes_from_directions;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 
-/// Material axes by the file numbers of the elements.
+/// Material axes of elements, by the numbers of the elements in the mesh file.
 #[derive(Debug, Clone, Default)]
 pub struct ElementAxes {
     source: String,
@@ -17,7 +17,7 @@ pub struct ElementAxes {
 }
 
 impl ElementAxes {
-    /// Creates a set without axes; `source` is the origin of the axes in messages ("the field \"fibre\" of block.msh").
+    /// Creates a set without axes. Messages name `source`, the place that gives the axes ("the field \"fibre\" of block.msh").
     pub fn new(source: &str) -> Self {
         Self { source: source.to_owned(), axes: HashMap::new() }
     }
@@ -25,7 +25,7 @@ impl ElementAxes {
     /// Adds the fibre direction of an element (any length, global axes), with an optional second direction towards axis 2.
     ///
     /// # Errors
-    /// If the vectors have no direction, or the element already has axes.
+    /// If a vector is zero or not finite, if the two vectors are parallel, or if the element already has axes (kind `Input`).
     pub fn add(&mut self, element: u64, first: [f64; 3], second: Option<[f64; 3]>) -> Result<()> {
         let Some(axes) = axes_from_directions(first.into(), second.map(Point::from)) else {
             let second = second.map_or(String::new(), |second| format!(", second {second:?}"));

@@ -66,7 +66,7 @@ pub struct Orthotropic {
 }
 
 impl Orthotropic {
-    /// Compliance `[6, 6]`, 1/MPa: S_ij = -ν_ij / E_i off the diagonal.
+    /// Compliance `[6, 6]`, 1/MPa. Between normal components i < j, S_ij = S_ji = -ν_ij / E_i.
     fn compliance(&self) -> Matrix6<f64> {
         let mut s = Matrix6::from_diagonal(&nalgebra::vector![
             1.0 / self.e1,
@@ -143,7 +143,7 @@ impl Stiffness {
     /// Isotropic material from Young's modulus (MPa) and Poisson's ratio.
     ///
     /// # Errors
-    /// Unless E > 0 and -1 < nu < 0.5.
+    /// If E is not positive and finite, or nu does not lie between -1 and 0.5 (kind `Input`).
     pub fn isotropic(e: f64, nu: f64) -> Result<Self> {
         check_modulus("E", e)?;
         if !(nu > -1.0 && nu < 0.5) {
@@ -169,7 +169,7 @@ impl Stiffness {
     /// Transversely isotropic material about axis 1; G23 = E2 / (2 (1 + nu23)).
     ///
     /// # Errors
-    /// If the constants are not admissible (positive definite); the message names the violated condition.
+    /// If the compliance is not positive definite (kind `Input`). The message names the violated condition.
     pub fn transversely_isotropic(e1: f64, e2: f64, g12: f64, nu12: f64, nu23: f64) -> Result<Self> {
         check_modulus("E2", e2)?;
         if !(nu23 > -1.0 && nu23 < 1.0) {
@@ -235,9 +235,9 @@ impl Stiffness {
         self.0.cholesky().expect("a stiffness is positive definite").inverse()
     }
 
-    /// Poisson's ratio of the isotropic material with the same relative volume change: 1 - 2 ν = Σ S_ij / Σ S_ii over the normal
-    /// components of the compliance. The numerator is the volume change under unit pressure. The denominator is the same volume
-    /// change without lateral contraction.
+    /// Poisson's ratio ν for changes of volume: 1 - 2 ν = Σ_ij S_ij / Σ_i S_ii over the normal components of the compliance S. The
+    /// numerator is the relative volume change under unit hydrostatic stress. The denominator is the same change without lateral
+    /// contraction. For an isotropic material, ν is its Poisson's ratio.
     pub fn volumetric_poisson_ratio(&self) -> f64 {
         let s = self.compliance();
         let normal = s.fixed_view::<3, 3>(0, 0);
@@ -269,8 +269,8 @@ impl Stiffness {
         voigt_to_tensor(&(self.0 * strain_of_gradient(gradient)).into())
     }
 
-    /// Active rotation: material axis i comes to lie along column i of `axes`,
-    /// C'_ijkl = Q_ia Q_jb Q_kc Q_ld C_abcd with the orthonormal Q = `axes`.
+    /// Stiffness after a rotation that turns material axis i into column i of `axes`: C'_ijkl = Q_ia Q_jb Q_kc Q_ld C_abcd with the
+    /// orthonormal Q = `axes`.
     pub fn rotated(&self, axes: &Matrix3<f64>) -> Self {
         // Bond matrix M with stress' = M stress; C' = M C M^T.
         let mut bond = Matrix6::zeros();
@@ -316,7 +316,7 @@ mod tests {
         result.expect_err("a refusal").to_string()
     }
 
-    /// Truth: Lamé's constants, C = λ 1⊗1 + 2 μ I.
+    /// Truth: the components are C = λ 1⊗1 + 2 μ I, with Lamé's constants λ and μ computed from E and ν.
     #[test]
     fn isotropic_stiffness_has_lames_constants() {
         let (e, nu) = (210e3, 0.3);
@@ -336,7 +336,8 @@ mod tests {
         }
     }
 
-    /// Truth: single stresses give the input constants: E_i = 1 / S_ii, ν_ij = -S_ji / S_ii, and 1 / G on the shear diagonal of S.
+    /// Truth: the compliance S gives back the input constants E_i = 1 / S_ii, ν_ij = -S_ji / S_ii, and G = 1 / S_kk on the shear
+    /// diagonal.
     #[test]
     fn compliance_gives_back_the_engineering_constants() {
         let s = Stiffness::orthotropic(&IM7).expect("IM7").compliance();
@@ -355,7 +356,7 @@ mod tests {
         }
     }
 
-    /// Truth: the tensor sum Q_ia Q_jb Q_kc Q_ld C_abcd over all indices.
+    /// Truth: the components of the rotated stiffness are the tensor sums Q_ia Q_jb Q_kc Q_ld C_abcd over all indices.
     #[test]
     fn rotation_is_the_tensor_transformation() {
         let stiffness = Stiffness::orthotropic(&IM7).expect("IM7");
@@ -386,7 +387,8 @@ mod tests {
         assert!((1.0 / upright.compliance()[(2, 2)] / 167230.0 - 1.0).abs() < 1e-12);
     }
 
-    /// Truth: constants without a positive strain energy are errors; each message names the constant and the bound.
+    /// Truth: constants without a positive definite strain energy are errors. The message names the wrong constant, or says that
+    /// the constants together are not admissible.
     #[test]
     fn inadmissible_constants_are_refused_by_name() {
         let refused = |change: fn(&mut Orthotropic)| {

@@ -21,7 +21,7 @@ pub enum Orientation {
 }
 
 impl Orientation {
-    /// Material axes of the element with the file number `element` and these corners, mm.
+    /// Material axes of the element with the number `element` in the mesh file and the corners `corners` (mm).
     ///
     /// # Errors
     /// If the axes of the element are not defined.

@@ -31,7 +31,7 @@ pub struct Ply {
 pub enum RegionMaterial {
     /// One material.
     Single(Box<PlacedMaterial>),
-    /// Plies stacked along z, from the lowest to the highest. An element belongs to the ply of its centroid.
+    /// Plies stacked along z, from the lowest to the highest. An element belongs to the ply that contains its centroid.
     Layup(Vec<Ply>),
 }
 
@@ -55,11 +55,11 @@ impl RegionMaterial {
     }
 }
 
-/// Share of an element's height beyond a border of plies that counts as rounding.
+/// Largest part of an element outside its ply that counts as rounding, as a fraction of the element's thickness.
 const STRADDLE_TOLERANCE: f64 = 1e-6;
 
 impl RegionMaterial {
-    /// Ranges of the plies in z or of the wound layers in radius, and the function that gives this coordinate of a point.
+    /// Ranges of the plies in z or of the wound layers in radius, and the function that gives the z or the radius of a point.
     #[allow(clippy::type_complexity)]
     fn stacking_coordinate(&self) -> Option<(Vec<[f64; 2]>, Box<dyn Fn(&Point) -> f64 + '_>)> {
         match self {
@@ -79,7 +79,7 @@ impl RegionMaterial {
         self.stacking_coordinate().is_some()
     }
 
-    /// Errors about plies and wound layers without elements; elements are given by their corners.
+    /// Errors about plies or wound layers that contain no element centroid. `elements` holds the corners of each element.
     pub fn empty_ply_errors(&self, elements: &[Vec<Point>]) -> Vec<String> {
         let Some((plies, along)) = self.stacking_coordinate() else { return Vec::new() };
         let mut held = vec![false; plies.len()];
@@ -103,7 +103,7 @@ impl RegionMaterial {
             .collect()
     }
 
-    /// Warning about elements, given by their corners, that reach beyond the ply or wound layer of their centroid.
+    /// Warning about the elements that extend beyond their own ply or wound layer. `elements` holds the corners of each element.
     pub fn straddling_warning(&self, elements: &[Vec<Point>]) -> Option<String> {
         let (plies, along) = self.stacking_coordinate()?;
         let (mut n, mut worst) = (0, 0.0_f64);

@@ -15,8 +15,9 @@ pub struct WoundLayer {
     pub angle: f64,
 }
 
-/// Fibres wound around an axis at an angle from it. An angle of 0 is along the axis, 90 degrees is the hoop, and positive angles
-/// turn right-handed about the axis. Material axis 3 points outward, 2 lies in the cylinder.
+/// Fibres wound around an axis. The winding angle from the axis to the fibre is 0 for an axial fibre, 90 degrees for a
+/// circumferential fibre, and positive for a right-handed helix. Material axis 3 points outward; material axis 2 is tangential to
+/// the cylinder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Winding {
     axis: Point,
@@ -25,10 +26,10 @@ pub struct Winding {
 }
 
 impl Winding {
-    /// Winding around the line along `axis` through `origin`, mm, with layers by radius.
+    /// Winding around the line along `axis` through `origin` (mm), with layers from the inside to the outside.
     ///
     /// # Errors
-    /// If the axis has no direction, there is no layer, or radii are not ascending.
+    /// If the axis is zero or not finite, there is no layer, or the radii are negative or not ascending (kind `Input`).
     pub fn new(axis: [f64; 3], origin: [f64; 3], layers: Vec<WoundLayer>) -> Result<Self> {
         let Some(axis) = unit_vector(axis.into()) else {
             return Err(Error::input(format!("the axis {axis:?} has no direction: it must not be zero")));
@@ -70,8 +71,9 @@ impl Winding {
         arm - self.axis * self.axis.dot(&arm)
     }
 
-    /// Material axes of an element: 1 = axis cos a + hoop sin a, 3 outward at the centroid, 2 = 3 x 1. The layer follows from the
-    /// mean radius of the corners, because the centroid of a curved element lies further inside.
+    /// Material axes of an element in a layer with the angle a: 1 = axis cos a + hoop sin a, 3 outward at the centroid, 2 = 3 x 1.
+    /// The layer is the one that contains the mean radius of the corners. The radius of the centroid of an element along an arc
+    /// would be too small.
     ///
     /// # Errors
     /// If the element is on the axis or in no layer.
@@ -105,7 +107,7 @@ mod tests {
         WoundLayer { radii: [inner, outer], angle: degrees.to_radians() }
     }
 
-    /// Truth: a helix around z through (r, 0, 0) runs along z cos a + y sin a.
+    /// Truth: at (r, 0, 0) from its axis z, a helix with the angle a has the tangent z cos a + y sin a.
     #[test]
     fn a_helix_has_its_tangent() {
         let layers = vec![layer(0.0, 1.5, 55.0), layer(1.5, 3.0, -55.0)];
@@ -119,7 +121,7 @@ mod tests {
         }
     }
 
-    /// Truth: the axis has no hoop direction, and layers must be nested and contain the element; everything else is an error.
+    /// Truth: elements on the axis or in no layer, a zero axis, no layers, empty layers and overlapping layers are errors.
     #[test]
     fn impossible_windings_are_refused() {
         let winding = Winding::new([0.0, 0.0, 1.0], [0.0; 3], vec![layer(1.0, 2.0, 90.0)]).unwrap();

@@ -14,7 +14,7 @@ const MAX_NAMED_EDGES: usize = 6;
 /// Cosine of the angle between the normals of two faces, up to which their edge is an edge of the geometry.
 const CREASE_COSINE: f64 = 0.95;
 
-/// Area over the square of the longest edge, up to which an element counts as without area.
+/// Area divided by the square of the longest edge, up to which an element counts as without area.
 const MIN_RELATIVE_AREA: f64 = 1e-6;
 
 /// Cells at an edge: index, and whether the cell runs along the edge from the smaller node number.

@@ -130,8 +130,8 @@ pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
     faces
 }
 
-/// Outer faces under the surface elements of the physical group `name`, in the group's order. They are oriented outward, whatever
-/// the orientation of the surface elements.
+/// Outer faces under the surface elements of the physical group `name`, in the group's order. In a mesh with solids, they are
+/// oriented outward, whatever the orientation of the surface elements. Without solids, they are the surface elements themselves.
 ///
 /// # Errors
 /// If the group does not exist, is not a group of surfaces, or is empty. If a surface element is an inner face or belongs to no

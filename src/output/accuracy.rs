@@ -12,7 +12,7 @@ pub struct AccuracyRecord {
     pub quantities: Vec<&'static str>,
     /// Whether all estimates are below the requested error.
     pub met: bool,
-    /// Reason why no finer run was possible, if a run failed.
+    /// Reason why the accuracy was not refined further: a failed or diverging run, or the limit of the refinement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Results with estimated errors.
@@ -33,16 +33,17 @@ pub struct EstimatedResult {
     /// Estimated absolute error, in the unit of `value`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<f64>,
-    /// Estimated relative error. Its reference is the total force for forces, the motion for displacements, otherwise the value.
+    /// Estimated relative error. It refers to the total force for forces, to the total displacement for tangential displacements,
+    /// and otherwise to the value itself. References far below the largest reference of all steps are raised.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
-    /// Error due to the cells.
+    /// Contribution of the cell size to `relative`.
     #[serde(rename = "of_cells", skip_serializing_if = "Option::is_none")]
     pub cell_error: Option<f64>,
-    /// Error due to the increments.
+    /// Contribution of the size of the increments to `relative`.
     #[serde(rename = "of_increments", skip_serializing_if = "Option::is_none")]
     pub increment_error: Option<f64>,
-    /// Error due to the cycle jumps.
+    /// Contribution of the cycle jumps to `relative`.
     #[serde(rename = "of_jumps", skip_serializing_if = "Option::is_none")]
     pub jump_error: Option<f64>,
     /// Order of convergence in the last refined setting, if the changes show one.

@@ -131,7 +131,8 @@ pub(crate) fn write_error(reason: &io::Error) -> Error {
 mod tests {
     use super::*;
 
-    /// Truth (docs/command-line.md): a full disk has exit code 4. The errors of both functions advise the user to free some space.
+    /// Truth (docs/command-line.md): the exit code for a full disk is 4. The errors of [`write_error`] and [`file_error`] advise
+    /// the user to free some space.
     #[test]
     fn disks_that_fill_have_advice() {
         let reason = io::Error::from(io::ErrorKind::StorageFull);

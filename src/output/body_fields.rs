@@ -23,7 +23,7 @@ pub struct BodyOutput<'a> {
     pub side: Side,
     /// Body that recovers the fields.
     pub body: &'a dyn ElasticBody,
-    /// Points of the fields.
+    /// Points at which the body recovers its fields.
     pub location: RecoveryLocation<'a>,
 }
 
@@ -44,8 +44,8 @@ impl BodyOutput<'_> {
         Some(BodyPeaks::new(mesh, stress, &surface))
     }
 
-    /// Traction at every node of the mesh in global axes: area-weighted mean of the cells over which the node lies, zero off the
-    /// contact surface. `faces` are the outer faces.
+    /// Traction on this body at every node of the mesh, in global axes: area-weighted mean over the cells over which the node lies.
+    /// It is zero at nodes without such cells. `faces` are the outer faces.
     fn node_tractions(
         &self,
         frame: &ContactFrame,
@@ -173,7 +173,8 @@ struct SurfaceVertex {
     recovery_point: usize,
 }
 
-/// Adds the faces to the grid. Returns their vertices in order of first use; a node has one vertex per material.
+/// Adds the faces to the grid. Returns their vertices in order of first use. If stress was recovered, a node has one vertex per
+/// material.
 fn push_faces(
     grid: &mut UnstructuredGrid,
     mesh: &Mesh,
@@ -206,8 +207,8 @@ fn push_faces(
     points
 }
 
-/// Outward direction at the nodes of the contact surface: sum of the area vectors of the outer `faces` there, zero elsewhere,
-/// `[n_points]`.
+/// Outward direction at the nodes of the contact surface, `[n_points]`: sum of the area vectors of those adjacent outer `faces`
+/// whose nodes all belong to the contact surface. It is zero at all other nodes.
 fn contact_normals(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) -> Vec<Point> {
     let mut in_contact = vec![false; mesh.n_points()];
     contact_nodes.iter().for_each(|&node| in_contact[node] = true);

@@ -10,7 +10,7 @@ use crate::material::strength::{StressExposure, von_mises};
 use crate::mesh::Mesh;
 use crate::output::surface_stress::SurfaceStress;
 
-/// Fraction of the squared error that the reported cells with the largest errors contain.
+/// Fraction of the squared error that the reported worst cells contain at least.
 const WORST_CELLS_ERROR_SHARE: f64 = 0.5;
 
 /// Largest value and its position.
@@ -44,7 +44,7 @@ pub struct ErrorRecord {
     pub energy_norm: f64,
     /// Centre of the cell with the largest error.
     pub position: [f64; 3],
-    /// Smallest set of cells with half of the squared error.
+    /// Smallest set of cells that contains half of the squared error.
     pub worst_cells: WorstCells,
 }
 
@@ -53,7 +53,7 @@ pub struct ErrorRecord {
 pub struct WorstCells {
     /// Number of cells: the fewest that contain half of the squared error.
     pub count: usize,
-    /// Fraction of the volume of the body.
+    /// Volume of the cells divided by the volume of the body.
     pub volume_share: f64,
     /// Centre of the cells, weighted by the squared error.
     pub centre: [f64; 3],
@@ -69,7 +69,7 @@ pub struct BodyPeaks {
     /// Largest index of each criterion.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub indices: Vec<IndexPeak>,
-    /// Largest principal stress in the plane of the contact surface.
+    /// Largest principal stress in the tangent planes of the contact surface.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sigma_tangential: Option<Peak>,
     /// Estimated error.
@@ -176,7 +176,7 @@ impl ErrorRecord {
     }
 }
 
-/// Peak of the tension in the contact surface; `None` without contact points.
+/// Peak of the largest principal stress in the tangent planes of the contact surface; `None` without contact points.
 fn tangential_peak(mesh: &Mesh, field: &StressField, surface: &SurfaceStress<'_>) -> Option<Peak> {
     let (i, value) = largest(field.contact.iter().map(|contact| surface.at(contact.point).1))?;
     Some(Peak { value, position: mesh.points[field.points.mesh_nodes[field.contact[i].point]] })

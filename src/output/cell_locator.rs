@@ -44,8 +44,8 @@ impl<'a> CellLocator<'a> {
         locator
     }
 
-    /// Cells over which the point lies along their normals, if the surface at the point faces the cell. A point on a common edge of
-    /// cells has several cells, a point outside the frame has none. The surface and the cells may be apart.
+    /// Cells that contain the projection of the point along their normals and that the surface at the point faces. A point on a
+    /// common edge of cells has several cells, and a point outside the frame has none. The surface and the cells may be apart.
     pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
         let mut cells = match (&self.frame.whole_grid(), self.common_normal) {
             (Some(grid), _) => grid_cells(grid, &point.at),
@@ -58,8 +58,8 @@ impl<'a> CellLocator<'a> {
         cells
     }
 
-    /// Cells of a curved frame over which the point lies, at most one bin away along their normals. If no cell is so close, the
-    /// nearest cells over which the point lies.
+    /// Cells of a curved frame over which the point lies, at a distance of at most one bin width along their normals. If no cell is
+    /// so close, returns the nearest cells over which the point lies.
     fn nearest(&self, point: &SurfacePoint) -> Vec<usize> {
         let distance =
             |cell: usize| self.frame.triads[cell].normal().dot(&(point.at - self.frame.centers[cell])).abs();
@@ -70,7 +70,7 @@ impl<'a> CellLocator<'a> {
             .filter(|&cell| distance(cell) <= self.bin)
             .collect();
         if found.is_empty() {
-            // The distance along the surface excludes most cells without testing their polygons.
+            // The distance `along_surface` excludes most cells before their polygons are tested.
             let near = |cell: &usize| self.along_surface(*cell, &point.at) <= self.bin;
             found = (0..self.frame.n_cells()).filter(near).filter(over).collect();
             let least = found.iter().map(|&cell| distance(cell)).fold(f64::INFINITY, f64::min);
@@ -91,7 +91,7 @@ impl<'a> CellLocator<'a> {
         along == 0.0 && point.outward == Point::zeros() || along * self.side.outward() > 0.0
     }
 
-    /// Bin of a point. If all cells have the same normal, the bin of the point's projection along this normal.
+    /// Bin of a point or, if all cells have the same normal, of the projection of the point along this normal.
     fn key(&self, point: &Point) -> [i64; 3] {
         let along =
             self.common_normal.map_or(Point::zeros(), |n| n * n.dot(&(point - self.frame.centers[0])));
@@ -126,7 +126,8 @@ impl<'a> CellLocator<'a> {
             if (a + edge * along).norm() <= slack {
                 return true;
             }
-            // Counts the edges that a ray from the point along x crosses: an odd number if the point lies inside.
+            // Counts the edges that a ray from the point along the local x axis crosses. The number is odd if the point lies
+            // inside.
             if (a.y > 0.0) != (b.y > 0.0) && (a.x - a.y * edge.x / edge.y) > 0.0 {
                 crossings += 1;
             }
@@ -199,7 +200,8 @@ mod tests {
         }
     }
 
-    /// Truth: points in and around a dart-shaped cell, by hand. The notch lies outside; corners and edges belong to the cell.
+    /// Truth: points inside and outside of a dart-shaped cell, classified by hand. The notch lies outside; corners and edges belong
+    /// to the cell.
     #[test]
     fn a_cell_may_be_a_dart() {
         let mut frame = two_cells(0.0);

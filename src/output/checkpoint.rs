@@ -79,12 +79,12 @@ pub fn remove(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes temporary files of checkpoints and of the file `other` that killed runs left behind.
+/// Removes the temporary files that killed runs left behind, for checkpoints and for the file `other`.
 pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     let prefixes = [FILES[0], FILES[1], other].map(|name| temporary_prefix(Path::new(name)));
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(|name| prefixes.iter().any(|p| name.starts_with(p))) {
-            // Best effort: the files are hidden and harmless.
+            // Errors are ignored, because the files are hidden and harmless.
             let _ = fs::remove_file(entry.path());
         }
     }
@@ -117,7 +117,7 @@ pub fn write(folder: &Path, number: u64, origin: &Provenance, state: &impl Seria
 /// Reads the newest intact checkpoint in `folder`; `None` if there is no checkpoint file.
 ///
 /// # Errors
-/// If no checkpoint is intact and of this format (kind `Input`). If a file cannot be read (kind `Resources`).
+/// If checkpoint files exist, but none is intact and of this format (kind `Input`). If a file cannot be read (kind `Resources`).
 pub fn read(folder: &Path) -> Result<Option<Checkpoint>> {
     let mut newest: Option<Checkpoint> = None;
     let (mut notes, mut unfit) = (Vec::new(), Vec::new());
@@ -230,7 +230,8 @@ mod tests {
         read(folder).unwrap().unwrap().state::<State>().unwrap().last
     }
 
-    /// Truth: the state is read back bit by bit. Two files are written alternately, and the newer one is read.
+    /// Truth: the state that is read has the same bits as the written state. Two files are written alternately, and the newer one
+    /// is read.
     #[test]
     fn the_newest_is_read() {
         let dir = tempfile::tempdir().unwrap();
@@ -297,7 +298,8 @@ mod tests {
         assert!(error.contains("format 9"), "{error}");
     }
 
-    /// Truth: a failed write leaves the existing checkpoints intact (here: full device).
+    /// Truth: a failed write (here: to a full device) leaves the existing checkpoint intact. Temporary files of killed runs are
+    /// removed.
     #[cfg(unix)]
     #[test]
     fn a_failure_leaves_the_last_one() {

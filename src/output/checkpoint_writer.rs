@@ -40,7 +40,7 @@ pub struct MeshUpdates {
     pub wear_depth_at_last_update: Vec<f64>,
     /// Number of updates.
     pub count: usize,
-    /// Mesh updates have stopped because the next one would invert or flatten an element.
+    /// Whether mesh updates have stopped, because the next update would invert or flatten an element.
     pub stopped: bool,
 }
 

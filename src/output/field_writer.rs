@@ -66,7 +66,8 @@ pub struct FieldWriter<'a> {
     kinds: Vec<FieldKind>,
     /// Requested points inside the bodies for displacement and stress.
     pub interior_points: Vec<InteriorPointRequest>,
-    /// Writes every `increment_stride`-th increment of monotone steps, and every increment that did not converge.
+    /// Interval of the written increments of monotone steps. Increments that did not converge, cycle jumps and rolling entries are
+    /// always written.
     pub increment_stride: usize,
     /// Axes and fibres of the surface, and the distribution of wear.
     pub surface: SurfaceProperties,
@@ -77,7 +78,7 @@ pub struct FieldWriter<'a> {
 /// Field output so far: file series, and data of the figures and peaks for the end of the run.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct WrittenFields {
-    /// Number of the last written entry, from 1.
+    /// Number of the last written entry, from 1; 0 before the first one.
     last_entry: usize,
     /// Files of each series with their times.
     series_files: BTreeMap<String, Vec<(f64, String)>>,
@@ -171,7 +172,7 @@ impl<'a> FieldWriter<'a> {
             self.write_interior_points(output, request, states)
                 .context(|| format!("output.inside, \"{}\"", request.name))?;
         }
-        // Recorded last, because the output above may be cancelled.
+        // The figures record the entry last, because the output above may be cancelled.
         if self.kinds.contains(&FieldKind::Svg) {
             self.written.pictures.record_entry(self.frame.n_cells(), record, state);
         }
@@ -183,7 +184,7 @@ impl<'a> FieldWriter<'a> {
         FieldRollback { last_entry: self.written.last_entry, peaks: self.written.peaks.len() }
     }
 
-    /// Discards the entry after `mark`, whose output was cancelled.
+    /// Discards the cancelled output of the entry after `mark`.
     pub fn roll_back(&mut self, mark: FieldRollback) {
         let WrittenFields { last_entry, series_files, pictures: _, peaks } = &mut self.written;
         *last_entry = mark.last_entry;
@@ -213,7 +214,7 @@ impl<'a> FieldWriter<'a> {
         request: &InteriorPointRequest,
         states: &PointStates,
     ) -> Result<()> {
-        // Bodies that replace the bodies of the scene, as in comparisons, may provide none.
+        // Bodies that replace the bodies of the scene, as in comparisons, may provide no states.
         let Some(states) = states else { return Ok(()) };
         let series = request.series();
         output.write_text(&format!("{series}_{:04}.csv", self.written.last_entry), &request.csv(states)?)?;
@@ -268,7 +269,7 @@ impl<'a> FieldWriter<'a> {
     }
 
     /// Writes the `.pvd` collections and the figures, and moves the peaks of the bodies to the summary. The time in a collection is
-    /// the number of the entry in `summary.steps`.
+    /// the number of the entry in `summary.steps`. Requested fretting loops are also written as a table.
     ///
     /// # Errors
     /// If a file cannot be written (kind `Resources`).

@@ -11,12 +11,12 @@ use crate::geometry::Point;
 use crate::output::surface_properties::SurfaceProperties;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// Names of vector components in the axes of the frame.
+/// Names of vector components in the local axes of a cell.
 pub(crate) const FRAME_COMPONENTS: &[&str] = &["x", "y", "n"];
 /// Names of vector components in global axes.
 pub(crate) const GLOBAL_COMPONENTS: &[&str] = &["x", "y", "z"];
 
-/// Cells of the frame on shared corners.
+/// Cells of the frame as a mesh with shared corners.
 #[derive(Debug, Clone)]
 pub struct FrameMesh {
     /// Distinct corners.
@@ -26,7 +26,8 @@ pub struct FrameMesh {
 }
 
 impl FrameMesh {
-    /// Merges coincident corners of the frame's cells (tolerance 1e-9 of the frame size).
+    /// Merges coincident corners of the frame's cells. Coordinates are rounded to multiples of 1e-9 × the diagonal of the bounding
+    /// box.
     pub fn new(frame: &ContactFrame) -> Self {
         let quantum = 1e-9 * extent(frame).max(f64::MIN_POSITIVE);
         let mut known: HashMap<[i64; 3], usize> = HashMap::new();
@@ -56,7 +57,7 @@ impl FrameMesh {
         grid
     }
 
-    /// Mean of the cells that meet at each point, weighted by their `areas`.
+    /// Area-weighted mean of the values of the cells that meet at each point.
     pub fn average_at_points(&self, areas: &[f64], cell_values: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut sums = vec![(0.0, Vector3::zeros()); self.points.len()];
         for ((corners, &area), value) in self.cells.iter().zip(areas).zip(cell_values) {
@@ -127,7 +128,7 @@ fn with_zero_normal(slip: &[f64], n: usize) -> Vec<f64> {
     if slip.len() == 2 * n { [slip, &vec![0.0; n]].concat() } else { slip.to_vec() }
 }
 
-/// Converts component planes `[3, N]` into one triple per cell.
+/// Converts values `[3, N]`, stored component by component, into one triple per cell.
 pub(crate) fn planes_to_triples(planes: &[f64], n: usize, name: &str) -> Result<Vec<[f64; 3]>> {
     if planes.len() != 3 * n {
         return Err(Error::numerical(format!(
@@ -139,7 +140,7 @@ pub(crate) fn planes_to_triples(planes: &[f64], n: usize, name: &str) -> Result<
     Ok((0..n).map(|i| [planes[i], planes[n + i], planes[2 * n + i]]).collect())
 }
 
-/// Converts cell vectors from local to global axes.
+/// Converts vectors of the cells from the local axes of each cell to global axes.
 pub(crate) fn to_global(frame: &ContactFrame, local: &[[f64; 3]]) -> Vec<[f64; 3]> {
     frame.triads.iter().zip(local).map(|(triad, v)| triad.to_global(&Point::from(*v)).into()).collect()
 }

@@ -81,7 +81,7 @@ impl InteriorPointRequest {
         (0..self.n_points()).map(at).collect()
     }
 
-    /// Corners with their keys. A convex body that contains the corners contains all points.
+    /// Corners with the scene keys that determine them. A convex body that contains the corners contains all points.
     pub fn corners(&self) -> Vec<(&'static str, Point)> {
         let mut corners = vec![("from", self.from), ("to", self.to)];
         if let Some(across) = self.across {

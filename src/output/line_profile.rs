@@ -16,7 +16,7 @@ pub struct ProfileLine {
 impl ProfileLine {
     fn direction(&self) -> Vector2<f64> {
         let (sin, cos) = self.angle.sin_cos();
-        // Directions along the axes are exact, so that samples lie on the cell centres.
+        // The direction of a line along an axis is exact, so that its samples are aligned with the cell centres.
         let clean = |c: f64| if c.abs() < 1e-9 { 0.0 } else { c };
         Vector2::new(clean(cos), clean(sin)).normalize()
     }
@@ -26,7 +26,7 @@ impl ProfileLine {
 ///
 /// On a grid, values are interpolated bilinearly between the cell centres; points of the grid without a cell count as 0. The
 /// sampling distance is the smaller spacing, or the cell spacing for lines along an axis. On other frames, each cell gives its
-/// value at the middle of its intersection with the line. Cells on both sides of the line give their mean.
+/// value at the middle of its intersection with the line. Two cells whose common edge lies on the line give their mean.
 pub fn profile_along(frame: &ContactFrame, values: &[f64], line: &ProfileLine) -> Vec<[f64; 2]> {
     match frame.grid {
         Some(grid) if frame.polygons.is_none() && frame.n_cells() > 0 => {
@@ -137,8 +137,8 @@ mod tests {
         }
     }
 
-    /// Truth: the samples lie at the cell centres. If the number of rows is even, the axis lies between two rows and the samples
-    /// are means.
+    /// Truth: samples along an axis have the coordinates of the cell centres on this axis. With two rows of cells, the axis lies
+    /// between the rows, and the samples are the means of both rows.
     #[test]
     fn rows_are_met_on_their_centres() {
         let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();
@@ -148,7 +148,7 @@ mod tests {
         assert_eq!(at(FRAC_PI_2), [[-0.5, 3.0], [0.5, 4.0]]);
     }
 
-    /// Truth: cells as polygons give the samples of the grid. An oblique line gives the values of the cells that it cuts.
+    /// Truth: the cells as polygons give the same samples as the grid. An oblique line gives the values of the cells that it cuts.
     #[test]
     fn polygons_are_cut() {
         let grid = ContactFrame::grid([2.0, 1.0], [4, 2], [0.0, 0.0], 0.0).unwrap();

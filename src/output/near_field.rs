@@ -9,13 +9,15 @@ pub struct NearFieldRecord {
     pub body: usize,
     /// "half-space" or "mesh".
     pub near_field: &'static str,
-    /// Reason for the near field of the mesh.
+    /// Reason why the mesh, and not a half-space, determines the near field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Largest height of the curvature correction of the body's flat faces, mm, for a gap between meshes.
+    /// Largest curvature correction of the body's flat faces under the frame, mm. `None` without such a correction, and for the
+    /// near field "mesh".
     #[serde(rename = "bow", skip_serializing_if = "Option::is_none")]
     pub max_face_deviation: Option<f64>,
-    /// Estimated errors of the surface displacement under the frame due to loads and prescribed displacements of the body itself.
+    /// Estimated errors of the displacement that the body's own loads and prescribed displacements cause on the surface under the
+    /// frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub own_error: Option<AppliedLoadError>,
     /// Quality indicators of the half-space correction, also if the correction was rejected.

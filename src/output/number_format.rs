@@ -1,16 +1,18 @@
-//! Number formats for readers.
+//! Number formats for figures and reports.
 
-/// Formats a number with five significant digits. Values below 1e-12 count as round-off and give 0.
+/// Formats a number with five significant digits, or as an integer if its magnitude is from 1e5 to 1e7. Magnitudes below 1e-12
+/// count as round-off and give 0.
 pub fn five_digits(x: f64) -> String {
     if x.abs() < 1e-12 { "0".to_owned() } else { five_digits_of_small(x) }
 }
 
-/// Formats a number of a group with five significant digits. Values below 1e-12 of the `largest` magnitude of the group give 0.
+/// Formats a number of a group as [`five_digits`] does. Magnitudes below 1e-12 × `largest`, the largest magnitude of the group,
+/// give 0.
 pub fn five_digits_of_group(x: f64, largest: f64) -> String {
     if x.abs() < 1e-12 * largest { "0".to_owned() } else { five_digits_of_small(x) }
 }
 
-/// Formats a number with five significant digits, however small. For quantities without cancellation, such as volumes.
+/// Formats a number as [`five_digits`] does, however small it is. Use it for quantities without cancellation, such as volumes.
 pub fn five_digits_of_small(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
@@ -26,14 +28,14 @@ pub fn five_digits_of_small(x: f64) -> String {
 mod tests {
     use crate::output::number_format::{five_digits, five_digits_of_group};
 
-    /// Truth: the numbers rounded to five significant digits by hand.
+    /// Truth: the numbers rounded by hand, to five significant digits or to an integer.
     #[test]
     fn numbers_are_short() {
         assert_eq!(
             [290.726_11, -0.02, 1.0e-9, 123_456.7, 0.0, 3.3e-17].map(five_digits),
             ["290.73", "-0.020000", "1.0000e-9", "123457", "0", "0"]
         );
-        // Volumes in cubic metres, and round-off relative to a force.
+        // The first group consists of volumes in cubic metres, the second of the round-off of a force of 300 N.
         assert_eq!([5e-13, -2e-17].map(|x| five_digits_of_group(x, 5e-13)), ["5.0000e-13", "-2.0000e-17"]);
         assert_eq!(five_digits_of_group(-2e-11, 300.0), "0");
     }

@@ -1,6 +1,6 @@
 //! Output directory of a run. Files are staged in a hidden folder inside it and moved to their final names when the run ends. A
-//! failed or killed run thus loses no earlier results. The staged files of a run with checkpoints stay there until the run is
-//! resumed.
+//! failed or killed run thus loses no earlier results. The staged files of an unfinished run with checkpoints stay there until the
+//! run is resumed.
 
 use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
@@ -45,7 +45,7 @@ pub struct OutputDir {
     holds_unfinished_run: bool,
     /// Whether this run resumes a run of this directory.
     resumes: bool,
-    /// Whether the staged files are kept when the run ends early.
+    /// Whether the staging folder is kept when this value is dropped.
     keep_staging: bool,
     /// Warnings for the summary.
     warnings: Vec<String>,
@@ -54,8 +54,8 @@ pub struct OutputDir {
 }
 
 impl OutputDir {
-    /// Prepares `target` to receive results, and creates it if necessary. Earlier results stay unchanged until the first file is
-    /// written or until [`OutputDir::finish`].
+    /// Prepares `target` to receive results, and creates it if necessary. Earlier results stay unchanged until the first file or
+    /// checkpoint is written, or until the run ends.
     ///
     /// # Errors
     /// If `target` is not a directory (kind `Input`). If it is not writable or in use by another run (kind `Resources`).
@@ -114,7 +114,7 @@ impl OutputDir {
     /// Returns the names of files that were not found.
     ///
     /// # Errors
-    /// If a file cannot be moved or read (kind `Resources`).
+    /// If a file cannot be moved or copied (kind `Resources`).
     pub fn restage(&mut self, files: Vec<StagedFile>) -> Result<Vec<String>> {
         (self.holds_unfinished_run, self.resumes, self.keep_staging) = (false, true, true);
         let mut missing = Vec::new();
@@ -152,7 +152,7 @@ impl OutputDir {
         Ok(true)
     }
 
-    /// Keeps the staged files when the run ends early, because a checkpoint lists them.
+    /// Ensures that the staged files are kept if the run ends early, because a checkpoint lists them.
     ///
     /// # Errors
     /// If an earlier unfinished run cannot be moved to `previous-N` (kind `Resources`).
@@ -204,7 +204,7 @@ impl OutputDir {
     /// Stages a file whose content `fill` writes. It replaces a staged file of the same name.
     ///
     /// # Errors
-    /// If the disk is full or not writable (kind `Resources`), and errors of `fill`.
+    /// If the file cannot be written or an earlier unfinished run cannot be moved (kind `Resources`), and errors of `fill`.
     pub fn write(&mut self, name: &str, fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
         self.set_aside_unfinished_run()?;
         let path = self.staging.join(name);
@@ -235,8 +235,8 @@ impl OutputDir {
 
     /// Moves the staged files to their final names, then writes the summary, which lists them.
     ///
-    /// A converged run replaces the files of an earlier run and removes its own checkpoints. Any other run first moves all earlier
-    /// results to `previous-1` (or the next free number), unless it resumes that run and has as many entries.
+    /// A converged run replaces the files of an earlier run and removes its own checkpoints. Any other run first moves earlier
+    /// results to `previous-1` (or the next free number), unless it resumes the earlier run with at least as many entries.
     ///
     /// # Errors
     /// If a file cannot be moved or written (kind `Resources`). If a number of the summary is not finite (kind `Numerical`); the
@@ -258,7 +258,7 @@ impl OutputDir {
             write_atomically(&self.target.join(SUMMARY_FILE), summary.to_json().1.as_bytes())?;
             return Err(error);
         }
-        // Written last, so that a summary never lists missing results.
+        // The summary is written last, so that it never lists missing results.
         write_atomically(&self.target.join(SUMMARY_FILE), text.as_bytes())?;
         if converged && !self.holds_unfinished_run {
             checkpoint::remove(&self.target)?;
@@ -275,7 +275,8 @@ impl OutputDir {
         })
     }
 
-    /// Writes the summary only, and leaves staged files and checkpoints for a later resume.
+    /// Leaves staged files and checkpoints for a later resume, and writes only the summary. Earlier results are first moved to
+    /// `previous-N`, unless this run resumes the earlier run and has at least as many entries.
     ///
     /// # Errors
     /// As [`OutputDir::finish`].
@@ -293,7 +294,8 @@ impl OutputDir {
         finite
     }
 
-    /// Whether the existing summary may be replaced: it belongs to the resumed run and has no more entries than the new `summary`.
+    /// Whether the existing summary may be replaced: this run is resumed, and the earlier run did not converge, has the same scene,
+    /// and has no more entries than the new `summary`.
     fn supersedes_earlier(&self, summary: &Summary) -> bool {
         let Some(earlier) = read_json(&self.target.join(SUMMARY_FILE)).filter(|_| self.resumes) else {
             return false;
@@ -303,8 +305,8 @@ impl OutputDir {
             && earlier["steps"].as_array().is_some_and(|steps| steps.len() <= summary.steps.len())
     }
 
-    /// Removes files that the earlier summary lists and this run did not write. Otherwise fields of omitted steps would look like
-    /// results of this run.
+    /// Removes files that the earlier summary lists and this run did not write. Otherwise fields of steps that this run does not
+    /// have would look like its results.
     fn remove_stale(&self) -> Result<()> {
         let own: HashSet<&str> = self.files.iter().map(|file| file.name.as_str()).collect();
         for name in earlier_files(&self.target) {
@@ -335,14 +337,14 @@ impl OutputDir {
 impl Drop for OutputDir {
     fn drop(&mut self) {
         if !self.keep_staging {
-            // Best effort: a folder that remains is hidden and harmless.
+            // Errors are ignored, because a folder that remains is hidden and harmless.
             let _ = fs::remove_dir_all(&self.staging);
         }
     }
 }
 
 /// Number of attempts to lock a directory, and the delay between two attempts. A process that was killed, or that has just started
-/// another one, may hold the lock a moment longer.
+/// another process, may hold the lock a moment longer.
 const LOCK_ATTEMPTS: usize = 40;
 const LOCK_RETRY_DELAY: Duration = Duration::from_millis(50);
 

@@ -41,7 +41,8 @@ pub struct Recorder<'a> {
     pub has_checkpoint_files: bool,
 }
 
-/// State handed to the recorder of the next segment.
+/// State that a recorder hands over to the recorder of the next segment of the run. A segment ends where the frame is enlarged or
+/// meshes are moved.
 pub struct RecorderParts {
     /// Output directory with the files so far.
     pub output: Option<OutputDir>,
@@ -57,7 +58,7 @@ pub struct RecorderParts {
 struct CheckpointState<'a> {
     writer: CheckpointWriter,
     operator: &'a dyn Flexibility,
-    /// State of the operator after the last finished entry.
+    /// History of the operator after the last finished entry.
     operator_history: OperatorHistory,
     /// Fields and files before an entry that did not converge.
     before_unconverged: Option<(WrittenFields, Vec<StagedFile>)>,
@@ -121,7 +122,7 @@ impl<'a> Recorder<'a> {
     /// If this fails, the error is stored in the summary, which is written in any case if the disk allows.
     ///
     /// # Errors
-    /// The first failure to write, or a number that is not finite.
+    /// If a file cannot be written (kind `Resources`), or a number is not finite (kind `Numerical`).
     pub fn finish(mut self, summary: &mut Summary) -> Result<()> {
         summary.steps = std::mem::take(&mut self.records);
         summary.peak_memory_bytes = crate::output::peak_memory::peak_bytes();
@@ -154,7 +155,7 @@ impl<'a> Recorder<'a> {
 }
 
 impl CheckpointState<'_> {
-    /// Writes a checkpoint if it is due.
+    /// Writes a checkpoint if it is due. In an interrupted or suspended run, it is due if there are new entries.
     fn write_if_due(
         &mut self,
         output: &mut OutputDir,
@@ -200,7 +201,7 @@ impl Observer for Recorder<'_> {
     }
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
-        // Cancellable recovery comes before any part of the entry is stored.
+        // The recovery at interior points can be cancelled. It therefore comes before any part of the entry is stored.
         let fields = self.fields.as_ref().filter(|fields| fields.selects(record));
         let inside =
             fields.map(|fields| fields.recover_interior_points(state)).transpose()?.unwrap_or_default();

@@ -106,8 +106,8 @@ fn deepest(kept: &StepEndFields) -> f64 {
     kept.wear_depth.iter().copied().fold(0.0, f64::max)
 }
 
-/// Intersection of the profiles of a step: the origin of the frame if a profile through it reaches half of the peak pressure,
-/// otherwise the cell of the peak pressure.
+/// Intersection of the profiles of a step: the origin of the frame if there is no pressure, or if a profile through the origin
+/// reaches half of the peak pressure. Otherwise, it is the cell of the peak pressure.
 fn profile_center(frame: &ContactFrame, surface: &SurfaceProperties, kept: &StepEndFields) -> [f64; 2] {
     let n = frame.n_cells();
     let Some(pressure) = kept.tractions.get(2 * n..3 * n) else { return [0.0; 2] };
@@ -120,7 +120,7 @@ fn profile_center(frame: &ContactFrame, surface: &SurfaceProperties, kept: &Step
     if seen { [0.0; 2] } else { frame.plane_coordinates(peak) }
 }
 
-/// Label for the start and direction of a profile.
+/// Axis label with the direction of a profile and the point at distance 0.
 fn distance_label(line: &ProfileLine, axis: &str, units: &Units) -> String {
     let [x, y] = line.through;
     let from = if line.through == [0.0; 2] { "the centre".to_owned() } else { format!("({x:.4}, {y:.4})") };
@@ -226,12 +226,12 @@ mod tests {
         assert_eq!(profile_center(&frame, &surface, &at(-0.9, 1.3, 0.0)), [0.0, 0.0]);
     }
 
-    /// Truth: a traction of 20 MPa on body 2 against the fibre gives q1 = 20 MPa and q2 = 0 on body 1. Values are
+    /// Truth: a traction of 20 MPa on body 2, opposite to the fibre direction, gives q1 = 20 MPa and q2 = 0 on body 1. Values are
     /// read back from the picture: a constant traction is a level line, at a height proportional to the traction.
     #[test]
     fn tractions_are_those_on_body_1_along_the_fibre() {
         let frame = ContactFrame::grid([2.0, 2.0], [8, 8], [0.0, 0.0], 0.0).unwrap();
-        // (-20, 0) on body 2 along axes at 30 degrees, thus (20, 0) on body 1.
+        // In axes at 30 degrees, the traction on body 2 is (-20, 0), thus (20, 0) on body 1.
         let (sin, cos) = 30_f64.to_radians().sin_cos();
         let kept = kept(64, |_| [-20.0 * cos, -20.0 * sin, 100.0], &frame);
         let fibre = SurfaceFibre { side: Side::Lower, tilt: 0.3, azimuth: 30_f64.to_radians() };
@@ -252,7 +252,7 @@ mod tests {
                 heights[0]
             })
             .collect();
-        // Two panels, each with pressure 100, q1 = 20 and q2 = 0 on an axis from 0 to at least 100.
+        // Each of the two panels shows pressure 100, q1 = 20 and q2 = 0 on an axis from 0 to at least 100.
         assert_eq!(levels.len(), 6, "{text}");
         for panel in levels.chunks(3) {
             let share = (panel[2] - panel[1]) / (panel[2] - panel[0]);

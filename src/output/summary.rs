@@ -178,7 +178,7 @@ pub struct Summary {
     /// Message of the error that ended the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// Exit code of the program for that error.
+    /// Exit code of the program for `error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exit_code: Option<u8>,
     /// Frame at the end, if it is a grid.
@@ -192,7 +192,7 @@ pub struct Summary {
     /// Peaks of stress, failure indices and estimated error of the bodies, if requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyRecord>,
-    /// Omitted work that the scene did not need.
+    /// Work that was omitted because the scene did not need it.
     pub skipped: Vec<OmittedWork>,
     /// Fretting loops of resolved cycles, if requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -235,7 +235,7 @@ impl Summary {
         }
     }
 
-    /// Sets the status with its reason or error from the outcome of the history.
+    /// Sets the status with its reason or error from `outcome`.
     pub fn set_outcome(&mut self, outcome: &Result<Outcome>) {
         (self.reason, self.error) = (None, None);
         match outcome {
@@ -261,8 +261,9 @@ impl Summary {
         (self.error, self.exit_code) = (Some(error.to_string()), Some(error.exit_code()));
     }
 
-    /// Returns the JSON text with a line end, in any case. JSON has no NaN or infinity, and a reader might take `null` for a
-    /// result. Such a value therefore turns the run into a failed one, and `error` contains its path.
+    /// Checks that all numbers are finite. Returns the result of the check and, in any case, the JSON text with a line end. JSON
+    /// has no NaN or infinity, and a reader might take `null` for a result. With such a value, the text therefore has the status
+    /// `failed` and a warning with the path of the value.
     ///
     /// # Errors
     /// If a number is not finite (kind `Numerical`).

@@ -13,11 +13,12 @@ pub struct TruncationRecord {
     pub body: usize,
     /// Number of elements.
     pub elements: usize,
-    /// Mean normal displacement of the frame under uniform pressure, meshed surface.
+    /// Mean normal displacement of the frame under uniform unit pressure, for the meshed surface.
     pub compliance: f64,
-    /// Mean normal displacement of the frame under uniform pressure, exact half-space.
+    /// Mean normal displacement of the frame under uniform unit pressure, for the exact half-space.
     pub exact_compliance: f64,
-    /// Relative error of the 3 x 3 matrix of works of uniform tractions on the displacements due to uniform tractions.
+    /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform traction along a on the
+    /// displacements under a uniform traction along b.
     pub difference: f64,
     /// Residual of equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub residual: f64,

@@ -1,9 +1,9 @@
 //! Writer of VTK XML files: unstructured grids (.vtu, raw appended data) and collections over time (.pvd).
 //!
-//! Numbers are little-endian, with 64-bit headers, connectivity and offsets, so that sizes are not limited. meshio requires the
+//! Numbers are little-endian. Headers, connectivity and offsets have 64 bits, so that sizes are not limited. meshio requires the
 //! line end before `</AppendedData>`. The data blocks follow in the reverse order of the `DataArray` tags. meshio (5.3) finds
-//! arrays by offset and replaces the offsets one after the other. In forward order it may take an array that it has read before,
-//! and silently swap the values of two fields.
+//! arrays by offset and replaces the offsets one after the other. If the blocks had the order of the tags, meshio might take an
+//! already read array and silently swap the values of two fields.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -209,7 +209,7 @@ fn tag(array: &DataArray, offset: u64) -> String {
     tag
 }
 
-/// Text of a collection (.pvd) for ParaView, which lists files with their times.
+/// Text of a collection (.pvd), which lists files with their times for ParaView.
 pub fn pvd_collection(files: &[(f64, String)]) -> String {
     let mut xml = String::from("<?xml version=\"1.0\"?>\n");
     xml += "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n";
@@ -260,7 +260,8 @@ mod tests {
         assert!(message.contains("`gap` is NaN at entry 1 of 1"), "{message}");
     }
 
-    /// Truth: the layout of the format by hand: an 8-byte length before each array, offsets from `_`, the last array first.
+    /// Truth: the layout of the format. An 8-byte length precedes each array, offsets count from `_`, and the last array comes
+    /// first.
     #[test]
     fn offsets_count_lengths_and_data() {
         let mut bytes = Vec::new();

@@ -4,7 +4,7 @@ use super::RulePoint;
 
 /// Abscissae and weights of the `n`-point Gauss-Legendre rule on [-1, 1], ascending; exact to degree 2n - 1.
 ///
-/// Newton's method on the Legendre polynomial, from Chebyshev-like first guesses.
+/// The abscissae are found by Newton's method on the Legendre polynomial, starting from Chebyshev-like estimates.
 ///
 /// # Source
 /// Abramowitz and Stegun (1964), 25.4.29 and 22.16.6.
@@ -63,8 +63,8 @@ pub fn hexahedron(n: usize) -> Vec<RulePoint<3>> {
 mod tests {
     use super::*;
 
-    /// Truth: an n-point Gauss rule integrates x^k over [-1, 1] exactly for k <= 2n - 1, and not x^(2n).
-    /// Tolerance: rounding of n terms of order 1.
+    /// Truth: an n-point Gauss rule integrates x^k over [-1, 1] exactly for k <= 2n - 1, but not for k = 2n. Tolerance: rounding of
+    /// n terms of order 1.
     #[test]
     fn exact_to_degree_2n_minus_1() {
         for n in 1..=20 {

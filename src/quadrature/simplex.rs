@@ -1,6 +1,7 @@
 //! Rules on the reference triangle (0,0), (1,0), (0,1) and the reference tetrahedron.
 //!
-//! Rules of higher degree are products of Gauss rules collapsed onto the simplex, of any degree. All weights are positive.
+//! Rules of higher degree, without an upper limit, are products of Gauss rules that are collapsed onto the simplex. All weights are
+//! positive.
 
 use super::RulePoint;
 use super::gauss::gauss_legendre;
@@ -12,7 +13,8 @@ fn unit_line(n: usize) -> Vec<(f64, f64)> {
 
 /// Rule on the reference triangle, exact to `degree`; weights sum to 1/2.
 ///
-/// Degree 1 is the centroid, degree 2 the three-point rule of Strang and Fix (1973). Higher degrees use the collapsed square.
+/// Degree 1 uses the centroid, degree 2 uses the three-point rule of Strang and Fix (1973), and higher degrees use the collapsed
+/// square.
 pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
     const SIXTH: f64 = 1.0 / 6.0;
     match degree {
@@ -30,8 +32,8 @@ pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
 
 /// Rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
 ///
-/// Degree 1 is the centroid, degree 2 the four-point rule of Hammer, Marlowe and Stroud (1956), degree 3 a rule of eight points.
-/// Higher degrees use the collapsed cube.
+/// Degree 1 uses the centroid, degree 2 uses the four-point rule of Hammer, Marlowe and Stroud (1956), and degree 3 uses a rule of
+/// eight points. Higher degrees use the collapsed cube.
 pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     if degree <= 1 {
         return vec![([0.25; 3], 1.0 / 6.0)];
@@ -61,8 +63,8 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
 /// Rule of degree 3 with eight points of equal weight inside the tetrahedron. Four points lie at the fraction t of the way from the
 /// centroid to the corners, and four points at the fraction u.
 ///
-/// Degree 2 requires t² + u² = 2/5, degree 3 t³ + u³ = 2/15. So s = t + u solves s³ - 6/5 s + 4/15 = 0. Viète's formula gives the
-/// root with all points inside.
+/// Degree 2 requires t² + u² = 2/5, and degree 3 requires t³ + u³ = 2/15. So s = t + u solves s³ - 6/5 s + 4/15 = 0. Viète's
+/// formula gives the root with all points inside.
 fn eight_points() -> Vec<RulePoint<3>> {
     let radius = 2.0 * 0.4f64.sqrt();
     let angle = (-(4.0 / 15.0) / (2.0 * 0.4f64.powf(1.5))).acos() / 3.0;
@@ -86,7 +88,7 @@ mod tests {
         (1..=n).map(|k| k as f64).product()
     }
 
-    /// Truth: integral of x^i y^j over the unit triangle = i! j! / (i + j + 2)!. Tolerance: rounding.
+    /// Truth: the integral of x^i y^j over the unit triangle is i! j! / (i + j + 2)!. Tolerance: rounding.
     #[test]
     fn triangle_moments() {
         for degree in 0..=7 {
@@ -103,8 +105,8 @@ mod tests {
         }
     }
 
-    /// Truth: a Gauss rule of n points is exact to degree 2n - 1, and the collapse adds two degrees. The rule has the smallest
-    /// sufficient n along each direction.
+    /// Truth: a Gauss rule of n points is exact to degree 2n - 1, and the collapse adds two degrees. The rule has n³ points with
+    /// the smallest n for which 2n - 1 is at least degree + 2.
     #[test]
     fn no_more_points_than_the_degree_takes() {
         for degree in 4..12 {
@@ -113,7 +115,7 @@ mod tests {
         }
     }
 
-    /// Truth: integral of x^i y^j z^k over the unit tetrahedron = i! j! k! / (i + j + k + 3)!. Tolerance: rounding.
+    /// Truth: the integral of x^i y^j z^k over the unit tetrahedron is i! j! k! / (i + j + k + 3)!. Tolerance: rounding.
     #[test]
     fn tetrahedron_moments() {
         for degree in 0..=5 {

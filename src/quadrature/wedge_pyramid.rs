@@ -33,7 +33,8 @@ mod tests {
     use super::*;
 
     /// Truth: for even i and j, x^i y^j z^k has the integral 4 B(i + j + 3, k + 1) / ((i + 1) (j + 1)) over the pyramid, otherwise
-    /// 0 (beta function B). Over the wedge: product of the integrals over triangle and line. Tolerance: rounding.
+    /// 0 (beta function B). The integral over the wedge is the product of the integrals over triangle and line. Tolerance:
+    /// rounding.
     #[test]
     fn moments() {
         let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();

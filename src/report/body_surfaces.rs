@@ -108,7 +108,7 @@ impl Bodies {
     }
 }
 
-/// Divides all faces into triangles; quadratic faces through their midside nodes.
+/// Divides all faces into triangles. The triangles of quadratic faces also use the midside nodes.
 fn triangles(grid: &VtuGrid) -> Vec<[usize; 3]> {
     let mut list = Vec::new();
     for (index, &kind) in grid.types.iter().enumerate() {

@@ -7,7 +7,7 @@ use crate::output::plot::{Anchor, Canvas};
 use crate::output::summary::Units;
 use crate::report::value_text::with_unit;
 
-/// Width and height of the drawing, pixels.
+/// Width of the drawing, and its height with up to three lines in the legend, pixels.
 const TOP_VIEW_PX: [f64; 2] = [400.0, 360.0];
 /// Fill of the frame.
 const FILL: &str = "#e8e4d8";

@@ -7,7 +7,7 @@ use crate::report::encode::{encode_f32, encode_u32};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::vtu_reader::VtuGrid;
 
-/// Maximum number of cells of an embedded frame (at least two triangles per cell).
+/// Maximum number of cells of an embedded frame.
 const MAX_MAP_CELLS: usize = 100_000;
 /// Maximum number of embedded values (4 bytes each) of all entries together.
 const MAX_MAP_NUMBERS: usize = 4 << 20;
@@ -96,7 +96,8 @@ impl Frames {
     }
 }
 
-/// Index from 0 of the summary entry of each field file, from the number in the file name. `None` if the summary has no such entry.
+/// Index of the summary entry of each field file, counted from 0. It is the number in the file name minus 1; `None` if the summary
+/// has no such entry.
 pub(super) fn entries_of_files(said: &Value, files: &[(usize, String)]) -> Vec<Option<usize>> {
     let n = said["steps"].as_array().map_or(0, Vec::len);
     files.iter().map(|(number, _)| number.checked_sub(1).filter(|&entry| entry < n)).collect()
@@ -108,7 +109,8 @@ pub(super) fn last_files_of_steps(said: &Value, entries: &[Option<usize>]) -> Ve
     (0..entries.len()).filter(|&i| i + 1 == entries.len() || name(i) != name(i + 1)).collect()
 }
 
-/// Indices of the files to embed. If not all fit: the last file of each step first, then evenly spread others.
+/// Indices of the files to embed. If not all files fit, the last file of each step is chosen first, then other files at even
+/// distances.
 fn select_files(
     source: &ResultDirectory,
     files: &[(usize, String)],
@@ -144,7 +146,7 @@ impl MapPlane {
         Self { center, azimuth: number(&frame["azimuth"]).to_radians() }
     }
 
-    /// Mesh of a frame: points in space and projected on the plane, cells.
+    /// Mesh of a frame as JSON: the cells, and the points of the cells in space and projected on the plane.
     fn mesh(&self, grid: &VtuGrid) -> Value {
         let doubled: Vec<Vector3<f64>> =
             (0..grid.n_cells()).map(|cell| doubled_area_vector(grid, cell)).collect();

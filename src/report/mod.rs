@@ -1,6 +1,6 @@
 //! Report: a self-contained HTML page of the results in a directory (run, comparison or study).
 //!
-//! [`Report::of`] renders the page. Damaged files are reported on it. The same directory gives the same bytes.
+//! [`Report::of`] renders the page, which also lists damaged files. The same directory gives the same bytes.
 
 mod body_surfaces;
 mod drawing;
@@ -32,7 +32,7 @@ impl Report {
     /// Renders the report of the results in `directory`.
     ///
     /// # Errors
-    /// If the directory holds no results (kind `Input`).
+    /// If the directory holds no results (kind `Input`), or the page cannot be created (kind `Numerical`).
     pub fn of(directory: &Path) -> Result<Self> {
         let mut source = ResultDirectory::open(directory)?;
         let html = match source.kind {

@@ -155,7 +155,7 @@ fn study(page: &mut Page, said: &Value, runs: &[Value], units: &Units) {
     });
 }
 
-/// Links to the folders of the variants or runs, which have their own reports.
+/// Lists the folders of the variants or runs, for which reports of their own can be written.
 fn folders(page: &mut Page, source: &ResultDirectory, members: &[Value]) {
     for member in members {
         let Some(folder) = member["folder"].as_str().filter(|folder| source.has(folder)) else { continue };

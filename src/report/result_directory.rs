@@ -56,7 +56,7 @@ impl ResultDirectory {
     /// Lists the directory and reads its summary.
     ///
     /// # Errors
-    /// Input, if `directory` holds no results.
+    /// If `directory` cannot be read or holds no results (kind `Input`).
     pub(super) fn open(directory: &Path) -> Result<Self> {
         let names = names(directory)?;
         let found =

@@ -153,7 +153,7 @@ const ENTRY_COLUMNS: [(&str, &str); 17] = [
     ("seconds", "time"),
 ];
 
-/// Note below the entry table of runs with fretting cycles.
+/// Note of the entry tables, for runs with fretting cycles.
 const REVERSAL_NOTE: &str = " Entries of cycles show motions, forces, areas and peaks at the + reversal point, and the mean approach of both reversal points.";
 
 /// Fills in the tables of entries, certificates and stress peaks.
@@ -185,7 +185,7 @@ fn results(page: &mut Page, said: &Value, units: &Units) {
     page.tables.extend(peaks);
 }
 
-/// The + reversal point of an entry of fretting cycles if it has `key`, otherwise the entry itself.
+/// Record of the + reversal point of `record` if that has a value of `key`, otherwise `record` itself.
 fn at_plus_reversal<'a>(record: &'a Value, key: &str) -> &'a Value {
     let plus = &record["stroke_ends"][0];
     if plus[key].is_null() { record } else { plus }
@@ -214,7 +214,7 @@ fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
     Table { heads, rows: rows.iter().map(row).collect(), ..Table::default() }
 }
 
-/// Quantities for which values below 1e-12 are not round-off, since they may be small in metres.
+/// Quantities whose values below 1e-12 are not round-off: in metres, these quantities may be small.
 const SMALL_QUANTITIES: [&str; 4] = ["worn_volume", "max_wear_depth", "contact_area", "stick_area"];
 
 /// Formats numbers of an entry with load F and contact area A. Tangential forces below 1e-7 F and moments below 1e-7 F √A become 0.
@@ -271,7 +271,7 @@ fn certificate(records: &[Value], rows: &[usize]) -> Table {
     }
 }
 
-/// Charts of residuals, solver work and time over the entries.
+/// Charts of residuals, solver work and time against the number of the entry.
 fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
     let over = |key: &dyn Fn(&Value) -> Option<f64>| {
         let point = |(i, record): (usize, &Value)| key(record).map(|y| [(i + 1) as f64, y]);

@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::output::number_format::five_digits;
 use crate::output::summary::Units;
 
-/// Units of a summary; mm and N if it does not name them.
+/// Units of a summary; mm and N are the defaults.
 pub(super) fn units_of(said: &Value) -> Units {
     let unit = |key: &str, usual: &str| said["units"][key].as_str().unwrap_or(usual).to_owned();
     Units { length: unit("length", "mm"), force: unit("force", "N") }
@@ -16,7 +16,7 @@ pub(super) fn unit_of_key(units: &Units, key: &str) -> String {
     units.of_key(key).replace("degrees", "°").replace("^{2}", "²").replace("^{3}", "³")
 }
 
-/// Formats a number: unchanged up to 9 characters, otherwise with five digits, or with two digits if it is below 1e-12.
+/// Formats a number: unchanged up to 9 characters, otherwise with five digits, or with two digits if its magnitude is below 1e-12.
 pub(super) fn number(value: &serde_json::Number) -> String {
     let plain = value.to_string();
     match value.as_f64() {

@@ -74,14 +74,15 @@ pub struct Diagnostics {
     pub text: String,
     /// SHA-256 of the file and its overrides; empty if the file could not be read.
     pub sha256: String,
-    /// The errors, in the order of the file.
+    /// The errors; [`Diagnostics::new`] sorts them.
     pub list: Vec<Diagnostic>,
     /// Notes on the scene, which may explain the errors.
     pub notes: Vec<String>,
 }
 
 impl Diagnostics {
-    /// Sorts the errors of a document in the order of the file and removes duplicates.
+    /// Sorts the errors of a document: those in the file by position, then those of overrides, then those of the whole scene.
+    /// Removes adjacent duplicates.
     pub fn new(document: &Document, mut list: Vec<Diagnostic>) -> Self {
         list.sort_by_key(|mistake| match &mistake.location {
             Location::File(range) => (0, range.start),
@@ -116,7 +117,7 @@ impl Diagnostics {
         }
     }
 
-    /// One error of the crate with all messages, one line each.
+    /// Error of kind `Input` with all messages, one per line.
     pub fn to_error(&self) -> Error {
         Error::input(self.to_string())
     }

@@ -118,7 +118,7 @@ impl Document {
         key_segments(key).try_fold(&self.root, |node, segment| node.child(&segment).map(|(_, child)| child))
     }
 
-    /// The scene with its overrides as JSON. Numbers that are not finite or out of range and dates become strings.
+    /// The scene with its overrides as JSON. Dates, integers too large for i64, and floats that are not finite become strings.
     pub fn to_display_json(&self) -> serde_json::Value {
         self.root.value.to_json(|x| if x.is_finite() { x.into() } else { x.to_string().into() })
     }
@@ -146,7 +146,7 @@ impl Document {
         }
     }
 
-    /// Location of `key`, or of the innermost table around it that exists.
+    /// Location of `key`. If `key` does not exist, location of the innermost table around it that exists.
     pub fn location(&self, key: &str) -> Location {
         let mut node = &self.root;
         let mut found = None;
@@ -192,7 +192,7 @@ pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = Cow<'_, str>> {
     })
 }
 
-/// The text up to the closing quote, and the text after it.
+/// The text up to the closing quote, without escape characters, and the text after the quote.
 fn unquoted(text: &str) -> (String, &str) {
     let (mut segment, mut escaped) = (String::new(), false);
     for (i, c) in text.char_indices() {
@@ -231,8 +231,8 @@ fn fingerprint(text: &str, overrides: &[String]) -> String {
 }
 
 impl TomlNode {
-    /// The child of a table with the name `segment`, or of an array with this index (from 0). In an array of tables `segment` may
-    /// also be the `name` of an element.
+    /// The child `segment` of a table, or the element of an array with the index `segment` (from 0), and its location. In an array
+    /// of tables, `segment` may also be the `name` of an element.
     pub fn child(&self, segment: &str) -> Option<(&ValueSource, &TomlNode)> {
         match &self.value {
             TomlValue::Table(entries) => {

@@ -21,7 +21,7 @@ pub struct MeanMaterial {
     pub materials: Vec<String>,
 }
 
-/// Material of `fe` at the faces of its contact group under the frame (all faces of a mesh frame).
+/// Mean material of `fe` at the faces of its contact group under the frame. With a mesh frame, these are all faces of the group.
 ///
 /// A fibre axis a (unit vector) has no sign. The mean axis is the first principal axis of ∑ A a aᵀ over the faces with areas A. If
 /// no face is under the frame, all faces count.
@@ -58,7 +58,7 @@ pub fn mean_material_of_body(fe: &MeshedBodyPlan) -> Result<MeanMaterial> {
     Ok(weighted_mean_material(fe, &regions, &elements))
 }
 
-/// Mean material of elements with weights.
+/// Mean material of elements: the stiffness of the first element, and the weighted mean of the fibre axes.
 fn weighted_mean_material(
     fe: &MeshedBodyPlan,
     regions: &ElementMaterials,

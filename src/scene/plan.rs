@@ -47,7 +47,8 @@ pub struct Plan {
     pub friction: FrictionLaw,
     /// The wear law.
     pub wear: WearLaw,
-    /// Index (0 or 1) of the body whose fibre the friction and wear laws use; `None` for a law without fibre or with own angles.
+    /// For the friction law and the wear law, the index (0 or 1) of the body whose fibre the law uses. `None` for a law without
+    /// fibre or with its own angles.
     pub fibre_bodies: [Option<usize>; 2],
     /// Fraction of the wear depth that is taken from body 1.
     pub wear_share: f64,
@@ -274,13 +275,13 @@ impl From<UniformFibre> for FibreAngles {
 }
 
 impl BodyMaterial {
-    /// Material axes as columns, in axes rotated by `azimuth` (radians) about the normal from the global axes.
+    /// Material axes as columns, in coordinate axes that are rotated by `azimuth` (radians) about z from the global axes.
     pub fn material_axes(&self, azimuth: f64) -> Matrix3<f64> {
         let fibre = self.fibre.unwrap_or(FibreAngles { tilt: 0.0, azimuth: 0.0 });
         fibre_axes(fibre.tilt, fibre.azimuth - azimuth)
     }
 
-    /// Stiffness in axes rotated by `azimuth` (radians) about the normal from the global axes.
+    /// Stiffness in coordinate axes that are rotated by `azimuth` (radians) about z from the global axes.
     pub fn stiffness_in_frame(&self, azimuth: f64) -> Stiffness {
         if self.isotropic {
             self.stiffness.clone()
@@ -327,7 +328,7 @@ impl MeshedBodyPlan {
         group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(self.mesh.kind(cell))))
     }
 
-    /// Whether pressures, tractions or a body force act on the body.
+    /// Whether the scene gives pressures, tractions or a nonzero body force for the body.
     pub fn is_loaded(&self) -> bool {
         !self.pressures.is_empty() || !self.tractions.is_empty() || self.body_force != [0.0; 3]
     }

@@ -6,7 +6,7 @@ use super::diagnostic::{Diagnostic, DiagnosticKind};
 use super::document::{Document, TomlEntry, TomlNode, TomlValue, is_whole, join_key};
 use super::suggest::{closest, quoted_list};
 
-/// Returns the schema violations of `document`, and the keys among them that no table of the schema defines.
+/// Returns the schema violations of `document`, and the dotted keys that the schema does not define.
 pub fn check_against_schema(document: &Document, schema: &Json) -> (Vec<Diagnostic>, Vec<String>) {
     let mut walk = SchemaWalk { document, root: schema, diagnostics: Vec::new(), unknown_keys: Vec::new() };
     walk.check_value(&document.root, schema, "");
@@ -274,8 +274,8 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// Checks that a number is finite, within [`MAGNITUDE_RANGE`] and within the bounds of the schema. A `whole` number must be an
-    /// integer up to [`MAX_INTEGER`].
+    /// Checks that a number is finite and within the bounds of the schema. Its magnitude must be 0 or lie within
+    /// [`MAGNITUDE_RANGE`]; a `whole` number must instead be an integer of magnitude [`MAX_INTEGER`] at most.
     fn check_number(&mut self, node: &TomlNode, schema: &'a Json, key: &str, whole: bool) {
         let found = match node.value {
             TomlValue::Integer(number) => number as f64,
@@ -345,13 +345,13 @@ const REMOVED_VALUES: [(&str, &str); 4] = [
     ("reduced-precision", "remove it: all products with the flexibility matrix use double precision"),
 ];
 
-/// Maximum number of keys of a table that the help text for a value of another type lists.
+/// If a value should be a table with more keys than this, the help text does not list the keys.
 const MAX_KEYS_IN_HELP: usize = 4;
 
 /// Maximum magnitude of an integer.
 const MAX_INTEGER: f64 = 1e15;
 
-/// Magnitudes of numbers other than 0 whose products with each other stay within the range of f64.
+/// Range of magnitudes of numbers other than 0. Products of up to three such numbers stay within the range of f64.
 pub(super) const MAGNITUDE_RANGE: [f64; 2] = [1e-100, 1e100];
 
 /// The key that distinguishes the branches by a constant, if the first branch has one.
@@ -398,7 +398,7 @@ fn names(schema: &Json) -> Vec<&str> {
         .collect()
 }
 
-/// Description of the bounds of a number, if it violates one of them.
+/// Description of the bounds in `schema` if the number `found` violates one of these bounds.
 fn violated_bounds(found: f64, schema: &Json) -> Option<String> {
     let bound = |name: &str| schema.get(name).and_then(Json::as_f64);
     let (least, most) = (bound("minimum"), bound("maximum"));
@@ -436,7 +436,7 @@ fn last(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
-/// Last segment of a dotted key that is a name, with the indices after it.
+/// The last segment that is a name, and the indices after it: `cells.0` in `frame.cells.0`.
 fn last_named_segment(key: &str) -> &str {
     let mut start = key.len();
     for part in key.rsplit('.') {

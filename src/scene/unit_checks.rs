@@ -1,7 +1,7 @@
-//! Warnings about numbers that indicate mixed-up units. The scene is never refused for them.
+//! Warnings about numbers that indicate mixed-up units. The scene is never refused because of these warnings.
 //!
-//! Every rule compares two magnitudes. In realistic scenes they do not differ by orders of magnitude. Only the rule for moduli
-//! reads the names of units (N and mm, or N and m).
+//! Every rule compares two magnitudes and warns about ratios that do not occur in realistic scenes. Only the rule for moduli reads
+//! the names of units (N and mm, or N and m).
 
 use std::f64::consts::PI;
 
@@ -140,7 +140,8 @@ fn line_contact_length(frame: &FramePlan) -> Option<f64> {
     }
 }
 
-/// Half-width and cell side of any frame. For a mesh frame: half of its largest extent, and the square root of the mean face area.
+/// Half-width and cell side of any frame. For a mesh frame, these are half of its largest extent and the square root of the mean
+/// face area.
 fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     let FramePlan::Mesh { body, .. } = plan.frame else { return grid_half_width_and_cell(&plan.frame) };
     let fe = plan.bodies[body].as_meshed()?;

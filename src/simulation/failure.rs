@@ -1,4 +1,4 @@
-//! Errors with the key of the scene that causes them.
+//! Errors with the scene key that causes them.
 
 use crate::error::Error;
 use crate::evolution::step::Step;
@@ -8,7 +8,7 @@ use crate::evolution::step::Step;
 pub struct SceneError {
     /// The error.
     pub error: Error,
-    /// Dotted key of the scene that causes it; empty if none.
+    /// Dotted scene key that causes the error; empty if none.
     pub key: String,
 }
 
@@ -19,7 +19,7 @@ impl From<Error> for SceneError {
     }
 }
 
-/// Adds the key of the scene to the error of a `Result`.
+/// Adds a scene key to the error of a `Result`.
 pub(crate) trait AtKey<T> {
     fn at(self, key: &str) -> Result<T, SceneError>;
 }

@@ -1,7 +1,7 @@
 //! Frames that are enlarged when wear brings the contact to their edge.
 //!
-//! Each enlargement adds, at both ends of an axis, a quarter of the initial cells along this axis. After at most two enlargements,
-//! the frame has up to four times the initial cells.
+//! Each enlargement adds, at both ends of an axis, about a quarter of the initial cells along this axis. After at most two
+//! enlargements, the frame has up to four times the initial cells.
 
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
@@ -14,7 +14,7 @@ use crate::simulation::failure::SceneError;
 /// Maximum number of enlargements of a frame.
 pub const MAX_GROWTHS: usize = 2;
 
-/// Reason why the frame of a plan is not enlarged again after `growths` enlargements; `None` if it can be.
+/// Reason why the frame of a plan is not enlarged again after `growths` enlargements; `None` if it can be enlarged.
 pub fn why_not_growable(plan: &Plan, growths: usize) -> Option<String> {
     let why = match &plan.frame {
         FramePlan::Grid { grow: false, .. } => "frame.grow is false: set it to true and resume with --resume",

@@ -1,5 +1,5 @@
-//! Continues a run on a larger frame when wear brings the contact to the edge of its frame. The state of the existing cells is
-//! transferred bit by bit ([`RunCheckpoint::transfer_to`]).
+//! Continues a run on a larger frame when wear brings the contact to the edge of its frame. Tractions and depths of the existing
+//! cells are transferred unchanged ([`RunCheckpoint::transfer_to`]).
 
 use crate::body::hybrid::Unsuitable;
 use crate::error::{Error, Result};
@@ -14,11 +14,12 @@ use crate::simulation::grown_frame::no_grid;
 use crate::simulation::mesh_motion;
 use crate::simulation::plan_bodies::BODY_KEYS;
 
-/// Tolerance for changes of a cell's gap between two frames, relative to the largest gap: rounding of averages over mesh faces.
+/// Tolerance for changes of a cell's gap between two frames, relative to the largest gap. It allows for the rounding of averages
+/// over mesh faces.
 const GAP_TOLERANCE: f64 = 1e-9;
 
-/// Tolerance for changes of the gap due to applied loads of half-space near-field bodies, relative to the maximum of this gap. The
-/// polynomials and the quadrature of this gap depend on the frame.
+/// Tolerance for changes of the gap that applied loads cause in half-space near-field bodies, relative to the maximum of this gap.
+/// The polynomials and the quadrature from which this gap is computed depend on the frame.
 const OWN_LOAD_GAP_TOLERANCE: f64 = 1e-4;
 
 /// State from which a run continues on a larger frame.
@@ -46,7 +47,7 @@ impl FrameGrowth {
     /// Refuses a larger `frame` on which a body no longer admits its half-space near field.
     ///
     /// # Errors
-    /// If a body admits no half-space there, or its mesh is invalid.
+    /// If a body admits no half-space on `frame`, or its mesh is invalid.
     pub fn ensure_half_spaces_fit(
         &self,
         plan: &Plan,

@@ -1,7 +1,8 @@
 //! Moves meshes with wear, so that the stiffness follows the decreasing thickness of the bodies.
 //!
 //! Wear always changes the gap on the frame. `wear.move_mesh` also rebuilds the worn bodies with the contact surface of their
-//! meshes moved by the wear depth. This happens whenever the wear depth exceeds a share of the element height ([`WearBudget`]).
+//! meshes moved by the wear depth. This happens whenever the wear depth since the last motion exceeds a share of the element height
+//! ([`WearBudget`]).
 
 use crate::body::FeBody;
 use crate::body::worn_mesh::element_height_at_nodes;

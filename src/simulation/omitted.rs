@@ -137,8 +137,8 @@ pub(crate) fn needs_factor_after_condensation(plan: &Plan, frame: &ContactFrame)
     plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg) || frame.candidates.is_some()
 }
 
-/// Omitted work for a flexibility of body `index` from the cache. `solves`: whether fields or loads need the factor, which then
-/// comes from the cache, too.
+/// Omitted work for a flexibility of body `index` from the cache. `solves` states whether fields or loads need the factor, which
+/// then comes from the cache, too.
 pub(crate) fn omitted_factorisation(index: usize, solves: bool) -> OmittedWork {
     let factor = if solves { " and the factor for fields or loads" } else { "" };
     let (what, why) = (

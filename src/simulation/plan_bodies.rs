@@ -87,7 +87,7 @@ pub(super) fn ensure_faces_other_body(
     )))
 }
 
-/// Finite-element bodies of a plan that wear: index, body, share of the wear depth.
+/// Wearing finite-element bodies of a plan: index, body, and share of the wear depth.
 pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedBodyPlan, f64)> {
     let parts = [plan.wear_share, 1.0 - plan.wear_share];
     let bodies = plan.bodies.iter().zip(parts).enumerate();

@@ -46,7 +46,7 @@ pub(super) struct NextSegment<'p> {
 
 /// Builds simulations on a given frame or the plan's frame.
 pub(super) struct SimulationBuilder<'a> {
-    /// Frame made for another plan that this run uses, too.
+    /// Frame that was made for another plan and that this run also uses.
     pub frame: Option<&'a ContactFrame>,
     /// Receives progress events.
     pub show: &'a mut (dyn FnMut(ProgressEvent) + Send),

@@ -38,7 +38,7 @@ pub struct ResumePoint {
 }
 
 impl ResumePoint {
-    /// Continues the numbering and the completed work of `keeper` after this checkpoint.
+    /// Returns `keeper` with numbering and completed work that continue from this checkpoint.
     pub fn keeper(&self, keeper: CheckpointWriter) -> CheckpointWriter {
         keeper.continuing_from(self.number, CompletedWork::of(self.checkpoint_data.snapshot.records()))
     }

@@ -25,7 +25,7 @@ use crate::simulation::{SceneError, Simulation};
 
 /// Options of a run.
 pub struct RunOptions<'a> {
-    /// Frame made for another plan that this run uses, too.
+    /// Frame that was made for another plan and that this run also uses.
     pub frame: Option<&'a ContactFrame>,
     /// Receives progress events.
     pub on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
@@ -44,7 +44,7 @@ pub struct RunOptions<'a> {
 type OnEnd<'a> = &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool;
 
 impl<'a> RunOptions<'a> {
-    /// Options for a run on its own frame, without checkpoints, that keeps its files.
+    /// Options for a run on its own frame that writes no checkpoints and keeps its files.
     pub fn new(
         on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
         observer: &'a mut dyn Observer,
@@ -160,7 +160,7 @@ pub(crate) fn conclude_refused(
     conclude_unstarted(Recorder::writing_to(output), summary, failure)
 }
 
-/// Writes the output of a run that failed before anything was computed.
+/// Writes the output of a run that failed before its first increment.
 fn conclude_unstarted(
     recorder: Recorder<'_>,
     summary: &mut Summary,
@@ -192,7 +192,8 @@ fn run_segments<'p>(
 ) -> std::result::Result<u8, SceneError> {
     let told = (summary.warnings.clone(), summary.skipped.clone());
     loop {
-        // The summary lists the warnings and omitted work of the last segment only, also after an interruption.
+        // Apart from its initial entries, the summary lists the warnings and omitted work of the last segment only, also after an
+        // interruption.
         summary.warnings = told.0.iter().chain(&study.report.warnings).cloned().collect();
         summary.skipped = told.1.iter().chain(&study.report.skipped).cloned().collect();
         summary.condensation.clone_from(&study.report.condensation);
@@ -342,7 +343,7 @@ mod tests {
     use crate::output::summary::Status;
     use crate::scene;
 
-    /// Scene with few cells, no growth, and a checkpoint after each increment.
+    /// Path and overrides of a scene with 4 x 4 cells and a checkpoint after each increment.
     fn small_scene() -> (&'static Path, Vec<String>) {
         let few = ["frame.cells=[4, 4]", "steps.press.increments=4"];
         let output = "output={ fields = [], checkpoint = { seconds = 1e-9 } }";
@@ -395,8 +396,8 @@ mod tests {
         }
     }
 
-    /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic during a run is reported as an internal error with the
-    /// fingerprint of the scene. The summary contains this error. The checkpoint contains the two increments before the panic.
+    /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic during a run is reported as an internal error with the SHA-256
+    /// of the scene. The summary contains this error. The checkpoint contains the two increments before the panic.
     #[test]
     fn panics_are_internal_errors() {
         let folder = tempfile::tempdir().unwrap();

@@ -14,8 +14,8 @@ use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, wears, worn_bodies};
 /// Worn meshes of the two bodies; `None` for meshes that have not moved.
 pub type WornMeshes = [Option<Arc<Mesh>>; 2];
 
-/// Meshes of the worn bodies for a total wear depth `worn` (`[N]`, mm) of both bodies on `frame` (default: the plan's frame). All
-/// are `None` without wear.
+/// Meshes of the worn bodies for a total wear depth `worn` (`[N]`, mm) of both bodies on `frame` (default: the plan's frame). Both
+/// meshes are `None` without wear.
 ///
 /// # Errors
 /// If an element would invert or become too flat, or memory does not suffice.

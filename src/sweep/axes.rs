@@ -51,7 +51,7 @@ enum AxisKind {
 const SAMPLE: &str = "sample";
 
 impl Axis {
-    /// Label of a value for the user; the number of the point for a sample.
+    /// Label of the value with the index `value`, for the user. For a sample, the number of the point, counted from 1.
     pub fn label(&self, value: usize) -> String {
         if self.is_sample {
             return format!("{}", value + 1);
@@ -63,12 +63,12 @@ impl Axis {
         self.values[value].iter().map(word).collect::<Vec<_>>().join(", ")
     }
 
-    /// A value as a number, if the axis has one key and the value is a number.
+    /// Number at the index `value`. `None` if the value is not a number, the axis has several keys, or the axis is a sample.
     pub fn number(&self, value: usize) -> Option<f64> {
         (self.keys.len() == 1 && !self.is_sample).then(|| self.value_of_key(value, 0)).flatten()
     }
 
-    /// Number that the value with index `value` gives to the key with index `key`; `None` if it is not a number.
+    /// Number that the value with the index `value` gives to the key with the index `key`; `None` for values that are not numbers.
     pub(super) fn value_of_key(&self, value: usize, key: usize) -> Option<f64> {
         match self.values.get(value)?.get(key)?.value {
             TomlValue::Integer(number) => Some(number as f64),
@@ -77,7 +77,7 @@ impl Axis {
         }
     }
 
-    /// Whether all values are numbers of one key.
+    /// Whether the axis has one key, is not a sample, and has only numbers as values.
     pub fn is_numeric(&self) -> bool {
         (0..self.values.len()).all(|value| self.number(value).is_some())
     }
@@ -88,7 +88,7 @@ impl Axis {
         format!("axes.{axis}.keys.{key}")
     }
 
-    /// Path of the value of key `k` in the study file.
+    /// Path of the value with the index `value` of key `k` in the study file.
     pub(super) fn place_of_value(&self, k: usize, value: usize) -> String {
         match &self.locations[k] {
             KeyLocation { axis, source: AxisKind::Range, .. } => format!("axes.{axis}.range"),
@@ -239,7 +239,7 @@ fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut
     }
 }
 
-/// Reports keys that are invalid, that vary twice, or that an option sets.
+/// Reports keys that are invalid, that vary twice, or to which the option `--set` gives a fixed value.
 fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mistakes: &mut Vec<Diagnostic>) {
     let mut taken: BTreeSet<&str> = BTreeSet::new();
     let by_option: BTreeSet<&str> =
@@ -263,7 +263,7 @@ fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mista
     }
 }
 
-/// The values of a list, one node per key.
+/// Values of an axis from the list `list`; each value has one node per key. Errors are passed to `wrong`.
 fn listed(
     axis: &AxisKeys,
     list: &TomlNode,
@@ -294,7 +294,8 @@ fn listed(
     values
 }
 
-/// Names the unnamed axes after the last segment of their first key, or after the whole key if that name is taken.
+/// Names the unnamed axes. The name is the last segment of the first key (indices of lists are skipped), or the whole key if
+/// another axis has this name.
 fn assign_names(axes: &mut [Axis]) {
     for i in 0..axes.len() {
         if axes[i].name.is_empty() {

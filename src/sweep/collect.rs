@@ -65,8 +65,9 @@ impl CollectedQuantity {
         self.value_in(records.iter().rev().find(|record| record.name == self.step)?)
     }
 
-    /// Values of all entries of the step. The abscissa is the number of cycles or the sliding distance for steps with wear jumps,
-    /// otherwise the increment. With wear jumps, curves of cumulative quantities start from the entry before the step, or from 0.
+    /// Points `[abscissa, value]` of the entries of the step. In steps with wear jumps, the abscissa is the number of cycles or the
+    /// sliding distance, otherwise the number of the increment. With wear jumps, curves of cumulative quantities start from the
+    /// entry before the step, or from 0.
     pub fn curve(&self, records: &[IncrementRecord]) -> Vec<[f64; 2]> {
         let entries = || records.iter().filter(|record| record.name == self.step);
         let cycles = entries().any(|record| record.stroke_ends.is_some());
@@ -148,7 +149,8 @@ fn names(value: &Value) -> String {
 mod tests {
     use super::*;
 
-    /// Truth: a path gives its field of the last entry of the step, and a curve has one point for each entry.
+    /// Truth: a path gives its field of the last entry of the step. A curve has one point for each entry; with wear jumps, the
+    /// curve of a cumulative quantity starts with the entry before the step.
     #[test]
     fn paths_lead_to_numbers() {
         let entry = |increment: usize, volume: f64| IncrementRecord {

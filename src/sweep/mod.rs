@@ -2,7 +2,7 @@
 //!
 //! [`spec`] defines the keys of a study file, and [`mod@read`] reads and checks it with its scenes ([`Sweep`]). The values come
 //! from `axes` with their `range` and `sample`; `require` omits combinations. [`run`] computes the runs, [`collect`] takes numbers
-//! from their results, [`table`] contains them, and [`plots`] draws them.
+//! from their results, [`table`] writes these numbers to files, and [`plots`] draws them.
 
 pub mod axes;
 pub mod collect;

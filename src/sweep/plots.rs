@@ -1,4 +1,4 @@
-//! Plots of a study: curves over the cycles, results over one axis for the values of another, heat maps, scatter plots of samples.
+//! Plots of a study: curves against the cycles, results against the values of an axis, heat maps, and scatter plots of samples.
 
 use std::collections::HashMap;
 
@@ -50,7 +50,7 @@ impl Panels {
         self.count += 1;
     }
 
-    /// The plot as SVG. Its last line states how many panels are missing.
+    /// The plot as SVG. If panels are missing, its last line states how many of the panels are shown.
     fn arrange(&self) -> String {
         let note = if self.count > self.drawn.len() {
             format!("the first {} of {} panels; all numbers are in study.csv", self.drawn.len(), self.count)
@@ -61,7 +61,7 @@ impl Panels {
     }
 }
 
-/// Replaces characters that are not allowed in file names.
+/// Removes double quotes, and replaces other characters that are not allowed in file names by hyphens.
 fn plain(name: &str) -> String {
     let fine = |c: &char| c.is_ascii_alphanumeric() || "-_.".contains(*c);
     name.chars().filter(|c| *c != '"').map(|c| if fine(&c) { c } else { '-' }).collect()
@@ -70,7 +70,7 @@ fn plain(name: &str) -> String {
 struct StudyPlots<'a> {
     sweep: &'a Sweep,
     result: &'a StudyResult,
-    /// Index of the run of each combination of values.
+    /// Index of the run for each combination of values.
     places: HashMap<&'a [usize], usize>,
 }
 
@@ -92,7 +92,7 @@ impl StudyPlots<'_> {
         !axis.is_sample && axis.values.len() > 2
     }
 
-    /// Heat maps over two axes, one panel for each combination of the other axes.
+    /// Heat maps of a result: one panel for each pair of suitable axes and each combination of the values of the other axes.
     fn heats(&self, quantity: &CollectedQuantity) -> Panels {
         let sides: Vec<usize> = (0..self.axes().len()).filter(|&i| self.is_side(i)).collect();
         let pairs = sides.iter().enumerate().flat_map(|(k, &x)| sides[k + 1..].iter().map(move |&y| [x, y]));
@@ -137,7 +137,7 @@ impl StudyPlots<'_> {
         order
     }
 
-    /// Results over each key of the sample. Each remaining axis in turn is the family: it has one series for each value.
+    /// Results against each key of the sample. Each other varied axis in turn gives the series, one series for each value.
     fn scattered(&self, sample: usize, quantity: &CollectedQuantity) -> Panels {
         let axis = &self.axes()[sample];
         let others: Vec<usize> = self.varied().into_iter().filter(|&i| i != sample).collect();
@@ -205,7 +205,8 @@ impl StudyPlots<'_> {
         title
     }
 
-    /// Curves over the cycles: each axis in turn is the family (one curve per value); one panel per combination of the others.
+    /// Curves of a quantity during a step. Each varied axis in turn gives the curves, one curve for each value. Each combination of
+    /// the values of the other axes gives one panel.
     fn curves(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         if self.axes().iter().any(|axis| axis.is_sample) {
@@ -229,7 +230,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// Results over each axis. Each remaining axis in turn is the family: it has one series for each value.
+    /// Results against the values of each varied axis. Each other varied axis in turn gives the series, one series for each value.
     fn results(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         let varied = self.varied();
@@ -256,7 +257,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// A result over the values of an axis. Numbers are in ascending order; other values are numbered.
+    /// Points of a result against the values of an axis, in ascending order. Values that are not numbers are numbered from 1.
     fn over(&self, over: usize, choice: &[usize], quantity: &CollectedQuantity) -> Vec<[f64; 2]> {
         let axis = &self.axes()[over];
         let numeric = axis.is_numeric();
@@ -271,7 +272,7 @@ impl StudyPlots<'_> {
         points
     }
 
-    /// One series for each value of the axis `family`.
+    /// One series for each value of the axis `family`, without empty series; a single unnamed series if `family` is `None`.
     fn family(
         &self,
         family: Option<usize>,

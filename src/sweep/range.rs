@@ -6,13 +6,14 @@ use crate::sweep::spec::{Range, Spacing};
 
 /// Maximum difference between the powers of ten of numbers that are added as decimals.
 const MAX_EXPONENT_SPREAD: i32 = 16;
-/// Digits that numbers of logarithmic ranges keep after the first digit, so that they are the same on every machine.
+/// Logarithmic ranges are rounded to this many digits after the first digit, so that every machine gives the same numbers.
 const DIGITS: usize = 11;
 
-/// The numbers of the range at `key`, at most `most`. They are integers if all are whole and the file gives both ends as integers.
+/// Numbers of the range at `key`, which must not have more than `most` numbers. The numbers are integers if all of them are whole
+/// and the file gives both ends as integers.
 ///
 /// # Errors
-/// The error of an invalid range.
+/// If the range is invalid. The diagnostic names the wrong key.
 pub(super) fn values(
     range: &Range,
     document: &Document,
@@ -25,7 +26,7 @@ pub(super) fn values(
     };
     let Range { from, to, .. } = *range;
     if range.count.is_some_and(|count| count > most) {
-        // Reported by the schema check.
+        // The schema check reports this error.
         return Ok(Vec::new());
     }
     if !(from.is_finite() && to.is_finite() && from != to) {
@@ -76,7 +77,7 @@ pub(super) fn values(
     Ok(numbers.into_iter().map(node).collect())
 }
 
-/// Exact decimals as integers times a power of ten; `None` if the powers of ten differ by more than [`MAX_EXPONENT_SPREAD`].
+/// Integers times one power of ten that equal `numbers`; `None` if the powers differ by more than [`MAX_EXPONENT_SPREAD`].
 fn decimals<const N: usize>(numbers: [f64; N]) -> Option<([i128; N], i32)> {
     let mut parts = [(0_i128, 0_i32); N];
     for (part, number) in parts.iter_mut().zip(numbers) {
@@ -127,7 +128,7 @@ fn log(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..=last).map(value).collect()
 }
 
-/// The numbers of a range with a step. If the steps do not meet the end, returns a message and a help text.
+/// Numbers of a range with a step. Returns a message and a help text if the step does not lead to `to` or gives too many numbers.
 fn steps(from: f64, to: f64, step: f64, most: usize) -> Result<Vec<f64>, (String, String)> {
     let use_count = "give `count` instead of `step`".to_owned();
     let Some(([a, b, by], power)) = decimals([from, to, step]) else {
@@ -156,7 +157,7 @@ fn steps(from: f64, to: f64, step: f64, most: usize) -> Result<Vec<f64>, (String
 mod tests {
     use super::*;
 
-    /// Truth: the numbers of a range are the decimals that a person would write, bit by bit.
+    /// Truth: the numbers of a range equal the decimals that a person would write, without any rounding difference.
     #[test]
     fn numbers_are_the_decimals_that_are_meant() {
         assert_eq!(linear(0.0, 90.0, 7), [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]);
@@ -169,7 +170,8 @@ mod tests {
         assert_eq!(log(-2.0, -0.02, 3), [-2.0, -0.2, -0.02]);
     }
 
-    /// Truth: thirds are correct to the last or second-last bit, ends are exact, ratios are constant to the digits kept.
+    /// Truth: multiples of 1/3 have errors of at most 2^-53. Both ends of a range are exact, even if they differ by 60 powers of
+    /// ten. The ratios of a logarithmic range are constant to 2e-11.
     #[test]
     fn other_numbers_are_the_nearest() {
         for (i, found) in linear(0.0, 1.0, 4).into_iter().enumerate() {
@@ -184,7 +186,7 @@ mod tests {
         }
     }
 
-    /// Truth: steps that do not meet the end are refused with a message that names the possible ends.
+    /// Truth: steps that do not meet the end are refused with the possible ends, and other wrong steps with their own messages.
     #[test]
     fn steps_that_miss_the_end_are_refused() {
         let (message, mend) = steps(0.0, 1.0, 0.3, 9).expect_err("no step");

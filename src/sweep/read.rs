@@ -19,7 +19,7 @@ use crate::sweep::spec::StudyFile;
 
 /// Maximum number of combinations before `require` omits some of them.
 const MOST_COMBINATIONS: usize = 1_000_000;
-/// Maximum length of a folder name, bytes.
+/// Maximum length in bytes of a folder name without an appended run number.
 const LONGEST: usize = 80;
 
 /// A run of the study.
@@ -48,9 +48,9 @@ pub struct Sweep {
     pub units: Units,
     /// The axes.
     pub axes: Vec<Axis>,
-    /// Quantities collected at the end of each run.
+    /// Quantities collected at the end of a step of each run.
     pub collect: Vec<CollectedQuantity>,
-    /// Quantities collected from all entries.
+    /// Quantities collected from all entries of a step.
     pub curves: Vec<CollectedQuantity>,
     /// Number of combinations that `require` omits.
     pub left_out: usize,
@@ -70,7 +70,7 @@ impl Sweep {
     /// The plan of a run.
     ///
     /// # Errors
-    /// Input, if the scene or a mesh was changed after the study was read, and is invalid now.
+    /// If the scene or a mesh was changed after the study was read and is now invalid (kind `Input`).
     pub fn plan(&self, number: usize) -> Result<Plan, Error> {
         let run = &self.runs[number];
         let read = scene::read_with_meshes(&self.scene, &run.overrides, &self.meshes);
@@ -232,7 +232,8 @@ fn choices(
     choices
 }
 
-/// The runs of all combinations. `read` reads the scene of each run and returns its memory limit.
+/// Runs of the combinations `choices`, without runs whose scene is invalid. `read` reads the scene of each run and returns its
+/// memory limit.
 fn runs(
     axes: &[Axis],
     choices: Vec<Vec<usize>>,
@@ -255,8 +256,8 @@ fn runs(
     runs
 }
 
-/// A folder name that is short enough and not in `taken` (lower case, for file systems that ignore case). If necessary, the number
-/// of the run is appended.
+/// Makes a folder name that is not in `taken` (lower case, for file systems that ignore case). A name that is too long is cut. A
+/// name that is too long or taken gets the number of the run.
 fn unique_folder_name(name: String, number: usize, taken: &BTreeSet<String>) -> String {
     if name.len() <= LONGEST && !taken.contains(&name.to_lowercase()) {
         return name;
@@ -269,7 +270,7 @@ fn unique_folder_name(name: String, number: usize, taken: &BTreeSet<String>) -> 
     short
 }
 
-/// Names of the axes with their values, with the characters that every file system allows: `tilt-30_angle-45`.
+/// Folder name from axis names and values, in characters that every file system allows: `tilt-30_angle-45`.
 fn folder_name(axes: &[Axis], choice: &[usize]) -> String {
     let plain = |text: String| -> String {
         text.chars().map(|c| if c.is_ascii_alphanumeric() || "+-._".contains(c) { c } else { '-' }).collect()
@@ -278,7 +279,7 @@ fn folder_name(axes: &[Axis], choice: &[usize]) -> String {
     axes.iter().zip(choice).map(part).collect::<Vec<_>>().join("_")
 }
 
-/// Quantities of the last step, collected if the study names none.
+/// Quantities of the last step, collected if the study names no quantities.
 fn default_quantities(plan: &Plan) -> Vec<CollectedQuantity> {
     let Some(last) = plan.steps.last() else { return Vec::new() };
     let names = [

@@ -120,7 +120,7 @@ impl Expression {
     }
 }
 
-/// Maximum nesting depth of parentheses.
+/// Maximum nesting depth of parentheses and minus signs.
 const DEEPEST: usize = 40;
 
 struct Parser<'a> {
@@ -164,7 +164,7 @@ impl<'a> Parser<'a> {
         Ok(product)
     }
 
-    /// Parses a number, a name, or an expression in parentheses.
+    /// Parses a number, a name, or an expression in parentheses, each with or without a minus sign.
     fn factor(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         if depth > DEEPEST {
             return Err((format!("`{}` is nested too deeply", self.text), EXAMPLE.to_owned()));
@@ -271,7 +271,7 @@ mod tests {
         combinations(&axes, &[requirement]).iter().map(number).collect()
     }
 
-    /// Truth: arithmetic by hand, also of chained comparisons, gives the combinations. Decimals that differ by rounding are equal.
+    /// Truth: the combinations that meet a requirement are those found by hand. Decimals that differ only by rounding are equal.
     #[test]
     fn requirements_are_arithmetic() {
         assert_eq!(kept("tilt + 'the angle' == 2.3"), [[0.3, 2.0]]);
@@ -283,7 +283,7 @@ mod tests {
         assert!(kept("1 / tilt < 0").is_empty(), "nothing is below 0, a division by 0 is not either");
     }
 
-    /// Truth: docs/study.md: each error has its own message and a help text.
+    /// Truth: each kind of error in a condition has its own message and a help text; docs/study.md defines the valid conditions.
     #[test]
     fn mistakes_are_named() {
         for (text, words) in [

@@ -67,7 +67,7 @@ enum WorkerMessage {
 }
 
 impl StudyRunner<'_> {
-    /// Distributes `threads` and the available memory over the runs with these numbers.
+    /// Distributes `threads` and the available memory over the runs with the indices `numbers`.
     pub fn plan_concurrency(&self, numbers: &[usize], threads: usize) -> Concurrency {
         // With one thread the runs are sequential, whatever memory they need.
         let several = threads > 1 && numbers.len() > 1;
@@ -76,7 +76,7 @@ impl StudyRunner<'_> {
         plan_concurrency(numbers.len(), threads, needed, free)
     }
 
-    /// Computes the runs with these numbers. After each run, calls `show` with the number of finished runs.
+    /// Computes the runs with the indices `numbers`. After each run, calls `show` with the number of finished runs.
     pub fn run(&self, numbers: &[usize], shared: Concurrency, show: &mut dyn FnMut(usize)) -> StudyOutcome {
         let runs = (0..self.sweep.runs.len()).map(|number| StudyRun::new(self.sweep, number)).collect();
         let mut ended = StudyOutcome { runs, ..StudyOutcome::default() };
@@ -205,7 +205,7 @@ impl StudyRunner<'_> {
         run(&plan, Some(output), summary, job)
     }
 
-    /// Collects the results of all runs from their folders, however they were computed. Computes nothing.
+    /// Collects the results of all runs from their folders, however the runs were computed. Computes nothing.
     pub fn collect(&self) -> StudyOutcome {
         let mut ended = StudyOutcome::default();
         for (number, spec) in self.sweep.runs.iter().enumerate() {
@@ -240,7 +240,7 @@ impl StudyRunner<'_> {
     /// Writes the tables and plots of the study; `study.json` is written last.
     ///
     /// # Errors
-    /// Resources, if a file cannot be written.
+    /// If a file cannot be written (kind `Resources`).
     pub fn write(&self, result: &StudyResult) -> Result<()> {
         let json = result.to_json()?;
         write_atomically(&self.directory.join("study.csv"), result.to_csv().as_bytes())?;
@@ -255,7 +255,7 @@ impl StudyRunner<'_> {
     /// Checks that the directory exists.
     ///
     /// # Errors
-    /// Input, if it does not exist.
+    /// If the directory does not exist (kind `Input`).
     pub fn find_directory(&self) -> Result<()> {
         let place = self.directory.display();
         let none = || {
@@ -267,7 +267,7 @@ impl StudyRunner<'_> {
     /// Creates the directory.
     ///
     /// # Errors
-    /// Input, if it is a file; resources, if it cannot be created.
+    /// If the path is a file (kind `Input`), or the directory cannot be created (kind `Resources`).
     pub fn make_directory(&self) -> Result<()> {
         let place = self.directory;
         if place.exists() && !place.is_dir() {

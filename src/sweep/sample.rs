@@ -4,7 +4,7 @@ use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue};
 use crate::sweep::spec::{SampleKeys, SampleMethod, SampledRange, Spacing};
 
-/// Digits that a sampled number keeps after its first digit.
+/// Number of digits after the first digit to which sampled numbers are rounded.
 const DIGITS: usize = 11;
 
 /// Points in the unit cube, `[count][dimensions]`.
@@ -41,7 +41,7 @@ pub(super) const MOST_DIMENSIONS: usize = 256;
 /// The sampled numbers of each range, `[dimensions][count]`. Each range comes with its key in the study file.
 ///
 /// # Errors
-/// All errors of the ranges.
+/// If ranges are invalid or there are too many ranges. The list contains all errors.
 pub(super) fn values(
     keys: &SampleKeys,
     ranges: &[(&SampledRange, String)],
@@ -102,7 +102,7 @@ mod tests {
         SampleKeys { method, count, seed }
     }
 
-    /// Number of the `parts` equal intervals of an axis that contain a point.
+    /// Divides dimension `k` of the unit cube into `parts` equal intervals, and returns how many of them contain a point.
     fn parts_met(points: &[Vec<f64>], k: usize, parts: usize) -> usize {
         let mut met = vec![false; parts];
         points.iter().for_each(|point| met[(point[k] * parts as f64) as usize] = true);
@@ -110,7 +110,8 @@ mod tests {
     }
 
     /// Truth: a Latin hypercube has one point in each of `count` equal intervals of each axis. So does a scrambled Sobol sequence
-    /// if `count` is a power of two. Its first two axes have one point in each cell of 2^a x 2^b (McKay et al. 1979; Owen 1995).
+    /// if `count` is a power of two. In the first two axes, every cell of a 2^a x 2^b grid with `count` cells then contains one
+    /// point (McKay et al. 1979; Owen 1995).
     #[test]
     fn points_are_stratified() {
         let latin = points(&keys(SampleMethod::LatinHypercube, 37, 5), 6);
@@ -141,7 +142,7 @@ mod tests {
         }
     }
 
-    /// Truth: means of the samples differ from the means of the ranges, 4 and (logarithmic) 1e-7, by less than one interval of 256.
+    /// Truth: the mean of a sample is the middle of its range (4, and -7 for the decimal logarithm). Tolerance: 1/256 of the range.
     #[test]
     fn ranges_are_covered() {
         let linear = SampledRange { from: 2.0, to: 6.0, spacing: Spacing::Linear };

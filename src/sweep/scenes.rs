@@ -65,7 +65,7 @@ impl<'a> SceneReader<'a> {
                 }
                 let memory = plan.memory_limit;
                 if let Some(first) = &self.first {
-                    // If the scene gives no memory limit, all runs have the default limit that was found before the first run.
+                    // If the scene gives no memory limit, all runs have the default limit of the first plan.
                     let given = plan.solver.memory_limit.is_some();
                     let memory = if given { memory } else { first.memory_limit };
                     if first.units != plan.units {
@@ -107,7 +107,7 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// Assigns errors to the values of the study that cause them, or else to the scene itself.
+    /// Assigns errors to the keys or values of the study that cause them, or else to the scene itself.
     fn sort_diagnostics(&mut self, mistakes: Diagnostics, axes: &[Axis], choice: &[usize]) {
         let mut remaining = mistakes.clone();
         remaining.list.clear();
@@ -133,7 +133,7 @@ impl<'a> SceneReader<'a> {
         let run = self.n_runs - 1;
         for mistake in std::mem::take(&mut remaining.list) {
             let known = &mut self.scene_diagnostics.get_or_insert_with(|| remaining.clone()).list;
-            // Messages of different runs are not compared, because their numbers may differ.
+            // Messages of different runs are not compared, because the numbers in these messages may differ.
             let is_same = |(other, (runs, _)): (&Diagnostic, &(Vec<usize>, String))| {
                 *other == mistake
                     || runs.last() != Some(&run)
@@ -172,14 +172,14 @@ impl<'a> SceneReader<'a> {
         let (key, _) = option.split_once('=')?;
         for (axis, &value) in axes.iter().zip(choice) {
             let Some(k) = axis.keys.iter().position(|known| known == key) else { continue };
-            // If the key is invalid, all of its values are.
+            // If the key is invalid, all values of the key are invalid.
             let of_key = matches!(mistake.kind, DiagnosticKind::UnknownKey | DiagnosticKind::BadOverride);
             return Some(if of_key { axis.place_of_key(k) } else { axis.place_of_value(k, value) });
         }
         None
     }
 
-    /// Reports quantities of steps that no run has.
+    /// Reports quantities whose step does not occur in any run.
     pub fn check_steps(&mut self, lists: [(&Vec<CollectedQuantity>, &str); 2]) {
         if self.first.is_none() {
             return;

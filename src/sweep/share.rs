@@ -22,8 +22,8 @@ pub struct Concurrency {
 }
 
 impl Sweep {
-    /// Largest estimated memory of these runs, bytes; `None` if no run has an estimate. Runs that differ only in values without
-    /// effect on memory are estimated once. Runs with an invalid scene do not count.
+    /// Largest estimated memory of the runs with the indices `numbers`, bytes; `None` if no run has an estimate. Runs that differ
+    /// only in values without effect on memory are estimated once. Runs with an invalid scene do not count.
     pub fn largest_memory(&self, numbers: &[usize]) -> Option<f64> {
         let sizing: Vec<usize> =
             (0..self.axes.len()).filter(|&axis| may_change_memory(&self.axes[axis])).collect();
@@ -67,7 +67,7 @@ pub fn plan_concurrency(runs: usize, threads: usize, needed: Option<f64>, free: 
 mod tests {
     use super::*;
 
-    /// Truth: the number of threads is not exceeded, at least one run is computed, and the memory suffices.
+    /// Truth: parallel runs need at most the given threads and memory, but at least one run is computed.
     #[test]
     fn threads_and_memory_suffice() {
         let shares = |runs, threads, needed, free| {

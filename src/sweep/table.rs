@@ -24,9 +24,9 @@ pub struct StudyResult {
     pub units: Units,
     /// The axes.
     pub axes: Vec<AxisResult>,
-    /// Paths of the quantities collected at the end of each run.
+    /// Paths of the quantities collected at the end of a step of each run.
     pub collect: Vec<String>,
-    /// Paths of the quantities collected from all entries.
+    /// Paths of the quantities collected from all entries of a step.
     pub curves: Vec<String>,
     /// Number of combinations of values that `require` omits.
     pub left_out: usize,
@@ -62,9 +62,9 @@ pub struct StudyRun {
     pub seconds: f64,
     /// Largest natural residual of all entries.
     pub natural_residual: Option<f64>,
-    /// Collected numbers at the end of the run by path; null if there is none.
+    /// Collected numbers at the ends of steps, by path; null if the run has no such number.
     pub results: Map<String, Value>,
-    /// Points (cycles, sliding distance or increment; value) of all entries by path.
+    /// Points `[abscissa, value]` of curves, by path. The abscissa is the number of cycles, the sliding distance or the increment.
     #[serde(rename = "curves")]
     pub curve_points: Map<String, Value>,
     /// Warnings for the user.

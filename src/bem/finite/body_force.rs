@@ -9,7 +9,7 @@ use crate::material::Stiffness;
 /// the direction n.
 ///
 /// # Source
-/// By substitution: σ_ij = -C_ijkl n_l (x·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
+/// By substitution: σ_ij = -C_ijkl n_l ((x - x0)·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyForceSolution {
     origin: Point,

@@ -24,7 +24,7 @@ pub(super) struct TreeOrder {
     pub node_locations: Vec<(usize, usize)>,
 }
 
-/// Kernel of the collocation equations.
+/// Computes the entries of the collocation equations.
 pub(super) struct BoundaryKernel<'a> {
     pub problem: &'a BoundaryValueProblem<'a>,
     pub order: &'a TreeOrder,

@@ -22,8 +22,8 @@ use crate::linalg::hierarchical::{
     CoarseBlockJacobi, CollocationMatrix, CollocationUnknowns, DiagonalAndBorder,
 };
 
-/// Error of an entry, as a multiple of the tolerance over the square root of the number of unknowns. The error of a whole row then
-/// stays below the tolerance relative to the free term 1/2.
+/// The error of an entry is this × tolerance / √n for n unknowns. The error of a whole row, divided by the free term 1/2, then
+/// stays below the tolerance.
 const ENTRY_ERROR_SHARE: f64 = 0.5;
 
 /// Number of right-hand sides solved together.
@@ -46,7 +46,7 @@ const MIN_SINGLE_PRECISION_RESIDUAL: f64 = 1e-7;
 /// Admissible tolerances. The blocks are stored in single precision.
 pub const TOLERANCE_RANGE: [f64; 2] = [1e-6, 1e-2];
 
-/// Bytes of a far block per row or column and per squared number of decimal digits of the tolerance; measured.
+/// A far block `[m, n]` takes about this × d² × (m + n) bytes, where d = -log10(tolerance); measured.
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 4.3;
 
 /// Equations of a problem in low-rank blocks.
@@ -273,7 +273,7 @@ impl CompressedEquations {
         Ok((all, report))
     }
 
-    /// Columns of `n` rows, reordered from tree order to node order.
+    /// Writes `columns` of `n` rows to `values`, reordered from tree order to node order.
     fn reorder(&self, columns: &[f64], n: usize, values: &mut [f64]) {
         for (from, to) in columns.chunks_exact(n).zip(values.chunks_exact_mut(n)) {
             for at in 0..3 * self.order.nodes.len() {
@@ -284,7 +284,8 @@ impl CompressedEquations {
     }
 }
 
-/// Diagonal displacement blocks from rigid translations: minus the row's other blocks, plus the unit matrix for exterior domains.
+/// Diagonal displacement blocks from rigid translations: minus the sum of the row's other blocks, plus the unit matrix for exterior
+/// domains.
 fn rigid_translation_blocks(
     matrix: &CollocationMatrix,
     sums: &DenseMatrix,

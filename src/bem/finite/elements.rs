@@ -130,7 +130,8 @@ impl BoundaryElements {
         })
     }
 
-    /// Element with the largest ratio of node spacing to thickness behind its centre, and this ratio; `None` for an open surface.
+    /// Element with the largest ratio of node spacing to thickness behind its centre, and this ratio; `None` if no element lies
+    /// behind the centre of another.
     pub fn max_spacing_to_thickness(&self) -> Option<(usize, f64)> {
         let corners = |panel: &Panel| -> Vec<Point> {
             let places = &panel.kind.face_reference_nodes()[..panel.kind.n_corners()];
@@ -143,7 +144,7 @@ impl BoundaryElements {
             let middle = if panel.is_triangle() { [1.0 / 3.0; 2] } else { [0.0; 2] };
             let (from, area) = (panel.position(middle), panel.area_vector(middle));
             let inward = -area.normalize();
-            // Adjacent elements at a sharp edge do not count as thickness.
+            // Elements that share a corner with this element, such as at a sharp edge, do not count as thickness.
             let joined = |corners: &[Point]| corners.iter().any(|corner| all[i].contains(corner));
             let mut passed = Vec::new();
             tree.query(&from, &inward, 0.0, &mut passed);

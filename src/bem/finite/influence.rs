@@ -3,7 +3,7 @@
 //!
 //! Points off the element are handled by Gauss rules, with the element divided into quarters for near points. For points on the
 //! element the rules run along rays from the point to the edge; the Jacobian of the polar coordinates cancels 1/r. The number of
-//! points follows from the distance of the kernel's singularities to the element ([`QuadratureOrder`]).
+//! Gauss points follows from the distance of the kernel's singularities to the element ([`QuadratureOrder`]).
 
 use nalgebra::Matrix3;
 
@@ -17,7 +17,7 @@ use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
 
-/// Maximum number of Gauss points along a side of a part.
+/// Maximum number of Gauss points along a side of an element, or of a part of a divided element.
 const MOST_POINTS: usize = 8;
 
 /// Rules with at most this many points per side are precomputed on whole elements.
@@ -154,7 +154,7 @@ impl ReferencePart {
         [0, 1].map(|c| self.first[c] + u * self.sides[0][c] + v * self.sides[1][c])
     }
 
-    /// Parallelogram that linearises the image of the part on a panel about the centre of the part.
+    /// Parallelogram that the sides of the part span, mapped to a panel by the linearisation about the centre of the parallelogram.
     fn linearised_on(&self, panel: &Panel) -> Parallelogram {
         let middle = self.at([0.5; 2]);
         let [a, b] = panel.tangents(middle);
@@ -166,7 +166,7 @@ impl ReferencePart {
         let sides = self.sides.map(|side| side.map(|x| 0.5 * x));
         let part = |place: [f64; 2]| Self { first: self.at(place), sides, ..*self };
         let last = if self.triangle {
-            // The middle triangle has reversed orientation.
+            // The middle triangle is rotated by half a turn.
             Self { first: self.at([0.5, 0.5]), sides: sides.map(|side| side.map(|x| -x)), ..*self }
         } else {
             part([0.5, 0.5])
@@ -174,7 +174,7 @@ impl ReferencePart {
         [part([0.0, 0.0]), part([0.5, 0.0]), part([0.0, 0.5]), last]
     }
 
-    /// Points and weights of the tensor product of a rule with itself.
+    /// Points and weights of the tensor product of a rule with itself; for triangles, the square is collapsed into a triangle.
     fn points<'a>(&'a self, rule: &'a [(f64, f64)]) -> impl Iterator<Item = ([f64; 2], f64)> + 'a {
         let [a, b] = self.sides;
         let stretch = (a[0] * b[1] - a[1] * b[0]).abs();
@@ -211,7 +211,8 @@ impl QuadraturePoint {
 
 impl PreparedElement {
     pub fn new(kernels: &InfluenceIntegrator, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
-        // The minimum is the degree plus one for affine quadrilaterals, plus two for triangles (collapsed squares) and others.
+        // The minimum is the degree plus one for affine quadrilaterals, and the degree plus two for all others. Triangles are
+        // collapsed squares.
         let affine = panel.is_affine() && !panel.is_triangle();
         let min_points = degree + if affine { 1 } else { 2 };
         let whole = ReferencePart::whole(panel.is_triangle());
@@ -274,7 +275,7 @@ impl InfluenceIntegrator {
     }
 
     /// Influence of an element at its own node `node`. The block of this node in [`Influence::double_layer`] has no value (strongly
-    /// singular) and stays zero.
+    /// singular) and is set to zero.
     pub fn on_element(&self, element: ElementView, node: usize) -> Influence {
         let mut influence = Influence::zero();
         let panel = &element.prepared.panel;
@@ -411,8 +412,9 @@ mod tests {
     use super::*;
     use crate::element::ElementKind;
 
-    /// Truth: the tractions of a point force at y on a closed box balance the force, for isotropic and anisotropic materials. The
-    /// two functions below state the sums. Weakly anisotropic fibres need only a small table; the thorough test uses stiff fibres.
+    /// Truth: the tractions of a point force at y on a closed box balance the force, for isotropic and anisotropic materials.
+    /// `half_from_a_face` and `near_its_faces` state the expected sums. Weakly anisotropic fibres need only a small table; the
+    /// thorough test uses stiff fibres.
     #[test]
     fn flux_through_a_box() {
         let along = if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { 140e3 } else { 14e3 };
@@ -441,7 +443,7 @@ mod tests {
             .map(|panel| PreparedElement::new(kernels, panel, nodes, order))
     }
 
-    /// For any y on a face, the tractions sum to minus half the unit matrix, with the principal value over that face.
+    /// For y at a node of a face, the tractions sum to minus half the unit matrix, with the principal value over that face.
     fn half_from_a_face(kernels: &InfluenceIntegrator) {
         let nodes = ElementNodes::new(Interpolation::Linear, false);
         let panels = panels(kernels, &nodes, 1);
@@ -458,7 +460,7 @@ mod tests {
         }
     }
 
-    /// The sum over the faces is minus the unit matrix for y inside and zero outside, at any distance from the nearest face. The
+    /// The sum over the faces is minus the unit matrix for y inside and zero outside, down to 0.001 of the side from a face. The
     /// accuracy of the integrals is 1e-9, relative to the integral over a face.
     fn near_its_faces(kernels: &InfluenceIntegrator) {
         let nodes = ElementNodes::new(Interpolation::Constant, false);

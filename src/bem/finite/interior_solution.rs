@@ -1,8 +1,9 @@
 //! Displacement and stress inside a body, from the state of its surface.
 //!
-//! Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and its derivative have kernels that grow like 1/r² and 1/r³. Linear fields
-//! satisfy this identity. The linear field at the nearest surface point is subtracted before integration and added afterwards. The
-//! density of the remaining field vanishes at this surface point.
+//! Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and its derivative have kernels that grow like 1/r² and 1/r³. The linear field
+//! at the nearest surface point is therefore subtracted before integration, so that the remaining density vanishes at this point.
+//! For interior domains the integrals reproduce a linear field, so the field is added afterwards. For exterior domains they give
+//! zero.
 
 use nalgebra::Matrix3;
 
@@ -104,7 +105,7 @@ impl BoundaryElements {
     fn bounding_sphere(&self, i: usize) -> (Point, f64) {
         let nodes = &self.panel(i).nodes;
         let middle = nodes.iter().sum::<Point>() / nodes.len() as f64;
-        // Curved elements bulge beyond their nodes by less than half the largest node distance.
+        // Curved elements bulge beyond their nodes by less than half the largest distance of a node from the centre.
         (middle, 1.5 * nodes.iter().map(|node| (node - middle).norm()).fold(0.0, f64::max))
     }
 
@@ -156,7 +157,8 @@ fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
 }
 
 impl InteriorSolution<'_> {
-    /// Displacement and stress at a point inside or on the surface. On common sides and corners: means over the adjacent elements.
+    /// Displacement and stress at a point inside the body or on its surface. On common sides and corners they are means over the
+    /// adjacent elements.
     pub fn at(&self, y: &Point) -> PointState {
         let stiffness = self.elements.stiffness();
         let feet = self.elements.coincident_points(y);

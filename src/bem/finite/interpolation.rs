@@ -9,7 +9,8 @@ use crate::quadrature::{RulePoint, quadrilateral, triangle};
 /// Maximum number of nodes of an element.
 pub const MOST_NODES: usize = 9;
 
-/// Barycentric distances from the sides, and weights, of the six-point rule of degree 4 of Strang and Fix (1973).
+/// Six-point rule of degree 4 (Strang and Fix 1973): coordinate a and weight of each of its two groups of points. The points of a
+/// group have the barycentric coordinates (a, a, 1 - 2a) in any order.
 const SIX_POINTS: [(f64, f64); 2] =
     [(0.091_576_213_509_771, 0.054_975_871_827_661), (0.445_948_490_915_965, 0.111_690_794_839_006)];
 
@@ -157,7 +158,7 @@ fn on_triangle(interpolation: Interpolation) -> Vec<RulePoint<2>> {
 mod tests {
     use super::*;
 
-    /// Truth: polynomials of the degree of the interpolation are reproduced with their derivatives, and products of two of them are
+    /// Truth: monomials up to the degree of the interpolation are reproduced with their derivatives, and their squares are
     /// integrated exactly. On [-1, 1]² ∫ u^a v^b = 4 / ((a + 1) (b + 1)) for even a and b; on the triangle a! b! / (a + b + 2)!.
     #[test]
     fn polynomials_are_reproduced() {

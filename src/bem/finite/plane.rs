@@ -1,4 +1,4 @@
-//! Plane surface of a half-space by the kernels of a full space, fixed beyond its elements.
+//! Plane surface of a half-space, discretised with the kernels of a full space and fixed beyond its elements.
 //!
 //! The equation of each node y is ½ u(y) + ∫ T u dS = ∫ U t dS; the first integral is a principal value. The surface is open, so
 //! that rigid motions cannot provide the diagonal blocks.
@@ -18,7 +18,7 @@ use crate::linalg::dense_matrix::DenseMatrix;
 /// Number of nodes whose rows are computed in parallel.
 const BATCH: usize = 64;
 
-/// Number of recomputed rows in the residual check of a solution.
+/// Maximum number of nodes whose rows are recomputed in the residual check of a solution.
 const CHECKED: usize = 24;
 
 /// Rows of a node: 3 x 3 blocks for the displacements and for the tractions of all nodes.
@@ -36,7 +36,8 @@ impl BoundaryElements {
     fn plane_rows(&self, node: usize) -> Rows {
         let y = self.panel(node).position(self.reference_nodes_of(node).reference_points()[0]);
         let of = |i: usize| {
-            // Very elongated elements take long. After cancellation the zero blocks are not used.
+            // Integrals over very elongated elements take long, so cancellation is checked for each element. After cancellation the
+            // zero blocks are not used.
             if cancel::requested() {
                 return (Matrix3::zeros(), Matrix3::zeros());
             }

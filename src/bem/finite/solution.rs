@@ -41,7 +41,7 @@ impl BoundarySolution {
         &self.loaded
     }
 
-    /// Displacement of `dof` due to a unit traction component c at loaded node j, mm/MPa, with `loaded` = 3 j + c.
+    /// Displacement of the unprescribed `dof` due to a unit traction component c at loaded node j, mm/MPa, with `loaded = 3 j + c`.
     pub fn response(&self, dof: usize, loaded: usize) -> f64 {
         self.unknown.at(dof, 1 + loaded)
     }
@@ -51,7 +51,8 @@ impl BoundarySolution {
         8 * self.unknown.values().len()
     }
 
-    /// Unknowns for the boundary values times `own`, superposed with tractions of the loaded nodes, `[3 n_loaded]`, MPa.
+    /// Unknowns for the superposition of the boundary values times `own` and the `tractions` of the loaded nodes, `[3 n_loaded]`,
+    /// MPa.
     fn superpose(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.unknown.n_rows()];
         for (j, factor) in std::iter::once(&own).chain(tractions).enumerate() {
@@ -62,8 +63,8 @@ impl BoundarySolution {
         sum
     }
 
-    /// Displacement and traction of all nodes for the boundary values times `own`, superposed with tractions of the loaded nodes,
-    /// `[3 n_loaded]`, MPa.
+    /// Displacement and traction of all nodes for the superposition of the boundary values times `own` and the `tractions` of the
+    /// loaded nodes, `[3 n_loaded]`, MPa.
     pub fn state(&self, own: f64, tractions: &[f64]) -> SurfaceState {
         let n = self.boundary_values.len() / 3;
         let found = self.superpose(own, tractions);

@@ -1,7 +1,8 @@
 //! Displacement and its gradient on the surface of a body.
 //!
-//! The element polynomials give the tangential derivatives G; elements with one node fit them to their neighbours. The normal
-//! derivative a follows from the traction t: with σ = C : (G + a nᵀ) and σ n = t, a = T⁻¹ (t - (C : G) n), T_ik = C_ijkl n_j n_l.
+//! The element polynomials give the tangential derivatives G. For elements with one node, G is fitted to the neighbours. The normal
+//! derivative a follows from the traction t. From σ = C : (G + a nᵀ) and σ n = t follows a = T⁻¹ (t - (C : G) n) with T_ik = C_ijkl
+//! n_j n_l.
 //!
 //! # Source
 //! Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.

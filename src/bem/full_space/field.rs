@@ -61,8 +61,8 @@ impl FullSpaceField {
         }
     }
 
-    /// Largest observed difference of the table from the integrals over directions, relative to the largest entry at that distance;
-    /// 0 for closed forms.
+    /// Largest observed difference of the table from the integrals over directions, relative to the largest entry over all
+    /// directions at the same distance; 0 for closed forms.
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,

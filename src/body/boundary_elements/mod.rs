@@ -46,7 +46,7 @@ pub struct BeBody {
     weight: Option<BodyForceSolution>,
     map: FaceMap,
     solution: BoundarySolution,
-    /// Areas of the nodes of the map.
+    /// Areas of the nodes of `map`.
     areas: Vec<f64>,
     flexibility: Option<CondensedFlexibility>,
     free_gap: Option<Vec<f64>>,
@@ -67,7 +67,7 @@ impl BeBody {
     ///
     /// # Errors
     /// If a group or the frame does not fit, or faces of the contact group intersect. If supports contradict one another or fix
-    /// faces under the frame. If a flexibility is not positive, or memory does not suffice.
+    /// faces under the frame. If a diagonal entry of the flexibility is not positive, or memory does not suffice.
     pub fn new(
         spec: &BeSpec,
         (contact, side): (&str, Side),
@@ -181,13 +181,13 @@ impl BeBody {
         self.elements.interpolation()
     }
 
-    /// Asymmetry of the works that constant and linear tractions over the frame do on each other's displacements: norm of the
-    /// antisymmetric part over the norm of the whole. It is 0 without discretisation error.
+    /// Asymmetry |W - Wᵀ| / (2 |W|) of the works W that constant and linear tractions over the frame do on each other's
+    /// displacements. It is 0 without discretisation error.
     pub fn asymmetry(&self) -> f64 {
         self.asymmetry
     }
 
-    /// Residual of recomputed equations, over the size of their terms.
+    /// Residual of recomputed equations, relative to the magnitude of their terms.
     pub fn residual(&self) -> f64 {
         self.solution.residual()
     }
@@ -197,7 +197,7 @@ impl BeBody {
         self.solution.compression()
     }
 
-    /// Error of the tabulated kernels over their largest values; 0 for closed forms.
+    /// Error of the tabulated kernels, relative to their largest values; 0 for closed forms.
     pub fn kernel_error(&self) -> f64 {
         self.kernel_error
     }
@@ -212,7 +212,7 @@ impl BeBody {
         self.solution.bytes() + 9 * 4 * self.areas.len().pow(2)
     }
 
-    /// Tractions at the nodes under the frame due to cell tractions on body 2, `[3 n_loaded]`, MPa.
+    /// Tractions on this body at the nodes under the frame, `[3 n_loaded]`, MPa, for the cell `tractions` on body 2.
     fn nodal_tractions(&self, tractions: &[f64]) -> Vec<f64> {
         let mut nodal = vec![0.0; 3 * self.areas.len()];
         self.map.apply_transpose(tractions, &mut nodal);

@@ -21,10 +21,10 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::mesh::self_intersection::find_intersecting_faces;
 use crate::mesh::{CellRef, Mesh};
 
-/// Accuracy of the integrals, over the largest values: far below the discretisation error.
+/// Accuracy of the integrals, relative to their largest values. It is far below the discretisation error.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Largest weight of a shape function in the mean over a cell that counts as rounding.
+/// Weight of a node in the mean over a cell, up to which the weight counts as rounding error.
 const MIN_SHAPE_WEIGHT: f64 = 1e-9;
 
 /// Points tested between two cancellation checks.
@@ -77,7 +77,8 @@ pub(super) struct NodalConditions {
 }
 
 impl NodalConditions {
-    /// Mean displacement along each unconstrained mode that cancels the mean of the particular solution for the body force.
+    /// Mean displacement along each unconstrained mode. It is the negative of the mean of the particular solution for the body
+    /// force over the free dofs.
     pub(super) fn counter_mean(&self, free: &RigidBodyModes, elements: &BoundaryElements) -> Vec<f64> {
         let Some(weight) = &self.weight else { return Vec::new() };
         let (positions, areas) = (elements.positions(), elements.areas());
@@ -191,7 +192,7 @@ impl BeSpec {
     /// Fit of the body to a frame, after all checks of [`BeBody::new`](super::BeBody::new) that need no integration.
     ///
     /// # Errors
-    /// As [`BeBody::new`](super::BeBody::new), memory excepted.
+    /// As [`BeBody::new`](super::BeBody::new), except that the flexibility and the memory are not checked.
     pub fn check(&self, contact: &str, side: Side, frame: &ContactFrame) -> Result<FrameFit> {
         let faces = self.faces(contact)?;
         refuse_crossing(&self.mesh, &faces, contact)?;

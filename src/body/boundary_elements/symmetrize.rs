@@ -14,7 +14,8 @@ use nalgebra::DMatrix;
 use crate::frame::{ContactFrame, FaceMap};
 use crate::linalg::vector::dot;
 
-/// A traction counts as linearly dependent on earlier tractions if less than this share of its norm remains.
+/// A traction counts as linearly dependent on earlier tractions if less than this share of its norm remains after
+/// orthogonalisation.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
 
 /// Response of a flexibility to constant and linear tractions.
@@ -84,7 +85,7 @@ impl Symmetrization {
         columns.map(|(w, d)| d[i] * w[j] + w[i] * d[j]).sum()
     }
 
-    /// Norm of the antisymmetric part of the works Vᵀ F V over the norm of Vᵀ F V.
+    /// Norm of the antisymmetric part of the works Vᵀ F V, divided by the norm of Vᵀ F V.
     pub fn asymmetry(&self) -> f64 {
         let apart = 0.5 * (&self.works - self.works.transpose()).norm();
         apart / self.works.norm().max(f64::MIN_POSITIVE)
@@ -98,8 +99,8 @@ mod tests {
     use crate::mesh::faces::group_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truths: the corrected matrix is symmetric. Under uniform tractions it gives the same response as the original matrix, except
-    /// for displacements of constant and linear shape. A symmetric matrix needs no correction.
+    /// Truth: the corrected matrix is symmetric. Under uniform tractions it gives the same response as the original matrix, except
+    /// for displacements of constant and linear shape. The asymmetry of a symmetric matrix is 0.
     #[test]
     fn uniform_tractions_keep_their_response() {
         let mesh = GradedBlock::uniform([1.0; 2], 1.0, [4, 4, 2]).mesh().unwrap();

@@ -1,21 +1,22 @@
 //! Displacement of a body's surface under the frame due to its loads, prescribed displacements and weight.
 //!
-//! Let g = G + u_c be the body's displacement under a unit force at x on the patch: half-space field G plus correction u_c. It
-//! vanishes at the supports. Betti's theorem gives the surface displacement w due to tractions t, body force b and prescribed
-//! displacements ū,
+//! Let g = G + u_c be the body's displacement under a unit force at x on the patch: half-space field G plus correction u_c. The
+//! displacement g vanishes at the supports. Betti's theorem gives the surface displacement w due to tractions t, body force b and
+//! prescribed displacements ū,
 //!
 //! w(x) = ∫ t·g dS + ∫ b·g dV - ū·R(g),
 //!
 //! with the support forces R under g. The mesh displacement at the surface is not needed: w is smooth if the loads are distant, and
-//! its error is the product of two mesh errors. Terms with u_c are sums over nodes. Terms with G are integrals over faces. For the
-//! weight, u_p = -z²/2 T⁻¹ b with T = C(e3, e3) carries b in the half-space and leaves its surface free. Hence ∫ b·G dV = ∫
-//! (t_G·u_p - t_p·G) dS over the boundary outside the plane of the patch. t_G and t_p are the tractions of G and u_p.
+//! its error is the product of two mesh errors. Terms with u_c are sums over nodes. Terms with G are integrals over faces. In the
+//! half-space, the displacement u_p = -z²/2 T⁻¹ b with T = C(e3, e3) is in equilibrium with the weight b. It leaves the surface
+//! free of traction. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over the boundary outside the plane of the patch. t_G and t_p are the
+//! tractions of G and u_p.
 //!
 //! On fixed faces u_c equals -G only at the nodes. Between the nodes, the support tractions do the work ∫ (σ n)·g dS on the
 //! remaining g. Here σ is the recovered stress of the body's own loads, and n the normal.
 //!
-//! Loads in the plane of the patch, on or near the patch, act on the half-space. Their displacement is integrated exactly for each
-//! cell.
+//! Loads in the plane of the patch, on or near the patch, act on the half-space. Exact integrals over the loaded faces give the
+//! displacement at the cell centres.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -44,7 +45,8 @@ use crate::mesh::faces::{SurfaceFace, outer_faces};
 /// Largest ratio of the size of a face part to its distance from the forces.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.35;
 
-/// Distance, over the longer half-side of the patch, below which loaded faces in its plane count as near loads.
+/// Loaded faces in the plane of the patch count as near loads up to the distance `NEAR_LOAD_DISTANCE` × longer half-side of the
+/// patch.
 const NEAR_LOAD_DISTANCE: f64 = 1.0;
 
 /// Faces evaluated in parallel before summation.
@@ -65,9 +67,9 @@ pub(super) struct PrescribedMotion {
     pub deformation: Vec<f64>,
 }
 
-/// Loaded faces with equal traction in the plane of a patch.
+/// Loaded faces in the plane of a patch that have the same traction.
 struct PatchLoad {
-    /// Closed polygons around the faces, in the patch, mm.
+    /// Closed polygons around the faces, coordinates of the patch, mm.
     outline: Vec<Vec<[f64; 2]>>,
     /// Traction, axes of the patch, MPa.
     traction: Point,
@@ -249,13 +251,13 @@ fn add(sum: &mut [f64], part: &Point) {
     (0..3).for_each(|c| sum[c] += part[c]);
 }
 
-/// Displacement at a point of the plane due to tractions on it, axes of the patch, mm.
+/// Displacement at a point of the plane of the patch due to the loads `pads` in this plane, axes of the patch, mm.
 fn displacement(pads: &[PatchLoad], field: &HalfSpaceField, at: [f64; 2]) -> Point {
     pads.iter().map(|pad| pad.displacement(field.patch_integrals.green(), at)).sum()
 }
 
 impl PatchLoad {
-    /// One load for each distinct traction on `faces`, which lie in the plane of the patch or, if curved, represent it.
+    /// One load for each distinct traction on `faces`, which lie in the plane of the patch or, if curved, count as part of it.
     fn all(mesh: &Mesh, faces: &[(SurfaceFace, Point)], patch: &ContactPatch) -> Vec<Self> {
         let mut by_traction: BTreeMap<[u64; 3], Vec<&(SurfaceFace, Point)>> = BTreeMap::new();
         for loaded in faces {
@@ -275,7 +277,7 @@ impl PatchLoad {
         lines.sum::<Matrix3<f64>>() * self.traction
     }
 
-    /// Whether the load is so close to the patch that polynomials do not represent its displacement there.
+    /// Whether the load is so close to the patch that polynomials do not represent the displacement that it causes on the patch.
     fn is_near(&self, patch: &ContactPatch) -> bool {
         let reach = patch.half_width.map(|half| half + NEAR_LOAD_DISTANCE * patch.size());
         (0..2).all(|axis| {
@@ -311,7 +313,7 @@ impl<'a> FaceLoads<'a> {
         let none = Point::zeros();
         let [mut work, mut rest] = [0, 1].map(|_| vec![none; forces.points.len()]);
         let (mesh, patch) = (self.model.mesh(), &forces.patch);
-        // Components prescribed at all nodes of the face. All others are contained in the loads of u_c.
+        // Components prescribed at all nodes of the face. All other components are contained in the loads of u_c.
         let held = [0, 1, 2]
             .map(|c| face.nodes.iter().all(|&node| self.model.prescribed_displacement(node, c).is_some()));
         let is_held = held.contains(&true);

@@ -56,7 +56,7 @@ pub struct HybridBody {
 }
 
 impl HybridBody {
-    /// Body of `spec` with the half-space of `site`, which was found on the same `frame`.
+    /// Body of `spec` with the half-space of `site`, which was found for the same `frame`.
     ///
     /// # Errors
     /// If the group or the frame do not fit, or the body cannot be assembled or solved.
@@ -162,7 +162,8 @@ impl HybridBody {
         Ok((area * work).max(0.0).sqrt())
     }
 
-    /// Displacement of all nodes due to applied loads and the half-space correction, for tractions on body 2.
+    /// Displacement of all nodes without the half-space displacement: the response to applied loads plus u_c, for tractions on
+    /// body 2.
     fn corrections(&self, tractions: &[f64]) -> Vec<[f64; 3]> {
         let n_points = self.model.mesh().n_points();
         let mut displacement = self
@@ -176,7 +177,7 @@ impl HybridBody {
         displacement
     }
 
-    /// Tractions on this body for `tractions` on body 2.
+    /// Tree of the tractions on this body, axes of the patch, for `tractions` on body 2.
     fn traction_tree(&self, tractions: &[f64]) -> TractionTree {
         let n = tractions.len() / 3;
         let sign = self.side.gap_sign();
@@ -254,7 +255,7 @@ impl ElasticBody for HybridBody {
         Some(&self.surface)
     }
 
-    /// Displacement at all mesh nodes: half-space displacement plus correction.
+    /// Displacement at all mesh nodes: half-space displacement, correction and response to applied loads.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         let mut displacement = self.corrections(tractions);
         let distribution = self.traction_tree(tractions);

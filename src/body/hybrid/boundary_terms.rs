@@ -16,7 +16,7 @@ use crate::linalg::dense_matrix::DenseMatrix;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
-/// Faces evaluated in parallel before summation: limits the memory of their contributions.
+/// Number of faces evaluated in parallel before summation. It limits the memory of their contributions.
 const FACES_PER_BATCH: usize = 64;
 
 /// Face of the boundary.
@@ -34,7 +34,8 @@ pub(super) struct BoundaryTerms {
     /// Work -∫ u·t over the free boundary plus ∫ t·u over the fixed boundary, mm/N, `[n_columns, n_columns]`. The first factor of
     /// each product is due to the force of the row.
     pub work: DenseMatrix,
-    /// Largest entry of the sum of unit force and boundary tractions, over all forces. The sum is zero for exact quadrature.
+    /// Largest magnitude of a component of unit force plus resultant boundary traction, among all forces. The sum is zero for exact
+    /// quadrature.
     pub imbalance: f64,
 }
 
@@ -57,7 +58,8 @@ impl BoundaryFaces {
         Self(faces.collect())
     }
 
-    /// Largest imbalance of the tractions and each of the `forces`, with face parts of at most `ratio` times their distance.
+    /// Largest imbalance of the tractions and each of the `forces`. Face parts are at most `ratio` times their distance from the
+    /// forces.
     pub fn imbalance(&self, mesh: &Mesh, forces: &PatchForces, ratio: f64) -> f64 {
         let rules = FaceRules::new();
         let fluxes: Vec<Vec<Matrix3<f64>>> = self

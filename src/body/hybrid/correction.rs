@@ -7,10 +7,11 @@
 //! # Source
 //! docs/theory-hybrid.md. The matrix follows from Betti's theorem with the half-space field of the target point,
 //!
-//! Ĉ(x, y) = -∫ u_x·t_y over the free + ∫ t_x·u_y over the fixed boundary + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
+//! Ĉ(x, y) = -∫_free u_x·t_y dS + ∫_fixed t_x·u_y dS + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
 //!
 //! where b = f_f - K_fb g. K is the stiffness matrix, f are the nodal loads, g = -u_hs the prescribed displacements; indices f and
-//! b mark free and prescribed dofs. Ĉ is symmetric, and its order of convergence is twice the order of the nodal displacements.
+//! b mark free and prescribed dofs. The integrals extend over the free and the fixed boundary. Ĉ is symmetric, and its order of
+//! convergence is twice the order of the nodal displacements.
 
 use super::applied_loads::{AppliedLoadResponse, PrescribedMotion};
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
@@ -36,7 +37,7 @@ const FACE_RATIO_FACTOR: f64 = 0.7;
 /// Share of the target imbalance that the outermost forces may have.
 const OUTER_IMBALANCE_SHARE: f64 = 0.3;
 
-/// Ratio of face parts to their distance on bodies with a curved contact surface.
+/// Ratio of the size of face parts to their distance from the forces, for bodies with a curved contact surface.
 const CURVED_FACE_RATIO: f64 = 0.35;
 
 /// Correction between point forces, and the displacement fields of the forces.
@@ -47,7 +48,7 @@ pub struct Correction {
     pub fields: DenseMatrix,
     /// Largest imbalance of the half-space tractions on the boundary and the force, per unit force.
     pub imbalance: f64,
-    /// Asymmetry of the boundary terms over the norm of the matrix.
+    /// Asymmetry of the boundary terms, divided by the norm of the matrix.
     pub asymmetry: f64,
     /// Response to the body's own loads and prescribed displacements; `None` without them.
     pub(super) applied_loads: Option<AppliedLoadResponse>,

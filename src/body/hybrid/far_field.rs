@@ -15,7 +15,7 @@ pub struct FarField {
     nodes: [Chebyshev; 2],
     /// Whether y of the patch is -y of the frame.
     y_flipped: bool,
-    /// Gap per force at the nodes, mm/N, by planes: component c at node (a, b) has index (c m_x + a) m_y + b; `[3 m_x m_y]²`.
+    /// Gap per force at the nodes, mm/N, `[3 m_x m_y]²`: component c at node (a, b) has index (c m_x + a) m_y + b.
     matrix: Vec<f64>,
 }
 
@@ -76,7 +76,7 @@ impl FarField {
         &self.matrix
     }
 
-    /// Computes nodal gaps from nodal forces. Both arrays contain one plane of nodes for each component of `planes`.
+    /// Computes nodal gaps from nodal forces. Both arrays contain one value per node for each component in the range `planes`.
     fn multiply(&self, planes: std::ops::Range<usize>, forces: &[f64], gaps: &mut [f64]) {
         let [mx, my] = self.nodes_per_side();
         let (n, first) = (mx * my, planes.start * mx * my);
@@ -117,8 +117,8 @@ impl FarField {
         forces
     }
 
-    /// Means over the cells `places` of `grid`, axes of the frame by planes, of a displacement given at the nodes. The nodal values
-    /// are in axes of the patch, with component c at 3 i + c as in [`Self::forces`].
+    /// Means over the cells `places` of `grid` of a displacement given at the nodes, axes of the frame, component by component. The
+    /// nodal values are in axes of the patch, with component c at 3 i + c as in [`Self::forces`].
     pub(super) fn cell_means(
         &self,
         grid: &crate::frame::Grid,
@@ -148,7 +148,8 @@ impl FarField {
     }
 }
 
-/// Reorders the matrix of the body at `side` of the frame to axes of the frame, by planes, row by row.
+/// Transforms the matrix of the body at `side` of the frame from axes of the patch to axes of the frame. The result is stored row
+/// by row, with indices component by component instead of node by node.
 fn by_planes(matrix: &DenseMatrix, side: Side) -> Vec<f64> {
     // The axes of body 2 are the axes of the frame, rotated by half a turn about x.
     let sign = |c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
@@ -194,7 +195,8 @@ impl FarFieldScratch {
 }
 
 impl FarFieldOnGrid {
-    /// Adds the cell gaps due to the cell tractions. Both arrays contain one plane of cells for each component of `planes`.
+    /// Adds the cell gaps due to the cell tractions. Both arrays contain one value per cell for each component in the range
+    /// `planes`.
     pub fn add_product(
         &self,
         field: &FarField,
@@ -258,7 +260,7 @@ impl FarFieldOnGrid {
         let ([mx, my], [nx, ny]) = (self.nodes_per_side, self.cells);
         let mut along = vec![nalgebra::Matrix3::<f64>::zeros(); mx * mx];
         for iy in 0..ny {
-            // Σ over the nodes in y first.
+            // Sums over the nodes in y first.
             for (k, sum) in along.iter_mut().enumerate() {
                 let (a, c) = (k / mx, k % mx);
                 *sum = nalgebra::Matrix3::from_fn(|i, j| {
@@ -282,7 +284,7 @@ impl FarFieldOnGrid {
     }
 }
 
-/// Products of the rows of `plane` with each of the `m` rows of `y`, `[n_rows, m]`.
+/// Scalar products of the rows of `plane` with each of the `m` rows of `y`, `[n_rows, m]`.
 fn sum_rows(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     wide!(sum_rows_in(plane => plane: &[f64], y => y: &[f64], m => m: usize, sums => sums: &mut [f64]));
 }

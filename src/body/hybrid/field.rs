@@ -35,7 +35,7 @@ impl HalfSpaceField {
         })
     }
 
-    /// T⁻¹ of a vector: normal derivative of a displacement with this traction and without variation along the surface.
+    /// Normal derivative ∂u/∂z = T⁻¹ t of a displacement that does not vary along the surface and has the traction t there.
     pub fn normal_derivative(&self, traction: &Vector3<f64>) -> Vector3<f64> {
         self.inverse_normal * traction
     }

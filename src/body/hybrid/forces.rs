@@ -12,7 +12,7 @@ use crate::material::Stiffness;
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
 
-/// Distance from the plane of the patch, over the patch size, up to which a node lies in the plane.
+/// Distance from the plane of the patch, divided by the patch size, up to which a node lies in the plane.
 pub(super) const PLANE_TOLERANCE: f64 = 1e-6;
 
 /// Face of a mesh: its solid, and its index among the faces of the solid.
@@ -44,7 +44,7 @@ impl PatchForces<'_> {
         Self { points, ..*self }
     }
 
-    /// Vector from force `i` to a point in the axes of the patch.
+    /// Vector from force `i` to the point `local`, both in axes of the patch.
     pub(super) fn vector_from(&self, i: usize, local: &Point) -> Point {
         let [x, y] = self.points[i];
         Point::new(local.x - x, local.y - y, local.z)

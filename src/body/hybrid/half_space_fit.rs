@@ -17,18 +17,19 @@ use crate::material::Stiffness;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 
-/// Smallest distance from the patch to edges and supports, over the shorter half-side. Closer edges cause a peak of the correction
-/// at the border that a few polynomials do not resolve.
+/// Smallest distance from the patch to edges and supports, divided by the shorter half-side. Closer edges cause a peak of the
+/// correction at the border that a few polynomials do not resolve.
 const MIN_EDGE_DISTANCE: f64 = 0.3;
 
-/// Smallest distance to another material, over the shorter half-side. At smaller distances, ten polynomials along each side do not
-/// suffice for cores ten times softer or three times stiffer.
+/// Smallest distance to another material, divided by the shorter half-side. At smaller distances, ten polynomials along each side
+/// do not suffice for cores ten times softer or three times stiffer.
 const MIN_MATERIAL_DISTANCE: f64 = 0.4;
 
-/// Largest rise of a curved surface under the frame, over the longer half-side.
+/// Largest rise of a curved surface under the frame, divided by the longer half-side.
 pub const MAX_RISE: f64 = 0.05;
 
-/// Largest angle between the normals of the patch and of a face outside the contact group that continues a curved surface, radians.
+/// Largest angle, radians, between the normal of the patch and the normal of a face that continues a curved surface outside the
+/// contact group.
 const MAX_SLOPE_RAD: f64 = 0.2;
 
 /// Smallest frame, as a fraction of the present frame, that is advised.
@@ -51,7 +52,7 @@ pub struct HalfSpaceFit {
     pub distance: f64,
     /// Whether another material, not the boundary, is nearest to the patch.
     pub limited_by_material: bool,
-    /// Height of the surface under the frame over the longer half-side; 0 for a plane.
+    /// Height difference of the surface under the frame, divided by the longer half-side; 0 for a plane.
     pub rise: f64,
     /// Faces of a curved surface around the patch, which count as part of its tangent plane.
     pub curved_faces: Vec<FaceId>,
@@ -202,8 +203,8 @@ fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&Co
 }
 
 /// Advice: half-widths of a smaller frame, with the centre of `patch`, that is far enough from edges or other materials. The
-/// present frame is `distance` away from them; a `share` of the shorter half-side is needed. `least` returns the distance for
-/// another frame.
+/// present frame is `distance` away from them; a distance of `share` times the shorter half-side is needed. `least` returns the
+/// distance for another frame.
 fn smaller_frame_advice(
     patch: &ContactPatch,
     (distance, share): (f64, f64),
@@ -222,7 +223,7 @@ fn smaller_frame_advice(
     Ok(format!("; frame.half_width up to [{x}, {y}] is allowed"))
 }
 
-/// Rounds a length down to three digits.
+/// Rounds a length down to three significant digits.
 fn round_down(length: f64) -> f64 {
     let unit = 10f64.powf(length.log10().floor() - 2.0);
     (length / unit * (1.0 + 1e-9)).floor() * unit
@@ -256,7 +257,7 @@ fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
     points.collect()
 }
 
-/// Heights along the global z of a face under the rectangle: at points of the face, and at points of the rectangle.
+/// Global z coordinates of a face under the rectangle: at sampled points of the face, and at sampled points of the rectangle.
 fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f64> {
     let nodes: Vec<Point> = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())).collect();
     let step = |k: usize, axis: usize| {

@@ -18,10 +18,10 @@ use crate::quadrature::gauss_legendre;
 /// Elements evaluated in parallel before summation.
 const ELEMENTS_PER_BATCH: usize = 64;
 
-/// Number of Gauss points along each side of an element part: in general, and for parts that are small relative to their distance.
+/// Number of Gauss points along an edge of an element part: in general, and along a short edge of a hexahedral part.
 const GAUSS_POINTS: [usize; 2] = [3, 2];
 
-/// Edge of a hexahedral part, over the largest undivided size, below which it counts as small.
+/// An edge of a hexahedral part counts as short below `COARSE_RULE_EDGE` × the largest size of an undivided part.
 const COARSE_RULE_EDGE: f64 = 0.5;
 
 /// Points whose strains are stored at a time.
@@ -33,7 +33,7 @@ const MAX_SIZE_TO_DISTANCE: f64 = 0.5;
 /// Maximum number of successive subdivisions of an element.
 const MAX_SUBDIVISIONS: usize = 8;
 
-/// Largest difference between stiffnesses that count as equal, over the largest entry.
+/// Largest difference between stiffnesses that count as equal, relative to the largest entry.
 const STIFFNESS_TOLERANCE: f64 = 1e-9;
 
 /// Whether two stiffnesses are equal within the tolerance.
@@ -245,8 +245,8 @@ fn strains_at(forces: &PatchForces, x: &Point) -> impl Iterator<Item = (usize, V
 mod tests {
     use super::*;
 
-    /// Truth: the weights of the quadrature points sum to the volume of the element. The mean of the integrated gradient of a
-    /// linear field is its slope, without and with subdivision towards a corner.
+    /// Truth: the weights of the quadrature points sum to the volume of the element. The mean gradient of an interpolated linear
+    /// field is its slope, without and with subdivision towards a corner.
     #[test]
     fn volumes_of_all_kinds() {
         let volumes = [

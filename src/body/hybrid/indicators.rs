@@ -22,11 +22,11 @@ pub const MAX_ASYMMETRY: f64 = 1e-3;
 /// On a curved surface, imbalance and asymmetry may exceed their limits by this factor times the rise. Tractions on the curved
 /// faces are not integrated.
 pub const ALLOWANCE_PER_RISE: f64 = 5.0;
-/// Largest difference between the correction by Betti's theorem and at the mesh nodes, over the mean displacement.
+/// Largest difference between the correction by Betti's theorem and at the mesh nodes, relative to the mean displacement.
 pub const MAX_DIRECT_DIFFERENCE: f64 = 0.1;
-/// Largest estimated mesh error, over the mean displacement.
+/// Largest estimated mesh error, relative to the mean displacement.
 pub const MAX_MESH_ERROR: f64 = 0.1;
-/// Estimated mesh error from which a warning is given, over the mean displacement.
+/// Estimated mesh error from which a warning is given, relative to the mean displacement.
 pub const MESH_ERROR_WARNING: f64 = 0.02;
 /// Largest error of the table of point forces.
 pub const MAX_FIELD_ERROR: f64 = 1e-3;
@@ -40,22 +40,24 @@ pub const TARGET_TAIL: f64 = 2e-3;
 pub struct Indicators {
     /// Nodes along x and y of the frame.
     pub nodes: [usize; 2],
-    /// Height of the contact surface under the frame over the longer half-side; 0 for a plane.
+    /// Height difference of the contact surface under the frame, divided by the longer half-side; 0 for a plane.
     pub rise: f64,
-    /// Largest error of displacement or gradient in the table of point forces, over the largest entry; 0 for isotropic bodies.
+    /// Largest error of displacement or gradient in the table of point forces, relative to the largest entry; 0 for isotropic
+    /// bodies.
     pub field_error: f64,
     /// Imbalance of the half-space tractions on the boundary and the unit force.
     pub imbalance: f64,
     /// Asymmetry of the boundary terms.
     pub asymmetry: f64,
     /// Difference of the mean displacement under uniform tractions between the correction by Betti's theorem and at the mesh nodes,
-    /// over the mean. It measures the error of the correction at the mesh nodes.
+    /// relative to the mean. It measures the error of the correction at the mesh nodes.
     pub direct_difference: f64,
     /// Estimated relative error of the mean displacement under uniform tractions, from finite-element and recovered stress.
     pub mesh_error: f64,
-    /// Norm of the correction's Chebyshev coefficients of the highest degree over the norm of all its coefficients, times `share`.
+    /// `share` × |a_highest| / |a|, where a are the Chebyshev coefficients of the correction, and a_highest the coefficients of the
+    /// highest degree in any variable.
     pub tail: f64,
-    /// Norm of the correction over the norm of the half-space operator.
+    /// Norm of the correction divided by the norm of the half-space operator.
     pub share: f64,
     /// Smallest eigenvalue of the operator relative to the half-space operator, on smooth tractions; must be positive.
     pub least_eigenvalue: f64,
@@ -103,7 +105,7 @@ impl Indicators {
         let share = far.norm() / near.norm();
         let mut mesh_error: f64 = 0.0;
         for c in 0..3 {
-            // Nodal forces of a uniform traction. The error of the work is the squared energy norm of the error.
+            // Nodal forces of a uniform traction. The error of their work is the squared energy norm of the stress error.
             let at_nodes = &mass * uniform(c);
             let nodes = n / 3;
             let forces: Vec<f64> = (0..n).map(|k| at_nodes[k % 3 * nodes + k / 3]).collect();
@@ -154,8 +156,8 @@ impl Indicators {
     }
 }
 
-/// Galerkin matrix Φᵀ A S Φ of the half-space operator S, and mass matrix Φᵀ A Φ, with components by planes. Φ are the cell means
-/// of the polynomials, A the cell areas.
+/// Galerkin matrix Φᵀ A S Φ of the half-space operator S, and mass matrix Φᵀ A Φ, both stored component by component. Φ are the
+/// cell means of the polynomials, A the cell areas.
 fn on_polynomials(
     operator: &FftFlexibility,
     patch: &ContactPatch,
@@ -195,7 +197,7 @@ fn on_polynomials(
     ((&near + near.transpose()) * 0.5, mass)
 }
 
-/// Norm of the Chebyshev coefficients of the highest degree, in any of the four variables, over the norm of all coefficients.
+/// Norm of the Chebyshev coefficients of the highest degree, in any of the four variables, divided by the norm of all coefficients.
 fn tail(matrix: &DMatrix<f64>, m: [usize; 2]) -> f64 {
     let [x, y] = m.map(Chebyshev::coefficients);
     let nodes = m[0] * m[1];

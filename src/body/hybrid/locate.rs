@@ -108,8 +108,8 @@ mod tests {
     use crate::element::ElementKind;
     use crate::mesh::CellRef;
 
-    /// Truth: the reference coordinates found for a point map back to this point. The face x = s + 2 s², y = t is folded at x =
-    /// -1/8. Points beyond the fold are not on the face, and Newton's method does not converge for them.
+    /// Truth: the reference coordinates found for a point, if any, map back to this point. The face x = s + 2 s², y = t is folded
+    /// at x = -1/8. Points beyond the fold are not on the face, and Newton's method does not converge for them.
     #[test]
     fn points_beside_a_folded_face_are_not_on_it() {
         let nodes = (0..9).collect();

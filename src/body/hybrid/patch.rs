@@ -25,7 +25,7 @@ impl ContactPatch {
         Self { axes: Triad(axes), center, half_width }
     }
 
-    /// Returns `low` or `high`, two global z coordinates: whichever lies farther outside the body.
+    /// Of the global z coordinates `low` and `high`, low <= high, returns the coordinate farther outside the body.
     pub fn outer_height(&self, low: f64, high: f64) -> f64 {
         if self.axes.normal().z > 0.0 { high } else { low }
     }

@@ -92,7 +92,7 @@ pub(super) fn adaptive_correction(
     }
 }
 
-/// Estimated errors of the displacement of a patch due to the body's own loads.
+/// Estimated errors of the displacement that the body's own loads cause on a patch.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct AppliedLoadError {
     /// Error of the mean displacement, mm.

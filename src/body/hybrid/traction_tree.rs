@@ -3,8 +3,9 @@
 //! Rectangles of cells are halved down to single cells. The forces of a rectangle are gathered at a few Chebyshev nodes. These
 //! nodal forces replace the rectangle at points that are far away relative to its longer side. A cell near the point is subdivided.
 //!
-//! On the surface, nearby cells are integrated exactly. Their tangential derivatives are differences of the integrals over one
-//! cell: the derivatives for tractions that vary linearly from cell to cell. The normal derivative follows from the traction.
+//! On the surface, nearby cells are integrated exactly. Tangential derivatives are differences of these integrals between two
+//! points one cell apart. They are the derivatives for tractions that vary linearly from cell to cell. The normal derivative
+//! follows from the traction.
 
 use std::sync::LazyLock;
 
@@ -209,7 +210,8 @@ impl CellCluster {
         Self { middle, half, forces, children }
     }
 
-    /// Calls `with` for each point force that represents the cluster as seen from `x`, and for the field of this force at `x`.
+    /// Calls `with(field, force)` for each point force that represents the cluster as seen from `x`. `field` is the Green's tensor
+    /// at `x`.
     fn for_each_force(
         &self,
         x: &Point,

@@ -4,10 +4,10 @@
 //! the step sizes, R the gaps per unit motion. The tractions must do the prescribed work F on each motion, Σ A R·P = F with cell
 //! areas A (docs/theory-contact.md).
 //!
-//! For given friction radii the projection acts on a convex set, and ρ minimises a convex potential by damped Newton steps. The
-//! potential is piecewise quadratic in the pressures and Huber's function in the tangential tractions. The radii are the computed
-//! pressures, so a few minimisations follow one another. If the pressures do not depend on the tangential tractions, as on flat
-//! frames, the second minimisation is exact.
+//! For given radii of the friction discs the admissible set is convex, and ρ minimises a convex potential. Damped Newton steps find
+//! ρ. The potential is piecewise quadratic in the normal predictors and a Huber function of the tangential predictors. The radii
+//! are the computed pressures, so a few minimisations follow one another. If the pressures do not depend on the tangential
+//! tractions, as on flat frames, the second minimisation is exact.
 
 mod potential;
 
@@ -29,11 +29,11 @@ pub type RigidMotion = [f64; MOTION_COMPONENTS];
 /// One value per unknown motion; further values are zero.
 type MotionValues = SVector<f64, MOTION_COMPONENTS>;
 
-/// Eigenvalue of the Gram matrix of the gaps below which a combination of motions counts as unresisted. The motions are scaled to
-/// unit mean square gap.
+/// Largest eigenvalue of the Gram matrix of the gaps at which a combination of motions counts as unresisted. The motions are scaled
+/// to unit mean square gap.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// A load's work on an unresisted motion counts as rounding error up to this ratio to the largest work of the loads.
+/// The work of the loads on an unresisted motion counts as rounding error up to this factor times their largest work on any motion.
 const LOAD_TOLERANCE: f64 = 1e-9;
 
 /// Largest number of updates of the friction radii in one projection. The remaining error appears in the natural residual.
@@ -113,8 +113,9 @@ pub struct Balance {
 /// Start of a projection.
 #[derive(Clone, Copy)]
 pub(super) struct ProjectionStart<'a> {
-    /// Scaled tractions and gradient, `[3, N]` each.
+    /// Scaled tractions, `[3, N]`.
     pub hatted: &'a [f64],
+    /// Scaled slip and normal gap, `[3, N]`.
     pub gradient: &'a [f64],
     pub steps: StepSizes,
 }
@@ -125,7 +126,7 @@ impl Balance {
     /// no load acts on them.
     ///
     /// # Errors
-    /// The first motion with a load but without resistance.
+    /// If a load acts along a motion that no traction resists. Returns the first such motion.
     pub fn for_frame(
         areas: &[f64],
         friction: Option<&FrictionEllipse>,
@@ -139,7 +140,7 @@ impl Balance {
     /// component of motion. Motions that move no cell against pressure or friction are fixed if no load acts on them.
     ///
     /// # Errors
-    /// The first motion with a load but without resistance.
+    /// If a load acts along a motion that no traction resists. Returns the first such motion.
     fn new(
         cells: BalanceCells,
         gap: impl Fn(usize, usize) -> [f64; 3],

@@ -11,8 +11,8 @@ use super::{
 /// Largest number of Newton steps for one set of friction radii.
 const MAX_NEWTON_STEPS: usize = 80;
 
-/// Largest relative defect of the works at the end of Newton's method that counts as rounding error; a larger one is a loss of
-/// equilibrium. Also the smallest relative eigenvalue of motions that change normal gaps.
+/// If the relative defect of the works at the end of Newton's method exceeds this value, equilibrium is lost. Also the eigenvalue,
+/// relative to the largest, above which a motion counts as changing normal gaps.
 const UNBALANCED_SHARE: f64 = 1e-6;
 
 type Matrix = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
@@ -31,8 +31,8 @@ impl Balance {
     /// change normal gaps and are orthogonal to the sliding motion.
     ///
     /// # Errors
-    /// A direction along which the potential is unbounded below: no motion gives the prescribed works with these radii. Or the last
-    /// Newton direction, if the works at the end still differ from the prescribed works.
+    /// If the potential is unbounded below, because no motion gives the prescribed works with these radii: returns a direction of
+    /// unbounded decrease. If the works at the end differ from the prescribed works: returns the last Newton direction.
     pub(super) fn minimise(
         &self,
         cells: BalanceCells,
@@ -45,7 +45,7 @@ impl Balance {
         } else {
             None
         };
-        // Components that pressures can balance, orthogonal to the sliding motion.
+        // Projects onto the motions that pressures can balance and that are orthogonal to the sliding motion.
         let across = |v: MotionValues| match fixed {
             None => v,
             Some((d, pressing)) => {
@@ -64,7 +64,7 @@ impl Balance {
                 return Ok(());
             }
             // The floor makes the matrix regular where no cell touches or all cells slip in one direction. It limits a step to
-            // about ten times |rho| + size / stiffness.
+            // about 10 (|rho| + size / stiffness).
             let floor = 0.1 * error / (rho.norm() + here.size / stiffness);
             let mut matrix = here.hessian;
             (0..MOTION_COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
@@ -246,7 +246,7 @@ impl Balance {
         closing >= -1e-9 * largest && driven > resisted * (1.0 + 1e-12)
     }
 
-    /// Describes the loss of equilibrium along `direction`, along which the potential is unbounded below.
+    /// Describes the loss of equilibrium along the motion `direction`.
     pub(super) fn failure(
         &self,
         cells: BalanceCells,
@@ -333,7 +333,7 @@ mod tests {
         ((k as f64) * 0.618_033_988_75).fract() - 0.5
     }
 
-    /// Cells with irregular gaps under a normal force, a tangential force and a moment.
+    /// Balance on cells with irregular gaps. A normal force, a tangential force and a moment are prescribed.
     fn bowl(areas: &[f64], hat: FrictionScaling) -> Balance {
         let gap = |component: usize, cell: usize| match component {
             0 => [1.0, 0.2 * number(cell), number(3 * cell)],

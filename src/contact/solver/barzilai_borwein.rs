@@ -2,8 +2,8 @@
 //! (docs/theory-contact.md).
 //!
 //! The step sizes alternate between s·s / s·y and s·y / y·y. s is the change of the scaled tractions, y the change of the gradient.
-//! Step sizes are clipped to [1, 1000] / λ_max, with λ_max the largest eigenvalue of the block. The iteration is nonmonotone and
-//! keeps the best state.
+//! Step sizes are clipped to [1, r] / λ_max, with λ_max the estimated largest eigenvalue of the block. r is 1000 at first; each
+//! restart divides it by 4, but not below 2. The iteration is nonmonotone and keeps the best state.
 
 use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
@@ -54,8 +54,8 @@ fn products(
     sums
 }
 
-/// Adds the products of a path point with a balance. Its rigid motion is a Lagrange multiplier, so its gap is subtracted from y in
-/// every plane.
+/// Adds the products of the path point `end`, which has a balance. Its rigid motion is a Lagrange multiplier, so the change of gap
+/// that this motion causes is subtracted from every component of y.
 fn add_balanced(
     problem: &Increment,
     (old, new): (&ContactState, &ContactState),
@@ -117,7 +117,8 @@ impl StepRule for BarzilaiBorweinRule {
     }
 }
 
-/// Solves from the state in `it`. Afterwards `it` contains the best state.
+/// Solves from the state in `it`. Afterwards `it` contains the best state, or the last state if equilibrium is lost or a value is
+/// not finite.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let shortest = step_sizes(problem, it, 1.0);
     let mut rule =

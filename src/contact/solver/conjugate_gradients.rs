@@ -3,9 +3,9 @@
 //! Minimises the energy ½ pᵀ A S p + g₀ᵀ A p over pressures p >= 0, with cell areas A, normal flexibility S and gap g₀ at zero
 //! pressure. Under a prescribed force the sum of A p is fixed.
 //!
-//! Each step minimises along a direction that is conjugate to the previous one on the cells in contact. Negative pressures are set
-//! to zero, and their cells leave the contact. Cells with overlap enter the contact. The residual is preconditioned with the
-//! approximate inverse of S, or with its diagonal if S has no approximate inverse.
+//! Each step minimises the energy along a direction that is conjugate to the previous one on the cells in contact. Negative
+//! pressures are set to zero, and their cells leave the contact. Cells with overlap enter the contact. The residual is
+//! preconditioned with the approximate inverse of S, or with the inverse of its diagonal if S has no approximate inverse.
 //!
 //! # Source
 //! Polonsky and Keer 1999, "A numerical method for solving rough contact problems based on the multi-level multi-summation and
@@ -20,8 +20,9 @@ use super::report::SolveReport;
 /// Number of iterations without a new best residual after which the method stops and the next method of the sequence continues.
 const MAX_STEPS_WITHOUT_GAIN: usize = 200;
 
-/// Factor on the step length if the cut of negative pressures raised the energy, and largest number of trial lengths.
+/// Factor on the step length if setting negative pressures to zero raised the energy.
 const BACKTRACK_FACTOR: f64 = 0.25;
+/// Largest number of trial lengths of one step.
 const MAX_BACKTRACKS: usize = 8;
 
 /// Returns whether only pressures are unknown: one path point, no friction, no wear, and a rigid motion that is given or follows
@@ -37,7 +38,7 @@ pub(super) fn is_applicable(problem: &Increment) -> bool {
 struct CgWorkspace {
     /// Whether a cell carries pressure or overlaps.
     active: Vec<bool>,
-    /// Negative gap of the active cells, zero elsewhere.
+    /// -g with the normal gap g in the active cells, zero elsewhere.
     residual: Vec<f64>,
     residual_before: Vec<f64>,
     preconditioned: Vec<f64>,
@@ -79,7 +80,7 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
     loop {
         let mut residual = update_active_set(problem, it, &mut work);
         if residual <= control.options.tolerance {
-            // Updates of S p accumulate rounding errors.
+            // Updates of S p accumulate rounding errors, so a residual within the tolerance is computed again without them.
             report.applications += usize::from(!fresh);
             if fresh {
                 it.tractions[2 * n..].copy_from_slice(&it.scaled[2 * n..]);

@@ -76,8 +76,8 @@ impl<'a> SolveControl<'a> {
         (self.watch)(self.iterations_before + iterations, residual)
     }
 
-    /// Returns why the solve ends after `iterations` iterations at the given residual, or `None` if it continues. `exhausted`: no
-    /// iterations are left.
+    /// Returns why the solve ends after `iterations` iterations at the given residual, or `None` if it continues. `exhausted`
+    /// states that no iterations are left.
     pub(super) fn stop_reason(
         &mut self,
         iterations: usize,
@@ -96,6 +96,6 @@ impl<'a> SolveControl<'a> {
     }
 }
 
-/// Solver that a method calls for a part of its problem: from the tractions and rigid motions of the state, which afterwards is the
-/// solution or the best state.
+/// Solver that a method calls for a part of its problem. It starts from the tractions and rigid motions in the state. Afterwards
+/// the state is the solution, or the best or last state found.
 pub(super) type PartSolver = fn(&Increment, &mut ContactState, &mut SolveControl) -> SolveReport;

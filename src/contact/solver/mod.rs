@@ -1,4 +1,4 @@
-//! Contact solvers: find the tractions of an [`Increment`] whose natural residual meets the tolerance, from a given start.
+//! Contact solvers: find tractions for which the natural residual of an [`Increment`] meets the tolerance, from a given start.
 
 mod barzilai_borwein;
 mod coarse_to_fine;
@@ -64,7 +64,8 @@ fn solver_sequence(method: Method, problem: &Increment) -> Vec<IncrementSolver> 
     }
 }
 
-/// Solves the increment from the tractions and rigid motions in `it`. Afterwards `it` contains the solution.
+/// Solves the increment from the tractions and rigid motions in `it`. Afterwards `it` contains the solution. If the solve did not
+/// converge, `it` contains the best or the last state.
 pub fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -98,7 +99,7 @@ fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
             it.gap[planes.clone()][2 * n..].iter().copied().fold(f64::INFINITY, f64::min)
         };
         it.rigid_motion[end][2] -= least(it);
-        // Opens the bodies until rounding leaves no overlap. Without pressure, the residual has no scale for an overlap.
+        // Separates the bodies until no overlap is left from rounding. Without pressure, the residual has no scale for an overlap.
         let mut lift = least(it).abs();
         while least(it) < 0.0 {
             it.rigid_motion[end][2] += lift;

@@ -1,8 +1,8 @@
 //! Solves for the pressures first and for the tangential tractions afterwards.
 //!
 //! Applies to pairs of bodies whose normal and tangential problems do not couple: equal bodies, or incompressible bodies on rigid
-//! bodies. Each pressure iteration costs one product with the normal part. The tangential equations then have a given friction
-//! limit in every cell. They have two components instead of three, in the cells in contact only.
+//! bodies. Each pressure iteration costs one product with the normal part of the operator. The tangential equations then have a
+//! given friction limit in every cell. They have two components instead of three, in the cells in contact only.
 //!
 //! # Source
 //! Johnson 1985, Contact Mechanics, section 7.2: the normal and the tangential problem of similar bodies are independent.
@@ -12,8 +12,9 @@ use super::control::{Method, PartSolver, SolveControl, SolverOptions};
 use super::report::{SolveReport, StopReason};
 use crate::omitted::OmittableWork;
 
-/// Shares of the tolerance for the two stages. An error of the pressures is also an error of the friction limits.
+/// Share of the tolerance for the pressures. An error of the pressures is also an error of the friction limits.
 const PRESSURE_TOLERANCE_SHARE: f64 = 0.2;
+/// Share of the tolerance for the tangential tractions.
 const TANGENTIAL_TOLERANCE_SHARE: f64 = 0.7;
 
 /// Returns whether the increment separates into a normal and a tangential problem that are solved one after the other.

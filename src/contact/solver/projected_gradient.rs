@@ -1,5 +1,5 @@
-//! Iteration common to the projected-gradient methods: P <- proj(P - a ĝ(P)), with the gradient ĝ and step sizes a of a
-//! [`StepRule`].
+//! Iteration common to the projected-gradient methods: P <- proj(P - a ĝ(P)), with the gradient ĝ and the step sizes a that a
+//! [`StepRule`] chooses.
 
 use super::super::balance::StepSizes;
 use super::super::projection::{Equilibrium, RigidMotions, project};
@@ -17,14 +17,15 @@ pub(super) trait StepRule {
     fn restart(&mut self) -> StepSizes;
 }
 
-/// Number of consecutive iterations without equilibrium after which the solve ends, even if the pressures have not converged.
+/// Number of consecutive iterations without equilibrium after which a solve with balances ends, even if the pressures have not
+/// converged.
 const MAX_STEPS_WITHOUT_EQUILIBRIUM: usize = 300;
 
 /// Number of iterations without a new best residual after which the iteration returns to its best state.
 const MAX_STEPS_WITHOUT_GAIN: usize = 400;
 
-/// Evaluates the state. Returns `factor` divided by upper bounds on the eigenvalues of the normal and tangential blocks of the
-/// increment. The bounds include the diagonal of the wear and the coupling of the path points.
+/// Evaluates the state. Returns `factor` divided by estimates of the largest eigenvalues of the normal and tangential blocks of the
+/// increment. The estimates include the diagonal of the wear and the coupling of the path points.
 pub(super) fn step_sizes(problem: &Increment, it: &mut ContactState, factor: f64) -> StepSizes {
     problem.evaluate(it);
     let ends = problem.path_points.len() as f64;
@@ -62,7 +63,8 @@ pub(super) fn run_projected_gradient(
             report.stop = StopReason::NotFinite;
             break;
         }
-        // A state without equilibrium is compared by its normal residual alone. The added 1 ranks it after states in equilibrium.
+        // A state without equilibrium is compared by its normal residual alone. The added 1 ranks it after every state in
+        // equilibrium with a residual of at most 1.
         let sliding = if let Equilibrium::Sliding(sliding) = equilibrium { Some(sliding) } else { None };
         let measure = if sliding.is_some() { 1.0 + normal } else { residual };
         lost = if sliding.is_some() && balances { lost + 1 } else { 0 };

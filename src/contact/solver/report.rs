@@ -1,4 +1,4 @@
-//! Result of a solve: counts of work, residual and reason of the end.
+//! Result of a solve: numbers of iterations and operator applications, residual, and why the solve ended.
 
 use super::super::balance::LossOfEquilibrium;
 
@@ -17,7 +17,7 @@ pub enum StopReason {
     Interrupted,
     /// Each solution converged, but the cells that stick through a fretting cycle changed from one solution to the next.
     StickZoneNotConverged,
-    /// A traction or a gap was not a number.
+    /// A traction, gap or rigid motion was not finite.
     NotFinite,
 }
 
@@ -34,7 +34,8 @@ pub struct SolveReport {
     pub applications: usize,
     /// How equilibrium was lost, if the solve ended for this reason.
     pub loss_of_equilibrium: Option<LossOfEquilibrium>,
-    /// Name of the method. Names of methods tried before precede it, each with the reason why it ended.
+    /// Name of the method. Methods that were tried before precede it, each with its iterations and residual. A comma separates the
+    /// methods of two stages.
     pub method: String,
 }
 

@@ -2,8 +2,8 @@
 //!
 //! Predictor: the gap for the current tractions. Corrector: p <- (p - r_n g_n)+, q <- radial return of q - r_t M² Δg_t on |q|_μ <=
 //! p. M = diag(μ1, μ2) and |q|_μ = |M⁻¹ q|. In scaled variables the radial return is a clip to the disc of radius p. The steps r =
-//! 1.8 / λ_max are constant. The convergence rate is 1 - O(h/L) with cell side h and frame size L, so the method is slow on fine
-//! frames.
+//! 1.8 / λ_max are constant between restarts. The convergence rate is 1 - O(h/L) with cell side h and frame size L, so the method
+//! is slow on fine frames.
 
 use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
@@ -32,7 +32,8 @@ impl StepRule for Constant {
     }
 }
 
-/// Solves from the state in `it`. Afterwards `it` contains the best state.
+/// Solves from the state in `it`. Afterwards `it` contains the best state, or the last state if equilibrium is lost or a value is
+/// not finite.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let mut rule = Constant(step_sizes(problem, it, RELAXATION));
     run_projected_gradient(problem, it, &mut rule, control)

@@ -110,8 +110,8 @@ mod tests {
         }
     }
 
-    /// Truth: the Lanczos result equals the smallest eigenvalue of the symmetric matrix (A/D)^½ K (A/D)^½, S = K A, by a dense
-    /// solver. Areas A and wear D differ between cells.
+    /// Truth: the Lanczos result equals the smallest eigenvalue of the symmetric matrix (A/D)^½ K (A/D)^½ by a dense solver, where
+    /// S = K A. Areas A and wear D differ between cells.
     #[test]
     fn least_eigenvalue_of_a_dense_operator() {
         let n = 30;

@@ -6,7 +6,7 @@ use crate::contact::solver::SolveReport;
 use crate::contact::{ContactState, Increment, SlipReference};
 use crate::evolution::fretting::path::FrettingPath;
 
-/// Slip relative to the amplitude below which a cell counts as sticking.
+/// Largest ratio of slip to amplitude at which a cell counts as sticking.
 pub(super) const STICK_SLIP_SHARE: f64 = 1e-3;
 
 /// Path points of a cycle, solved together, and the stick zone.

@@ -13,7 +13,7 @@ use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
 use crate::evolution::wear_integrator::WearJump;
 use crate::geometry::format_short;
 
-/// Wear depth over the approach below which errors are negligible.
+/// Ratio of wear depth to approach below which errors are negligible.
 const NEGLIGIBLE_DEPTH_SHARE: f64 = 1e-3;
 
 /// Largest growth of the contact radius, and largest change of the stick-zone radius, in a controlled jump. The larger of the two
@@ -28,7 +28,7 @@ const EXPLICIT_LENGTH_SHARE: f64 = 0.9;
 /// remaining overlap is proportional to the pressure. Smaller pressures are lost in the rounding of the gap.
 const WORN_OUT_PRESSURE_RATIO: f64 = 1e-6;
 
-/// Largest number of trials of a controlled jump that are rejected.
+/// Largest number of rejected trials of a controlled jump.
 const MAX_TRIALS: usize = 12;
 
 /// Iterations per stage after which a shorter jump is tried, if one is possible.
@@ -36,7 +36,7 @@ const MAX_TRIAL_ITERATIONS: usize = 2000;
 
 /// Reason to repeat a controlled jump with a shorter length.
 enum Rejection {
-    /// The estimated error exceeds the allowed error by this ratio.
+    /// The ratio of the estimated error to the allowed error exceeds 1 and has this value.
     Error(f64),
     /// The jump did not converge, lost contact or changed the radius of the contact or stick zone too much.
     Other,

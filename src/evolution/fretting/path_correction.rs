@@ -20,7 +20,8 @@ const RECHECK_FORCE_RATIO: f64 = 2.0;
 pub struct ResolvedCycle {
     /// Whether the factors correct the wear. If not, all factors are 1, and the cycle only measures the error.
     pub corrects: bool,
-    /// Wear by the resolved cycle over wear by the coupled path points, extrapolated to the middle of the next jump, `[N]`.
+    /// Ratio of the wear by the resolved cycle to the wear by the coupled path points, `[N]`. It is extrapolated to the middle of
+    /// the next jump.
     pub factors: Vec<f64>,
     /// Factors at the resolved cycle, `[N]`.
     pub(super) measured_factors: Vec<f64>,
@@ -28,7 +29,7 @@ pub struct ResolvedCycle {
     pub(super) factor_rate: Vec<f64>,
     /// Cycles of the step before the resolved cycle.
     pub(super) at_cycle: f64,
-    /// Dissipation of the resolved cycle over the dissipation of the coupled path points; 1 without correction.
+    /// Ratio of the dissipation of the resolved cycle to the dissipation of the coupled path points; 1 without correction.
     pub dissipation_factor: f64,
     /// Increments per stroke.
     pub increments: usize,
@@ -97,7 +98,8 @@ impl ReversalCorrection {
 pub(super) struct CycleSlip {
     /// Whether every cell slips on the stroke to each path point at which it carries pressure.
     pub(super) full_slip: bool,
-    /// Largest elastic lag of a cell over the displacement of body 2: share of a stroke in which slip spreads over the contact.
+    /// Largest ratio of the elastic lag of a cell to the displacement of body 2: share of a stroke in which slip spreads over the
+    /// contact.
     pub(super) slip_spread_share: f64,
     /// Ratio of elastic lag to slip, both as pressure-weighted means over the contact.
     pub(super) lag: f64,
@@ -115,7 +117,7 @@ impl ResolvedCycle {
         }
     }
 
-    /// Transfers the resolved cycle to a larger frame of `n` cells; `places`: new index of each cell.
+    /// Transfers the resolved cycle to a larger frame of `n` cells. `places` contains the new index of each cell.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
         Self {
             factors: extend_field(&self.factors, places, n, |_| 1.0),
@@ -128,8 +130,8 @@ impl ResolvedCycle {
         }
     }
 
-    /// Returns whether to resolve the cycle again for the present slip and normal force. `changed`: relative change of the slip
-    /// since the cycle was resolved.
+    /// Returns whether to resolve the cycle again for the present slip and normal force. `changed` returns the relative change of
+    /// the slip since a given earlier slip.
     pub(super) fn is_due(
         &self,
         used: ResolvedCycleSettings,

@@ -1,5 +1,6 @@
-//! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). They give factors on the wear that follows
-//! from the slip between the coupled path points. A cycle is resolved again only when this slip or the normal force has changed.
+//! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). A resolved cycle gives factors on the wear
+//! that follows from the slip between the coupled path points. A cycle is resolved again only when this slip or the normal force
+//! has changed.
 
 use crate::contact::solver::StopReason;
 use crate::contact::{ContactState, Increment};
@@ -71,8 +72,8 @@ impl CycleWear {
         self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)
     }
 
-    /// First-order extrapolation of the wear from a coarser cycle and this one. `ratio`: increments of this cycle over increments
-    /// of the coarser cycle.
+    /// First-order extrapolation of the wear from a coarser cycle and this one. `ratio` is the number of increments of this cycle
+    /// divided by the number of increments of the coarser cycle.
     fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
         let limit = |fine: f64, coarse: f64| (ratio * fine - coarse) / (ratio - 1.0);
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
@@ -310,7 +311,7 @@ impl Run<'_> {
         ));
     }
 
-    /// Computes slip and elastic lag between the path points of `cycling`, evaluated as `problem`.
+    /// Computes slip and elastic lag between the path points of `cycling`, whose state must be evaluated with `problem`.
     fn cycle_slip(&self, problem: &Increment, cycling: &WearStepState) -> CycleSlip {
         let (it, n, areas) = (&cycling.cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
         let ends = it.rigid_motion.len();
@@ -338,7 +339,8 @@ impl Run<'_> {
         found
     }
 
-    /// Refines the increments of a cycle until the wear changes less than the tolerance. `None` if a cycle does not converge.
+    /// Refines the increments of a cycle until the wear changes less than the tolerance, or their largest number is reached. `None`
+    /// if a cycle does not converge.
     fn refine_cycle(
         &mut self,
         ((course, closed, CycleSlip { full_slip, slip_spread_share, .. }), used): (
@@ -549,7 +551,7 @@ impl Run<'_> {
         (factors, 1.0 - self.volume(&covered) / all)
     }
 
-    /// Adds the remaining path error of a jump to the estimated errors; `by`: wear depth of the jump, `[N]`, mm.
+    /// Adds the remaining path error of a jump to the estimated errors. `by` is the wear depth of the jump, `[N]`, mm.
     pub(super) fn add_path_error(&mut self, resolved: &ResolvedCycle, by: &[f64]) {
         let volume = self.volume(by).abs();
         let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { volume };

@@ -16,9 +16,9 @@ use crate::evolution::state;
 use crate::evolution::step::Drive;
 use crate::omitted::OmittableWork;
 
-/// Largest number of cycles without wear before they must be periodic. Responses are periodic if their change per cycle, relative
-/// to their range, is at most the second constant.
+/// Largest number of cycles without wear that are solved until a cycle is periodic.
 const MAX_SETTLING_CYCLES: usize = 10;
+/// Largest change of the responses per cycle in a periodic cycle, relative to the range of the responses.
 const PERIODIC_TOLERANCE: f64 = 1e-3;
 
 /// Smallest tolerance of the natural residual for strokes that only determine the stick zone.
@@ -94,8 +94,8 @@ impl Run<'_> {
         (0..course.len()).map(at).collect()
     }
 
-    /// Solves one increment without wear and updates the state of the run. `rigid`: prescribed motions, and initial guess of
-    /// unknown motions.
+    /// Solves one increment without wear and updates the state of the run. `rigid` contains the prescribed motions and the initial
+    /// guess of the unknown motions.
     pub(super) fn advance_stroke(
         &mut self,
         loads: PrescribedLoads,

@@ -68,7 +68,7 @@ impl Run<'_> {
             let discarded = self.discarded_work;
             let resolved = cycling.resolved_cycle.clone();
             let jumped = self.take_jump(&mut cycling);
-            // A body may detect an interrupt itself: in this case, too, the run resumes before the jump.
+            // The solver of a body may detect an interrupt itself: in this case, too, the run resumes before the jump.
             if jumped.is_err() || self.result.outcome != Outcome::Converged {
                 self.discarded_work = discarded;
                 // Before its first record, the step restarts from the state before the step.

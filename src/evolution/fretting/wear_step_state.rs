@@ -16,9 +16,9 @@ pub struct WearStepState {
     pub slip_source: SlipSource,
     /// Completed cycles, or sliding distance in mm, of this step.
     pub completed: f64,
-    /// Wear depth per cycle, mm, or per mm of sliding, at the current wear depth, `[N]`.
+    /// Wear depth per cycle (mm), or per mm of sliding, at the current wear depth, `[N]`.
     pub wear_rate: Vec<f64>,
-    /// Dissipation per cycle, N mm, or per mm of sliding, N, at the current wear depth.
+    /// Dissipation per cycle (N mm), or per mm of sliding (N), at the current wear depth.
     pub dissipation_rate: f64,
     /// The last resolved cycle, if strokes are resolved.
     pub resolved_cycle: Option<ResolvedCycle>,
@@ -35,7 +35,7 @@ pub struct WearStepState {
     pub touched_edge_initially: bool,
     /// Number of cycles and sliding distance (mm) before the step.
     pub totals_before: (u64, f64),
-    /// Whether rates and path points were computed with the operators before a rebuild.
+    /// Whether rates and path points were computed with operators that have since been rebuilt.
     #[serde(default)]
     pub rates_outdated: bool,
 }
@@ -59,7 +59,7 @@ impl WearStepState {
         }
     }
 
-    /// Dissipation of a cycle over the dissipation of its coupled path points; 1 without resolved cycles.
+    /// Ratio of the dissipation of a cycle to the dissipation of its coupled path points; 1 without resolved cycles.
     pub fn dissipation_factor(&self) -> f64 {
         self.resolved_cycle.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
     }

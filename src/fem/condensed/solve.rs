@@ -1,16 +1,16 @@
-//! Displacements of a condensed body for given forces, by back-substitution with its solver.
+//! Displacements of a condensed body for given forces, computed by its solver.
 
 use super::{CondensedBody, solve_in_place};
 use crate::error::Result;
 use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
-    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to the body's own loads and contact forces. One
-    /// back-substitution. The contact forces, N, `[3 n_c]`, are in global axes and in the order of [`Self::flexibility`]. For an
-    /// unconstrained body, the forces are put in equilibrium first, and the mean rigid-body motion is zero.
+    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to the body's own loads and contact forces. Takes one
+    /// solve. The contact forces, N, `[3 n_c]`, are in global axes and in the order of [`Self::flexibility`]. For an unconstrained
+    /// body, the forces are put in equilibrium first, and the mean rigid-body motion is zero.
     ///
     /// # Errors
-    /// If memory for the workspace does not suffice.
+    /// If memory does not suffice, or the solver cannot be created or does not converge.
     ///
     /// # Panics
     /// If the number of forces is not 3 n_c.
@@ -34,7 +34,7 @@ impl CondensedBody {
     }
 
     /// Displacement of nodes due to forces on the same nodes, without the body's own loads. Displacements (mm) and forces (N) are
-    /// `[3 n]` along global axes. Prescribed dofs have zero displacement. One back-substitution.
+    /// `[3 n]` along global axes. Prescribed dofs have zero displacement. Takes one solve.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -44,7 +44,7 @@ impl CondensedBody {
         Ok(self.at_nodes(nodes, &rhs))
     }
 
-    /// As [`Self::displacement_of_forces`], with one step of iterative refinement against the assembled stiffness. `None` if no
+    /// As [`Self::displacement_of_forces`], followed by one step of iterative refinement with the residual f - K u. `None` if no
     /// solver exists yet, because the flexibility came from the cache.
     ///
     /// # Errors
@@ -95,7 +95,7 @@ impl CondensedBody {
     }
 
     /// Displacement of the nodes `at` due to unit forces on the nodes `loaded`, global axes, mm/N, `[3 n_loaded, 3 n_at]` row by
-    /// row. Zero for prescribed dofs. One solve per dof of `loaded`.
+    /// row. Zero for prescribed dofs. Takes one solve for each dof of `loaded`.
     ///
     /// # Errors
     /// If memory for the workspace does not suffice.

@@ -54,7 +54,8 @@ impl ErrorEstimate {
         self.cell_errors.iter().zip(&self.cell_volumes).map(density).collect()
     }
 
-    /// Smallest set of cells with the fraction `share` (0..1) of the squared error, worst first; empty without error.
+    /// Smallest set of cells that hold at least the fraction `share` (0..1) of the squared error, worst first. Empty if the error
+    /// is zero.
     pub fn worst_cells(&self, share: f64) -> Vec<usize> {
         let mut order: Vec<usize> =
             (0..self.cell_errors.len()).filter(|&i| self.cell_errors[i] > 0.0).collect();
@@ -71,7 +72,8 @@ impl ErrorEstimate {
 }
 
 impl StressRecovery {
-    /// Estimates the error of the element stress, for a displacement of all mesh nodes and the recovered `stress` at the points.
+    /// Estimates the error of the element stress, for a displacement of all mesh nodes and the recovered `stress` at the recovery
+    /// points.
     ///
     /// # Errors
     /// If an element is inverted ([`FeModel`] already refuses such meshes).

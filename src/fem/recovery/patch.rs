@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use crate::error::Result;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 
-/// Ratio to the largest singular value below which a component of the polynomial is undetermined, for example if all samples lie in
-/// one plane. In scaled coordinates, patches with an aspect ratio of 1e4 stay above this ratio.
+/// Singular values up to this fraction of the largest mark undetermined components of the polynomial, for example if all samples
+/// lie in one plane. In scaled coordinates, patches with an aspect ratio of 1e4 have only larger singular values.
 const RANK_TOLERANCE: f64 = 1e-9;
 
 /// Space of the fitted polynomials.
@@ -22,7 +22,7 @@ pub(super) enum PolynomialSpace {
 
 /// Least-squares polynomial of a patch.
 pub(super) struct PatchFit {
-    /// Samples as indices into the samples of the body, `[n]`.
+    /// Indices of the samples of the patch among the samples of the body, `[n]`.
     pub samples: Vec<usize>,
     space: PolynomialSpace,
     /// Transformation from global coordinates to the axes of the polynomial.
@@ -34,8 +34,8 @@ pub(super) struct PatchFit {
 }
 
 impl PatchFit {
-    /// Fits polynomials of `space`, in coordinates along the columns of `axes`, to `samples` at `positions`. Undetermined
-    /// components are zero: the fit falls back to lower polynomials, in the end to the mean.
+    /// Fits polynomials of `space`, in coordinates along the columns of `axes`, to `samples` at their `position`. Undetermined
+    /// components are zero: the fit falls back to polynomials of lower degree, in the end to the mean.
     ///
     /// # Errors
     /// If a position is not finite.

@@ -16,7 +16,7 @@ const SMOOTH_NORMAL_COSINE: f64 = 0.866;
 pub struct RecoveryPoints {
     /// Mesh node of each point, in ascending order, `[n_points]`.
     pub mesh_nodes: Vec<usize>,
-    /// Points of the solid cells, cell by cell (gmsh's node order), with cells ordered as in [`crate::mesh::Mesh::volume_cells`].
+    /// Points of the cells, cell by cell in gmsh's node order. Solid cells are ordered as in [`crate::mesh::Mesh::volume_cells`].
     pub cell_points: Vec<usize>,
     /// Start of each cell in `cell_points`, and the end of the last, `[n_cells + 1]`.
     pub offsets: Vec<usize>,
@@ -111,7 +111,7 @@ pub(super) fn smooth_parts(elements: ElementContext, faces: &[SolidFace]) -> Vec
     (0..elements.n_elements()).map(|i| find_root(&mut parent, i)).collect()
 }
 
-/// First element of the part of element `i`; compresses the path (union-find).
+/// Root of the set that contains `i`; shortens the path to the root (union-find).
 fn find_root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
         parent[i] = parent[parent[i]];

@@ -31,7 +31,7 @@ pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<
         |c: f64| -> f64 { estimate.cell_errors.iter().map(|&e| e * e * ratio(c, e).powf(2.0 * rate)).sum() };
     let target = wanted * wanted * estimate.norm_squared();
     let positive = || estimate.cell_errors.iter().copied().filter(|e| *e > 0.0);
-    // Below `low` and above `high`, the ratios of all cells are at their limits.
+    // For c below `low` or above `high`, the ratios of all cells with an error are at a bound.
     let mut low = positive().fold(f64::INFINITY, f64::min) * SIZE_RATIO_BOUNDS[0].powf(1.0 / exponent);
     let mut high = positive().fold(0.0, f64::max) * SIZE_RATIO_BOUNDS[1].powf(1.0 / exponent);
     if high == 0.0 {
@@ -75,7 +75,8 @@ mod tests {
         }
     }
 
-    /// Truth: size changes per round are limited; a body without error may be coarsened.
+    /// Truth: the largest error gives the smallest allowed ratio, and a zero error gives the largest. Smaller errors do not give
+    /// smaller ratios.
     #[test]
     fn changes_are_limited() {
         let ratios = size_ratios(&estimate(vec![1e3, 1.0, 1e-6, 0.0]), 1, 1e-3);

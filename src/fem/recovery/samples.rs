@@ -47,7 +47,7 @@ impl RecoveryRules {
     }
 }
 
-/// Polynomial space of the recovered stress of an element: the degree of its displacement.
+/// Polynomial space of the recovered stress of an element. Its degree is the degree of the displacement.
 pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
     match (kind.n_nodes() > kind.n_corners(), kind.n_corners()) {
         (false, _) => PolynomialSpace::Linear,
@@ -56,7 +56,7 @@ pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
     }
 }
 
-/// Stress of element `i` at the points of `rule`, or at its stiffness points if `rule` is `None`.
+/// Stress of element `i` at the points of `rule`, or at the points of the stiffness rule if `rule` is `None`.
 fn point_stresses(
     elements: ElementContext,
     i: usize,
@@ -71,7 +71,7 @@ fn point_stresses(
         .map_err(|unsound| elements.defect_error(cell, unsound))
 }
 
-/// Stress and positions in element `i` at the points of `rule`, or at its stiffness points if `rule` is `None`.
+/// Stress and positions in element `i` at the points of `rule`, or at the points of the stiffness rule if `rule` is `None`.
 fn samples_at(
     elements: ElementContext,
     i: usize,
@@ -97,7 +97,8 @@ pub(super) fn integration_point_samples(
     samples_at(elements, i, u, None)
 }
 
-/// Stress of element `i` at points where it is one order more accurate. For linear elements: the mean stress at the centre.
+/// Stress of element `i` at points where the stress is one order more accurate. Linear elements give one sample: the mean stress at
+/// the centre.
 pub(super) fn superconvergent_samples(
     elements: ElementContext,
     i: usize,

@@ -1,12 +1,12 @@
 //! Superconvergent patch recovery: nodal stress from polynomials over the elements around each vertex.
 //!
 //! At a vertex inside a material, a polynomial of the elements' degree is fitted to the stress at the superconvergent points of the
-//! surrounding elements. Second-order hexahedra use all products of degree 2 along each of their axes, as their shape functions do.
-//! The complete quadratic polynomial would smooth variations that two elements resolve. A vertex on the border of its material
-//! takes the polynomial of the nearest inner vertex of its elements. Without such a vertex (one layer of elements), the fit uses
-//! the integration points of its own elements and their neighbours. A middle node takes the mean of the polynomials of its nearest
-//! corners. Materials never share a patch. The recovery is linear in the samples and depends only on the mesh, so it is stored as
-//! weights.
+//! surrounding elements. Second-order hexahedra use all monomials of degree up to 2 along each of their axes, like the 27-node
+//! shape functions. The complete quadratic polynomial would smooth variations that two elements resolve. A vertex on the border of
+//! its material takes the polynomial of the nearest inner vertex of its elements. If these elements have no inner vertex (one layer
+//! of elements), the fit uses the integration points of these elements and of their neighbours. A middle node takes the mean of the
+//! polynomials of its nearest corners. Materials never share a patch. The recovery is linear in the samples, and its weights depend
+//! only on mesh and materials, so the weights are stored.
 //!
 //! # Source
 //! Zienkiewicz and Zhu (1992), Int. J. Numer. Meth. Engng 33, 1331-1364, section 3.
@@ -27,7 +27,7 @@ use crate::mesh::faces::solid_faces;
 /// Relative difference of distances up to which corners are equally near.
 const EQUAL_DISTANCE_TOLERANCE: f64 = 1e-6;
 
-/// Polynomials fitted in parallel before their weights are added to the rows.
+/// Number of polynomials fitted in parallel before their weights are added to the rows.
 const PATCHES_PER_BATCH: usize = 1024;
 
 /// Stress recovery of a body: weights that map the stress samples in the elements to the recovery points.
@@ -123,7 +123,8 @@ enum PatchSource {
     ExtendedRing(usize),
 }
 
-/// Samples of all elements, element by element: superconvergent points, then the integration points of `dense` elements.
+/// Samples of all elements, element by element: at the superconvergent points, then in `dense` elements also at the integration
+/// points.
 fn all_samples(
     elements: ElementContext,
     dense: &[bool],
@@ -197,7 +198,8 @@ fn patch_sources(
     }
 }
 
-/// Corners nearest to a middle node in the first of its cells: two for an edge, all corners of the face for a face node.
+/// Corners nearest to a middle node in the first of its cells. In an undistorted cell, these are the ends of an edge, or all
+/// corners of a face or of the cell.
 fn nearest_corners(
     elements: ElementContext,
     points: &RecoveryPoints,
@@ -289,8 +291,8 @@ impl RowBuilder<'_> {
         PatchFit::new((terms, axes), samples, |sample| self.layout.samples[sample].position)
     }
 
-    /// Polynomial space of a patch: the smallest space of its elements. Products along the axes need at least twice as many samples
-    /// as terms.
+    /// Polynomial space of a patch: the smallest space of its elements. The triquadratic space needs at least twice as many samples
+    /// as its 27 terms.
     fn polynomial_space(&self, cells: &[usize], n_samples: usize) -> PolynomialSpace {
         let kind = |&cell: &usize| self.elements.mesh.kind(self.elements.regions.cells[cell]);
         let least = cells

@@ -2,8 +2,8 @@
 //!
 //! The in-plane strain follows from the displacement of the surface. The traction is known: contact, own loads and foundations of
 //! the body. The material law σ = C ε gives the other components. The index p denotes the in-plane components 11, 22, 12, the index
-//! n the components 33, 23, 13. Then ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. Nothing is extrapolated from
-//! inside the elements, which would smooth the peaks at the edge of a contact.
+//! n the components 33, 23, 13. Then ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. No stress is extrapolated from
+//! inside the elements, because an extrapolation would smooth the peaks at the edge of a contact.
 //!
 //! # Source
 //! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -30,9 +30,9 @@ pub struct SurfaceStressPoint {
     pub point: usize,
     /// Two tangents of the surface and its outward normal, columns in global axes.
     pub axes: Matrix3<f64>,
-    /// Surface strain 11, 22, 12 (engineering) in these axes.
+    /// Surface strain 11, 22, 12 (engineering) in the axes `axes`.
     strain: Vector3<f64>,
-    /// Stiffness in these axes, MPa.
+    /// Stiffness in the axes `axes`, MPa.
     stiffness: Matrix6<f64>,
     /// Traction of the body's own loads and foundations, global axes, MPa.
     own_traction: Vector3<f64>,
@@ -90,7 +90,7 @@ struct FaceSum {
     load: Vector3<f64>,
 }
 
-/// Averages over the faces at each point.
+/// Weighted sums over the faces at each point, which give the averages.
 pub(crate) struct FaceAverages(Vec<FaceSum>);
 
 impl FaceAverages {
@@ -118,8 +118,8 @@ impl FaceAverages {
 
 /// Points of the contact `faces` with the surface strain of a displacement of all mesh nodes, in ascending order.
 ///
-/// Faces at a point are weighted by their inverse areas. On a graded grid this interpolates between the cell centres. At the border
-/// of a load the result is the mean of both sides.
+/// Faces at a point are weighted by their inverse areas. On a graded grid this interpolates between the face centres. At the border
+/// of a load the result is the weighted mean of both sides.
 pub(crate) fn surface_stress_points(
     model: &FeModel,
     points: &RecoveryPoints,
@@ -171,7 +171,8 @@ impl FaceSum {
     }
 }
 
-/// Area vector (reference area times the metric at the node) and surface gradient of the displacement at each node of a face.
+/// Area vector and surface gradient of the displacement at each node of a face. The area vector is the cross product of the
+/// tangents at the node times the reference area.
 fn face_gradients(mesh: &Mesh, face: &SurfaceFace, u: &[[f64; 3]]) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     let at = |xi: [f64; 2]| {
         let tangents = face_tangents(face, xi, |node| mesh.points[node].into());
@@ -195,7 +196,8 @@ mod tests {
     use crate::mesh::faces::outer_faces;
     use crate::mesh::gmsh;
 
-    /// Truth: a square of sides 2 mm has an area of 4 mm^2, its half 2 mm^2. The area vectors of both face kinds have this length.
+    /// Truth: the area of a square of side 2 mm is 4 mm^2, and the area of its half is 2 mm^2. The area vectors of quad4 and tri3
+    /// have these lengths.
     #[test]
     fn faces_of_both_kinds_count_by_their_areas() {
         let square = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 2 0 0\n3 2 2 0\n4 0 2 0\n$EndNodes\n";

@@ -1,4 +1,4 @@
-//! Block partition of a matrix over a cluster tree into pairs of clusters.
+//! Partition of a matrix into blocks, each for a pair of clusters of a cluster tree.
 
 use super::cluster_tree::{Cluster, ClusterTree};
 
@@ -16,13 +16,14 @@ pub struct ClusterPair {
 /// Whether a partition contains one or both of two mirrored blocks, which have exchanged row and column clusters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MirrorBlocks {
-    /// One block of each mirrored pair. Each pair of points is covered in one order; within diagonal blocks, in both orders.
+    /// One block of each mirrored pair. Points i ≠ j are covered in one order, (i, j) or (j, i), but in both orders within diagonal
+    /// blocks.
     One,
     /// Both blocks. The blocks cover each ordered pair of points once.
     Both,
 }
 
-/// Divides the matrix over all pairs of points into blocks.
+/// Divides the matrix of all pairs of points into blocks.
 ///
 /// A block is admissible if its clusters are apart and the smaller diameter is at most `admissibility` times their distance.
 pub fn partition<const D: usize>(
@@ -66,8 +67,8 @@ mod tests {
     use super::super::cluster_tree::{BoundingBox, ClusterTree};
     use super::*;
 
-    /// Truth: the blocks cover each pair of points once, in one order only except on the diagonal. Admissible blocks satisfy the
-    /// distance condition of [`partition`].
+    /// Truth: the blocks, and the mirror images of blocks off the diagonal, cover each ordered pair of points once. Admissible
+    /// blocks satisfy the distance condition of [`partition`].
     #[test]
     fn blocks_hold_every_pair_once() {
         let points: Vec<[f64; 2]> = (0..300).map(|k| [(k % 20) as f64, (k / 20) as f64]).collect();

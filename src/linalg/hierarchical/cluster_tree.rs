@@ -1,5 +1,5 @@
-//! Binary cluster tree of points in the plane or in space. Each cluster is divided at the middle of the longest side of its
-//! bounding box.
+//! Binary cluster tree of points in the plane or in space. A cluster is divided at the middle of the longest side of the box that
+//! encloses its points.
 
 use std::ops::Range;
 
@@ -125,8 +125,8 @@ mod tests {
         (0..n).map(at).collect()
     }
 
-    /// Truth: the properties of a cluster tree: children make up their parent, each point has one position, and extents contain the
-    /// extents of their points.
+    /// Truth: in a cluster tree, two children make up their parent, each point has one position, and extents contain the extents of
+    /// their points.
     #[test]
     fn halves_make_up_the_whole() {
         let points = spiral(500);

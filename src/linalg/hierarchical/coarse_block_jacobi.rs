@@ -27,12 +27,13 @@ const DEPENDENCE_TOLERANCE: f64 = 1e-3;
 
 /// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b) of A x = b, where A is a collocation matrix with additions.
 ///
-/// The columns of P are orthonormal motions of node groups. D contains the dense diagonal blocks of A for larger groups.
+/// The columns of P are orthonormal motions of node groups. D contains the dense diagonal blocks of A for another division of the
+/// nodes into groups.
 pub struct CoarseBlockJacobi {
     n: usize,
     block_inverses: Vec<(Range<usize>, Vec<f32>)>,
     groups: Vec<RigidGroup>,
-    /// Inverse of Pᵀ A P with its border rows and columns.
+    /// Inverse of the coarse matrix: Pᵀ A P, bordered by the additional columns and rows multiplied by P.
     coarse_inverse: DenseMatrix,
 }
 
@@ -105,7 +106,7 @@ impl CoarseBlockJacobi {
     /// Builds the preconditioner of `matrix` with `additions`.
     ///
     /// # Errors
-    /// If memory does not suffice, or a block is singular.
+    /// If memory does not suffice, if a diagonal block or the coarse matrix is singular, or if the run is cancelled.
     pub fn new(
         matrix: &CollocationMatrix,
         additions: &DiagonalAndBorder,

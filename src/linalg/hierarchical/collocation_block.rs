@@ -8,7 +8,7 @@ use super::cross_approximation::{LazyMatrix, index_at_share};
 /// Number of rows per node: one per direction.
 pub const ROWS_PER_NODE: usize = 3;
 
-/// Nodes and element whose rows and columns a cross approximation computes first, as fractions of the largest index in the block.
+/// Nodes and element that a cross approximation evaluates first, as fractions of the largest index in the block.
 const FIRST_ROWS: [f64; 4] = [0.0, 1.0, 0.34, 0.67];
 const FIRST_COLUMN: f64 = 0.5;
 
@@ -71,7 +71,8 @@ impl ElementNumbering {
     }
 }
 
-/// Block whose rows and columns are computed on first use, all of a node or an element together. The summed columns are last.
+/// Block with rows and columns that are computed on first use: all rows of a node together, and all columns of an element together.
+/// The summed columns are last.
 pub(super) struct CollocationBlock<'k, K> {
     kernel: &'k K,
     groups: &'k ElementNumbering,
@@ -81,7 +82,8 @@ pub(super) struct CollocationBlock<'k, K> {
     n_matrix_columns: usize,
     n_columns: usize,
     values: Vec<f64>,
-    /// First row of each node in `row_places` and first column of each element in `column_places`, or [`NOT_COMPUTED`].
+    /// Index in `row_places` of the first row of each node, or [`NOT_COMPUTED`]. Likewise, `first_column_of_element` contains
+    /// indices in `column_places`.
     first_row_of_node: Vec<u32>,
     first_column_of_element: Vec<u32>,
     row_places: Vec<usize>,

@@ -91,7 +91,7 @@ impl CollocationLayout {
         })
     }
 
-    /// Computes a block, and the sums of its summed columns over its elements, `[n_sum_columns][row]`.
+    /// Computes a block and, for each summed column, the sum over the elements of the block, `[n_sum_columns][row]`.
     ///
     /// The root-mean-square error of the entries is at most `error`, except for rounding to single precision.
     fn build_block(
@@ -189,10 +189,10 @@ impl CollocationMatrix {
         self.blocks.iter().map(StoredBlock::bytes).sum()
     }
 
-    /// Adds A x to the first n rows of `y`, where x is the first n rows of `x`. Uses one thread.
+    /// Computes y += A x for each column, with the first n rows of `x` and `y`. Uses one thread.
     ///
-    /// The type `T` is the precision of the arithmetic. In single precision, products are rounded like the blocks; in double
-    /// precision, the stored entries count as exact.
+    /// The type `T` is the precision of the arithmetic. In single precision, the arithmetic has rounding errors of the same size as
+    /// the stored entries. In double precision, the stored entries count as exact.
     pub fn add_product<T: BlockScalar>(&self, x: MatRef<T>, mut y: MatMut<T>) {
         let (mut wide, mut between) = (Vec::new(), Vec::new());
         for block in &self.blocks {
@@ -335,8 +335,8 @@ mod tests {
 
     const NODES: usize = 2;
 
-    /// Elements on two walls, each with two nodes, and an unsymmetric 3 x 3 kernel. The single summed column of an element is the
-    /// sum of its matrix columns.
+    /// Unsymmetric 3 x 3 kernel for elements on two walls; each element has two nodes. The single summed column of an element is
+    /// the sum of its matrix columns.
     struct Walls(Vec<[f64; 3]>);
 
     impl Walls {
@@ -362,8 +362,8 @@ mod tests {
         }
     }
 
-    /// Truth: products and diagonal blocks of the dense kernel matrix, within the requested error of the entries, in double and
-    /// single precision. The summed column equals the product with a vector of ones.
+    /// Truth: products and a diagonal block of the dense kernel matrix. Products are computed in double and single precision.
+    /// Tolerances follow from the requested error of the entries. The summed column equals the product with a vector of ones.
     #[test]
     fn products_are_sums_over_the_kernel() {
         let at = |k: usize| {
@@ -395,7 +395,7 @@ mod tests {
         let mut image = vec![0.0f32; 2 * n];
         let to = MatMut::from_column_major_slice_mut(&mut image[..], n, 2);
         matrix.add_product(MatRef::from_column_major_slice(&single, n, 2), to);
-        // Limits for random errors of the entries of a row, and for errors of equal sign.
+        // Limits for random errors of the entries of a row (column 0), and for errors of equal sign (column 1).
         for (j, allowed) in [(0, 5.0 * error * (n as f64).sqrt()), (1, 0.3 * error * n as f64)] {
             for i in 0..n {
                 let found = [y.at(i, j), f64::from(image[j * n + i])];

@@ -15,17 +15,19 @@ pub trait KernelEntries: Fn(usize, usize, &mut [f64]) + Sync {}
 
 impl<F: Fn(usize, usize, &mut [f64]) + Sync> KernelEntries for F {}
 
-/// Share of the error bound of a block for the remainder of the cross approximation. The rest is for the subsequent truncation.
+/// Error bound of the cross approximation, divided by the error bound of the block. The remaining error is for the subsequent
+/// truncation.
 pub(super) const CROSS_ERROR_SHARE: f64 = 0.3;
 
 /// Number of consecutive crosses below the bound after which a component counts as complete.
 const SMALL_CROSSES_TO_STOP: usize = 2;
 
-/// A check row continues the approximation if its largest residual entry exceeds this multiple of the mean allowed error of an
-/// entry, bound / √(m n) in a block `[m, n]`.
+/// If the largest residual entry of a check row exceeds this × bound / √(m n) in a block `[m, n]`, the approximation continues.
+/// bound / √(m n) is the mean allowed error of an entry.
 const INCOMPLETE_ROW_FACTOR: f64 = 4.0;
 
-/// No cross is added through a row if all its residual entries are below this share of the mean allowed error of an entry.
+/// If no residual entry of a row exceeds this × bound / √(m n), no cross is added. This holds for rows that are chosen by the last
+/// column.
 const MIN_PIVOT_SHARE: f64 = 0.01;
 
 /// Position of the first row and of the first column as a fraction of the largest index. The next constants give the further
@@ -191,7 +193,7 @@ struct CrossApproximation<L> {
     lines: L,
     terms: OuterProducts,
     used: Vec<bool>,
-    /// Residual entries of the current row and column.
+    /// Residual entries of the current row; `column` contains those of the current column, divided by the pivot.
     row: Vec<f64>,
     column: Vec<f64>,
 }

@@ -1,6 +1,7 @@
-//! Low-rank blocks Σ u vᵀ with the smallest number of terms for a tolerance, most terms in single precision.
+//! Low-rank blocks Σ u vᵀ with few terms for a given tolerance; small terms are in single precision.
 //!
-//! The terms are orthogonal and ordered by size. Small terms tolerate the relative error of single precision.
+//! The terms are orthogonal, and their size decreases roughly from term to term. Small terms tolerate the relative error of single
+//! precision.
 
 use super::cross_approximation::OuterProducts;
 use crate::linalg::vector::dot8;
@@ -23,8 +24,7 @@ pub(super) struct LowRank {
 }
 
 impl LowRank {
-    /// Reduces `terms` (of an `m` x `n` block) to the smallest number of terms whose sum differs by at most `bound` in the
-    /// Frobenius norm.
+    /// Compresses `terms` (of an `m` x `n` block). Their sum changes by at most `bound` in the Frobenius norm.
     ///
     /// # Source
     /// Golub and Van Loan 2013, Matrix Computations, 5.2.8 (modified Gram-Schmidt) and 5.4.2 (column pivoting).
@@ -66,7 +66,7 @@ impl LowRank {
     }
 }
 
-/// Computes orthonormal q `[rank][n]` and w `[rank][m]` with Σ w qᵀ = Σ u vᵀ.
+/// Computes orthonormal q `[rank][n]` and w `[rank][m]` with Σ w qᵀ = Σ u vᵀ. If v depends linearly on earlier v, its q is zero.
 fn orthogonal(terms: &OuterProducts, (m, n): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
     let rank = terms.rank;
     let (mut q, mut w) = (terms.v.clone(), vec![0.0; rank * m]);
@@ -113,7 +113,7 @@ mod tests {
     }
 
     /// Truth: a sum of five outer products has rank five. The approximation finds the rank of each component; one component is
-    /// zero, and one has rank one. Tolerance: the bound.
+    /// zero, and one has rank one. The Frobenius norm of the error is at most the bound.
     #[test]
     fn sums_of_products_have_their_rank() {
         let (m, n) = (40, 57);
@@ -144,8 +144,8 @@ mod tests {
         }
     }
 
-    /// Truth: entries of the kernel 1 / r between two unit squares at a distance of about their diagonal. The error is at most the
-    /// bound, the rank grows with the logarithm of the tolerance, and small terms are in single precision.
+    /// Truth: entries of the kernel 1 / r between two unit squares at a distance of about their diagonal. The Frobenius norm of the
+    /// error is at most the bound. The rank grows with -log(tolerance), and small terms are in single precision.
     #[test]
     fn error_follows_the_bound() {
         let m = 144;

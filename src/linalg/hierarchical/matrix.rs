@@ -139,8 +139,8 @@ impl BlockLayout {
         components * (far.sum::<f64>() as usize + size_of::<f64>() * self.near_entries())
     }
 
-    /// Estimates the memory of the matrix from [`Self::fill`], bytes. Near blocks are counted, far blocks extrapolated from samples
-    /// of each size.
+    /// Estimates the memory of the matrix from [`Self::fill`], bytes. Near blocks are counted; the memory of far blocks is
+    /// extrapolated from samples of each size class.
     pub fn sampled_bytes(&self, entries: &impl KernelEntries, components: usize, tolerance: f64) -> usize {
         let mut of_size: Vec<Vec<&ClusterPair>> = Vec::new();
         for block in self.blocks.iter().filter(|block| block.is_admissible) {
@@ -237,7 +237,7 @@ fn parts(blocks: &[StoredBlock]) -> Vec<Range<usize>> {
     ends.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }
 
-/// Hierarchical matrices `[N, N]` of the components of a kernel over the points of a cluster tree.
+/// Hierarchical matrices `[N, N]`, one for each component of a kernel. Rows and columns belong to the points of a cluster tree.
 pub struct HierarchicalMatrix {
     pub(super) tree: ClusterTree,
     pub(super) blocks: Vec<StoredBlock>,

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use super::matrix::{BlockContent, HierarchicalMatrix, N_PRODUCT_PARTS, StoredBlock};
 use crate::linalg::vector::{axpy, dot8};
 
-/// Term `y_target += sign C_component x_source` of a product. x and y consist of several planes: vectors `[N]`.
+/// Term `y_target += sign C_component x_source` of a product. x and y, `[planes, N]`, consist of planes; a plane contains one
+/// direction of a vector field at all N points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ComponentProduct {
     /// Index of the component.
@@ -22,7 +23,7 @@ pub struct ComponentProduct {
 const SUMMATION_CHUNK: usize = 1024;
 
 impl HierarchicalMatrix {
-    /// Computes `y = Σ sign C_component x` over the terms `uses`; overwrites `y`.
+    /// Computes `y = Σ sign C_component x` with one term for each entry of `uses`; overwrites `y`.
     ///
     /// x and y are `[planes, N]` in the order of the tree.
     pub fn multiply(&self, uses: &[ComponentProduct], x: &[f64], y: &mut [f64]) {
@@ -57,7 +58,7 @@ impl HierarchicalMatrix {
             &x[one.source_plane * n..(one.source_plane + 1) * n],
             &mut y[one.target_plane * n..(one.target_plane + 1) * n],
         );
-        // Blocks are skipped if x vanishes on them: tractions vanish outside the contact.
+        // Blocks are skipped if x vanishes in their rows and columns, as it does outside the contact, where tractions vanish.
         let [x_of_columns, back] = [&block.columns, &block.rows].map(|range| {
             let values = &x[range.clone()];
             values.iter().any(|value| *value != 0.0).then_some(values)
@@ -167,7 +168,8 @@ mod tests {
         (0..2 * n).map(|k| ((k * 7919 % 1000) as f64 * 0.37).sin()).collect()
     }
 
-    /// Truth: direct sums over all kernel entries, for full and partly zero vectors. The error is 0.001 to 1 times the tolerance.
+    /// Truth: direct sums over all kernel entries, for full and partly zero vectors. The relative error is 0.001 to 1 times the
+    /// tolerance.
     #[test]
     fn products_are_sums_over_the_kernel() {
         for tolerance in [1e-4, 1e-8] {

@@ -9,12 +9,14 @@ use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
-/// Minimum eigenvalue of an independent motion of a part, in the Gram matrix of its rigid motions scaled to unit diagonal.
+/// Minimum eigenvalue of an independent motion. The eigenvalues are those of the Gram matrix of a part's six rigid motions, scaled
+/// to unit diagonal.
 ///
-/// A part with few nodes, or with nodes on a line, has fewer than six motions.
+/// A part with few nodes, or with nodes on a line, has fewer than six independent motions.
 const MIN_MOTION_SHARE: f64 = 1e-6;
 
-/// Blocks of A Z below this share of the diagonal block times the motions are rounding and are dropped.
+/// A block B of A Z is dropped as rounding if max |B| is at most this factor times max |D| max |M|. D is the diagonal block of A at
+/// the node of B, and M are the motions of this node.
 ///
 /// A rigid motion of a node with all its neighbours causes no force at the node.
 const MIN_FORCE_SHARE: f64 = 1e-12;
@@ -42,7 +44,7 @@ impl CoarseSpace {
     /// If memory does not suffice, or Zᵀ A Z is not positive definite.
     pub fn new(matrix: &NodeMatrix, nodes_per_part: usize) -> Result<Self> {
         let graph = matrix.graph();
-        // Strongly coupled nodes share a part, so that the coarse space represents the weak directions.
+        // Strongly coupled nodes tend to share a part, so that the coarse space represents the directions of weak coupling.
         let weight = |a: usize, b: usize| 1 + (1e3 * matrix.coupling_strength(a, b)) as i32;
         let part = partition(&graph, matrix.n().div_ceil(nodes_per_part), weight)?;
         let n_parts = part.iter().max().map_or(0, |&last| last + 1);

@@ -7,7 +7,7 @@ use crate::cancel;
 use crate::error::{Error, Result};
 use crate::linalg::vector::nan_max;
 
-/// Maximum number of iterations. If convergence needs more, the preconditioner counts as failed.
+/// Maximum number of iterations. A solve that needs more iterations fails.
 const MAX_ITERATIONS: usize = 2000;
 
 /// Number of last steps from which the error is estimated.

@@ -1,8 +1,8 @@
 //! Preconditioned conjugate gradients ([`TwoLevelSolver`]) for a stiffness matrix A that is too large to be factorised.
 //!
-//! The preconditioner is `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` with E = Zᵀ A Z (adapted deflation, A-DEF2). M⁻¹, symmetric Gauss-Seidel
-//! sweeps, reduces stiff errors inside a part. The columns of Z, rigid motions of many small parts of the body, reduce errors that
-//! extend over many parts. Hence the number of iterations hardly grows with the number of nodes.
+//! The preconditioner is `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` with E = Zᵀ A Z (adapted deflation, A-DEF2). M⁻¹, a symmetric Gauss-Seidel
+//! sweep, reduces high-frequency errors inside a part. The columns of Z, rigid motions of many small parts of the body, reduce
+//! errors that extend over many parts. Hence the number of iterations hardly grows with the number of nodes.
 //!
 //! # Source
 //! Nicolaides (1987), SIAM J. Numer. Anal. 24 (deflation); Tang, Nabben, Vuik and Erlangga (2009), J. Sci. Comput. 39
@@ -40,7 +40,7 @@ const BYTES_PER_ENTRY: usize = 15;
 /// Bytes per node: inverse of the diagonal block, motions, and forces caused by the motions of the neighbouring parts.
 const BYTES_PER_NODE: usize = 2200;
 
-/// Bytes of the coarse factor and its workspace, divided by the number of coarse unknowns to the power of 4/3.
+/// The coarse factor and its workspace take about this × n^(4/3) bytes for n coarse unknowns.
 const COARSE_BYTES_FACTOR: f64 = 500.0;
 
 /// Block of the inverse of A, with the convergence of its computation.
@@ -86,7 +86,7 @@ impl TwoLevelSolver {
         Ok(Self { matrix, smoother, coarse })
     }
 
-    /// Block of the inverse for `rows`, (A⁻¹)_cc. Columns are solved in batches, and batches in parallel.
+    /// Block of the inverse for `rows`, (A⁻¹)_cc. Columns are solved in batches, and several batches run in parallel.
     ///
     /// The bits are the same for any number of threads.
     ///

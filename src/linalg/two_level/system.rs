@@ -1,4 +1,4 @@
-//! Matrix and preconditioner of the iteration.
+//! Matrix and preconditioner of the conjugate gradient iteration.
 
 use super::coarse::CoarseSpace;
 use super::node_matrix::NodeMatrix;

@@ -2,7 +2,8 @@
 
 use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
-/// Exposure of the governing one of Hashin's four modes. The signs of σ11 and σ22 + σ33 select the fibre and matrix modes.
+/// Exposure of the governing one of Hashin's four modes. The sign of σ11 selects the fibre mode, the sign of σ22 + σ33 the matrix
+/// mode.
 ///
 /// ```text
 /// fibre tension        (σ11/Xt)² + (σ12/S12)² + (σ13/S13)² = 1
@@ -47,7 +48,8 @@ mod tests {
     use super::super::tests::{single, t300};
     use super::*;
 
-    /// Truth: a single stress equal to a strength of a transversely isotropic ply has the exposure 1, in the mode of this strength.
+    /// Truth: a single stress equal to a strength of a transversely isotropic ply has the exposure 1. Single shear stresses have
+    /// the mode matrix tension, because σ22 + σ33 is not negative.
     #[test]
     fn single_stresses_fail_at_their_strengths_in_their_modes() {
         let s = t300();
@@ -67,8 +69,8 @@ mod tests {
         }
     }
 
-    /// Truth: a rotation about the fibre changes nothing (Hashin builds on the invariants of transverse isotropy). Where fibre
-    /// compression governs, the exposure is -σ11/Xc.
+    /// Truth: a rotation about the fibre changes neither the exposure nor the mode, because Hashin's criteria use invariants of
+    /// transverse isotropy. Where fibre compression governs, the exposure is -σ11/Xc.
     #[test]
     fn invariant_about_the_fibre() {
         let strength = t300();

@@ -1,8 +1,8 @@
-//! Maximum-stress criterion: each stress component over its strength.
+//! Maximum-stress criterion: each stress component is divided by its strength.
 
 use super::{FailureMode, PlyStrength, StressExposure};
 
-/// Exposure of the stress component that is closest to its strength.
+/// Largest exposure of a single stress component, and its failure mode.
 pub fn maximum_stress(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
     const TENSION: [FailureMode; 3] = [FailureMode::Tension1, FailureMode::Tension2, FailureMode::Tension3];
     const COMPRESSION: [FailureMode; 3] =

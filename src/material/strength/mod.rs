@@ -1,8 +1,8 @@
 //! Strengths of materials and failure criteria. Stresses are in material axes, Voigt order 11 22 33 23 13 12.
 //!
 //! Every criterion gives the *stress exposure* f = 1/R: if all stresses are multiplied by R, the criterion is just met. The
-//! exposure is proportional to the load, 1 at failure, and 0 if no multiple of the stress fails. Quadratic criteria a R² + b R = 1
-//! give f = (b + sqrt(b² + 4 a)) / 2.
+//! exposure is proportional to the stress, 1 at failure, and 0 if no positive multiple of the stress fails. The exposure of a
+//! quadratic criterion a R² + b R = 1 is f = (b + sqrt(b² + 4 a)) / 2.
 
 mod hashin;
 mod maximum_stress;
@@ -17,7 +17,7 @@ pub use hashin::hashin;
 pub use maximum_stress::maximum_stress;
 pub use tsai_wu::tsai_wu;
 
-/// Strengths of a unidirectional ply, MPa, all positive.
+/// Strengths of a unidirectional ply (MPa, positive) and its Tsai-Wu interactions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlyStrength {
     /// Tension along 1, 2, 3: Xt, Yt, Zt.
@@ -93,13 +93,13 @@ impl FailureMode {
 /// Failure criterion of an exposure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FailureCriterion {
-    /// Von Mises' equivalent stress over the yield stress.
+    /// Von Mises' equivalent stress divided by the yield stress.
     Yield,
     /// Criterion of Tsai and Wu.
     TsaiWu,
     /// Criterion of Hashin.
     Hashin,
-    /// Each stress component over its strength.
+    /// Largest ratio of a stress component to its strength.
     MaximumStress,
 }
 
@@ -158,10 +158,11 @@ impl MaterialStrength {
         }
     }
 
-    /// Refuses strengths that are not positive, and interactions that leave the failure surface open.
+    /// Refuses strengths that are not positive and finite, and interactions whose matrix has a negative eigenvalue, so that the
+    /// failure surface is open.
     ///
     /// # Errors
-    /// If a value is not admissible; the message names the key.
+    /// If a value is not admissible (kind `Input`). The message names the key.
     pub fn check(&self) -> Result<()> {
         match self {
             Self::Yield(limit) => positive("yield", *limit),
@@ -203,7 +204,7 @@ pub fn von_mises(s: &[f64; 6]) -> f64 {
     (0.5 * normal + 3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])).sqrt()
 }
 
-/// Stress in the axes given as columns, from global axes: σ'_ab = Q_ia σ_ij Q_jb.
+/// Transforms a stress from global axes into the axes that are the columns of Q = `axes`: σ'_ab = Q_ia σ_ij Q_jb.
 pub fn stress_in_axes(axes: &Matrix3<f64>, s: &[f64; 6]) -> [f64; 6] {
     tensor_to_voigt(&(axes.transpose() * voigt_to_tensor(s) * axes))
 }
@@ -250,8 +251,8 @@ pub(crate) mod tests {
         assert_eq!(limit.exposure(FailureCriterion::TsaiWu, &[0.0; 6]), StressExposure::ZERO);
     }
 
-    /// Truths: von Mises' stress is s under uniaxial tension s, and s sqrt(3) under pure shear s. A rotation of the axes does not
-    /// change it. A rotation by a right angle about 3 swaps 11 and 22.
+    /// Truths: von Mises' stress is abs(s) under a uniaxial stress s, and sqrt(3) abs(s) under a pure shear stress s. A rotation of
+    /// the axes does not change it. A rotation by a right angle about 3 swaps 11 and 22.
     #[test]
     fn von_mises_and_axes() {
         assert!((von_mises(&single(2, -250.0)) - 250.0).abs() < 1e-12);

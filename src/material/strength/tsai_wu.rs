@@ -40,10 +40,10 @@ mod tests {
         }
     }
 
-    /// Truth: the plane-stress example of Kaw, Mechanics of Composite Materials (2nd edition 2006), example 2.19. A graphite/epoxy
-    /// lamina (1500, 1500, 40, 246, 68 MPa) at 60 degrees carries σx = 2 S, σy = -3 S, τxy = 4 S. The stresses along the ply axes
-    /// are σ1 = 1.714 S, σ2 = -2.714 S, τ12 = -4.165 S. It fails at S = 22.39 MPa with F12 by Mises and Hencky (-1/2 sqrt(F11
-    /// F22)). Tolerance: the four digits given.
+    /// Truth: the stress S at failure in example 2.19 of Kaw, Mechanics of Composite Materials (2nd edition 2006), in plane stress.
+    /// A graphite/epoxy lamina has Xt = Xc = 1500, Yt = 40, Yc = 246, S12 = 68 MPa and fibres at 60 degrees from x. Under σx = 2 S,
+    /// σy = -3 S, τxy = 4 S, the stresses along the ply axes are σ1 = 1.714 S, σ2 = -2.714 S, τ12 = -4.165 S. With F12 = -1/2
+    /// sqrt(F11 F22) (Mises and Hencky), the lamina fails at S = 22.39 MPa. Tolerance: rounding of the four digits of S.
     #[test]
     fn worked_example() {
         let strength = PlyStrength {
@@ -57,7 +57,8 @@ mod tests {
         assert!((failure - 22.39).abs() < 0.006, "{failure}");
     }
 
-    /// Truth: with equal strengths and interactions of -1/2, the polynomial is von Mises' criterion.
+    /// Truth: with equal normal strengths X, shear strengths X / sqrt(3) and interactions -1/2, the exposure is von Mises' stress
+    /// divided by X.
     #[test]
     fn isotropic_strengths_give_von_mises() {
         let strength = PlyStrength {

@@ -1,4 +1,4 @@
-//! `$ElementData`: values per element. The section is the same in both versions.
+//! `$ElementData`: values per element. The section has the same format in versions 2.2 and 4.1.
 
 use super::cursor::Cursor;
 use crate::error::Result;

@@ -5,7 +5,8 @@ use crate::error::{Error, Result};
 use crate::mesh::{CellBlock, Mesh};
 use crate::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 
-/// Scaled Jacobian up to which an element counts as collapsed. It is the Jacobian over the product of the lengths of its columns.
+/// Scaled Jacobian up to which an element counts as collapsed. The scaled Jacobian is the Jacobian divided by the product of the
+/// lengths of its columns.
 const MIN_SCALED_JACOBIAN: f64 = 1e-8;
 /// Largest number of elements that a message names.
 const MAX_NAMED_ELEMENTS: usize = 10;
@@ -89,7 +90,8 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
         + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// Evaluation points of an element kind: the points of the stiffness rule, which integrates the Jacobian exactly, and the nodes.
+/// Evaluation points of an element kind: the points of the stiffness rule, which integrates the Jacobian exactly, and the nodes
+/// except for the tip of a pyramid.
 fn jacobian_points(kind: ElementKind) -> Vec<JacobianPoint> {
     const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let rule = match (kind.n_corners(), kind.n_nodes() > kind.n_corners()) {

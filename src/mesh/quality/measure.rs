@@ -2,7 +2,7 @@
 
 use crate::geometry::bounds;
 
-/// Distance over the diagonal of the bounding box, up to which two points coincide.
+/// Difference in each coordinate, divided by the diagonal of the bounding box, up to which two points coincide.
 const MERGE_TOLERANCE: f64 = 1e-9;
 
 /// Points whose coordinates differ from an earlier point by at most [`MERGE_TOLERANCE`] times the diagonal of the bounding box.

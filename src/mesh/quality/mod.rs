@@ -95,8 +95,9 @@ impl Quality {
 /// Checks the solids of a mesh and measures them.
 ///
 /// # Errors
-/// If there are no solids, or three solids share a face. If elements are inverted, folded or collapsed at an integration point; the
-/// message gives their numbers and the smallest Jacobian. Separate parts are not an error here; the body checks their supports.
+/// If there are no solids, or three solids share a face. If elements are inverted, folded or collapsed at an integration point, or
+/// have an edge of zero length; the message names the first of them and the worst one. Separate parts are not an error here; the
+/// body checks their supports.
 pub fn check(mesh: &Mesh) -> Result<Quality> {
     if mesh.volume_cells().next().is_none() {
         return Err(no_solids(mesh));

@@ -50,7 +50,7 @@ impl Axis {
                 (low, high) = ((low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step);
             }
             Scale::Logarithmic => {
-                // Whole decades for a long range, otherwise the digits 1, 2, 5.
+                // The ends are powers of ten for a long range, otherwise 1, 2 or 5 times a power of ten.
                 let digits: &[f64] = if high > 30.0 * low { &[1.0, 10.0] } else { &[1.0, 2.0, 5.0, 10.0] };
                 (low, high) = (round_down(low, digits), round_up(high, digits));
                 if low == high {
@@ -61,12 +61,13 @@ impl Axis {
         Self { scale, low, high, pixels }
     }
 
-    /// Creates a linear axis with exactly these ends.
+    /// Creates a linear axis from exactly `low` to `high`.
     pub fn with_bounds([low, high]: [f64; 2], pixels: [f64; 2]) -> Self {
         Self { scale: Scale::Linear, low, high, pixels }
     }
 
-    /// Pixel position of a value; `None` if the axis cannot show it.
+    /// Pixel position of a value, possibly beyond the ends of the axis. `None` if the position is not finite, as for a negative
+    /// value on a logarithmic axis.
     pub fn to_pixel(&self, value: f64) -> Option<f64> {
         let share = match self.scale {
             Scale::Linear | Scale::Whole => (value - self.low) / (self.high - self.low),
@@ -75,7 +76,8 @@ impl Axis {
         share.is_finite().then(|| self.pixels[0] + share * (self.pixels[1] - self.pixels[0]))
     }
 
-    /// Power of ten, a multiple of three, by which the labels must be multiplied. Zero unless the labels would be long.
+    /// Exponent p, a multiple of three, of the power 10^p by which the labels must be multiplied. It is 0 unless the labels would
+    /// be long.
     pub fn label_exponent(&self) -> i32 {
         let largest = self.high.abs().max(self.low.abs());
         match self.scale {
@@ -86,7 +88,7 @@ impl Axis {
         }
     }
 
-    /// `unit` preceded by the power of ten.
+    /// Returns `unit`, preceded by the power of ten of [`Axis::label_exponent`] if the exponent is not 0.
     pub(crate) fn scaled_unit(&self, unit: &str) -> String {
         match self.label_exponent() {
             0 => unit.to_owned(),
@@ -98,7 +100,7 @@ impl Axis {
         self.scale.step((self.high - self.low) / 6.0)
     }
 
-    /// Tick values with their labels, which exclude the power [`Axis::label_exponent`]. Minor ticks have no label.
+    /// Tick values with their labels, which are divided by 10^p with p = [`Axis::label_exponent`]. Minor ticks have no label.
     pub fn ticks(&self) -> Vec<(f64, Option<String>)> {
         match self.scale {
             Scale::Linear | Scale::Whole => {

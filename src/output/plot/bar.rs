@@ -5,7 +5,8 @@ use crate::output::plot::{Anchor, Canvas, colour};
 
 const BAR_WIDTH_PX: f64 = 12.0;
 
-/// Draws the bar to the right of a plot `area` (left, top, width, height): colours from 0 to `peak`, with `peak` below.
+/// Draws the bar to the right of a plot `area` (left, top, width, height): colours from 0 to `peak`, and the number `peak` below
+/// them.
 pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &str) {
     let (left, top, height) = (area[0] + area[2] + 12.0, area[1], area[3]);
     draw_colours(canvas, [left, top, height], 60);

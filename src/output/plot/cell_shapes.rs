@@ -6,7 +6,7 @@ use crate::frame::ContactFrame;
 use crate::geometry::Point;
 use crate::output::plot::axis::Axis;
 
-/// Maximum number of drawn cells along a side. Larger grids are drawn in blocks, with the mean of their cells.
+/// Maximum number of drawn cells along a side. Larger grids are drawn in blocks of cells.
 const MAX_DRAWN_CELLS_PER_SIDE: usize = 96;
 
 /// Drawn cells in frame coordinates.
@@ -54,7 +54,8 @@ impl CellShapes {
         self.corners.iter().flatten()
     }
 
-    /// Axes of equal scale around all cells. The area is left, top, width, height in pixels.
+    /// Axes of equal length around all cells, in the area (left, top, width, height) in pixels. In a square area, both axes have
+    /// the same scale.
     pub fn axes(&self, [left, top, width, height]: [f64; 4]) -> [Axis; 2] {
         let range = |axis: usize| {
             self.all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[axis]), h.max(p[axis])))

@@ -95,7 +95,7 @@ impl Chart {
         let x = Axis::spanning(values(0), self.scales[0], [MARGIN[0], PANEL[0] - MARGIN[2]]);
         let finite = values(1).filter(|y| y.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-        // [`Axis::spanning`] starts an axis at 0 if its smallest value is positive and below 0.4 of the largest.
+        // [`Axis::spanning`] starts an axis at 0 if its smallest value is positive and below 0.4 times the largest value.
         let low = if low > 0.0 && low < 0.4 * high { 0.0 } else { low };
         let above = (room > 0.0 && self.scales[1] == Scale::Linear).then_some(high + room * (high - low));
         let y = Axis::spanning(values(1).chain(above), self.scales[1], [PANEL[1] - MARGIN[3], MARGIN[1]]);
@@ -143,7 +143,8 @@ impl Chart {
         [44.0 + 6.6 * longest as f64, 8.0 + 18.0 * self.series.len() as f64]
     }
 
-    /// Upper left corner of the legend, with the number of points that it hides: the position on a lattice that hides the fewest.
+    /// Upper left corner of the legend, and the number of points that it hides. Of 5 x 5 places, the legend takes the place where
+    /// it hides the fewest points.
     fn legend_corner(&self, axes: &[Axis; 2]) -> ([f64; 2], usize) {
         let [width, height] = self.legend_size();
         let (left, top) = (MARGIN[0] + 8.0, MARGIN[1] + 8.0);
@@ -240,7 +241,7 @@ fn draw_band(canvas: &mut Canvas, band: &Band, axes: &[Axis; 2]) {
     }
 }
 
-/// Dash pattern of series `i`: dashed if its colour is used for the second time.
+/// Dash pattern of series `i`: dashed if an earlier series has the same colour.
 fn dashes(i: usize) -> &'static str {
     if i < SERIES_COLOURS.len() { "" } else { r#" stroke-dasharray="6 4""# }
 }
@@ -295,11 +296,11 @@ mod tests {
             .map(|line| number(line, "cy"))
             .filter(|y| *y > bottom)
             .count();
-        // Both ends of the first and the fifth series, which have circles. The circles of the legend lie above its lower edge.
+        // The first and the fifth series have circles at both ends. The circles of the legend lie above its lower edge.
         assert_eq!(highest, 4, "{picture}");
     }
 
-    /// Truth: corners of the band by hand, with 0 to 10 mm on 466 pixels and 0 to 10 N on 314.
+    /// Truth: corners of the band, computed by hand for 0 to 10 mm on 466 pixels and 0 to 10 N on 314.
     #[test]
     fn bands_lie_around_their_series() {
         let chart = Chart {

@@ -33,7 +33,7 @@ fn draw_fibre_symbol(canvas: &mut Canvas, fibre: &SurfaceFibre, [x, y]: [f64; 2]
         return;
     }
     let half = (RADIUS - 3.0) * tilt.cos();
-    // Pixel coordinates run downwards.
+    // The pixel coordinate y points downwards.
     let along = [azimuth.cos(), -azimuth.sin()];
     let at = |s: f64, t: f64| [x + s * along[0] - t * along[1], y + s * along[1] + t * along[0]];
     let ([x0, y0], [x1, y1]) = (at(-half, 0.0), at(half, 0.0));
@@ -57,7 +57,7 @@ fn upward_direction(fibre: &SurfaceFibre) -> (f64, f64) {
     }
 }
 
-/// Text for each fibre: its angles in degrees as in the scene. `azimuth` of the frame in radians.
+/// Text for each fibre: its angles in degrees as in the scene. `azimuth` is the azimuth of the frame, radians.
 pub(super) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<String> {
     let degrees = |angle: f64| {
         let rounded = (angle.to_degrees() * 100.0).round() / 100.0;

@@ -44,7 +44,7 @@ pub struct StepEndFields {
     pub name: String,
     /// Title of the panels: name of the step and number of cycles.
     pub title: String,
-    /// Tractions on body 2, component planes `[3, N]`.
+    /// Tractions on body 2, `[3, N]`, component by component.
     pub tractions: Vec<f64>,
     slip: Vec<[f64; 2]>,
     /// Whether slip is per rolled distance.
@@ -84,7 +84,7 @@ impl StepEndFields {
         self.tractions.get(2 * (self.tractions.len() / 3) + cell).copied().unwrap_or(0.0)
     }
 
-    /// Whether a map of this kind would show anything.
+    /// Whether a map of this kind is worth drawing. A map of the zones requires a cell that sticks.
     pub fn has_content(&self, kind: MapKind) -> bool {
         match kind {
             MapKind::Pressure => true,
@@ -107,7 +107,7 @@ impl StepEndFields {
     }
 }
 
-/// Draws the maps of one kind side by side, each with its own colour bar. `None` if no state has anything to show.
+/// Draws the maps of one kind in rows, each with its own colour bar or key of zones. `None` if no state has anything to show.
 pub fn maps_svg(
     (frame, surface): (&ContactFrame, &SurfaceProperties),
     states: &[StepEndFields],
@@ -196,7 +196,8 @@ impl MapFigure<'_> {
         peak
     }
 
-    /// Colours the stick and slip zones. A block of cells gets the colour of the majority.
+    /// Colours the stick and slip zones. A block of cells is coloured if at least half of its cells are in contact. It gets the
+    /// colour of the zone with more cells.
     fn zones(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields) {
         let mut by_zone = [String::new(), String::new()];
         for (corners, cells) in self.shapes.corners.iter().zip(&self.shapes.cells) {
@@ -324,7 +325,8 @@ mod tests {
     use crate::geometry::Side;
     use crate::output::surface_properties::SurfaceFibre;
 
-    /// Frame of 2 x 2 cells with these signs of x and y: (-, -) is open, (-, +) sticks, (+, -) slips along x, (+, +) along -y.
+    /// Frame of 2 x 2 cells with these signs of x and y: (-, -) is open, (-, +) sticks, (+, -) slips along x, and (+, +) slips
+    /// along -y.
     fn state() -> (ContactFrame, StepEndFields) {
         let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
         let fields = FrameState {
@@ -350,8 +352,8 @@ mod tests {
         picture.lines().any(|line| line.contains(&fill) && line.contains(&format!("M{x:.1} {y:.1}L")))
     }
 
-    /// Truth: positions and colours of the cells by hand. 2 mm take 270 pixels from (58, 40), y upwards. The largest value is
-    /// darkest.
+    /// Truth: positions and colours of the cells, computed by hand. 2 mm take 270 pixels from the upper left corner (58, 40), with
+    /// y upwards. The largest value is darkest.
     #[test]
     fn cells_have_the_colours_of_their_values() {
         let darkest = colour::map_colour((COLOUR_LEVELS as f64 - 0.5) / COLOUR_LEVELS as f64);
@@ -372,7 +374,7 @@ mod tests {
         assert!(wear.contains("max 600") && wear.contains("\u{2212}9"), "{wear}");
     }
 
-    /// Truth: the slip of rolling is a length per rolled distance (docs/results.md), so its map shows no unit of length.
+    /// Truth: the slip of rolling is a length per rolled distance (docs/results.md), so the colour bar of its map shows no unit.
     #[test]
     fn slip_of_rolling_has_no_unit() {
         let (frame, mut state) = state();
@@ -389,8 +391,8 @@ mod tests {
         assert_eq!(of_rolling, of_sliding - 1);
     }
 
-    /// Truth: arrows by hand. A slip of 0.04 along x is 18 pixels to the right, half of it along -y 9 pixels down. Cells without
-    /// pressure have no arrow.
+    /// Truth: arrows computed by hand. A slip of 0.04 along x gives 18 pixels to the right, and a slip of 0.02 along -y gives 9
+    /// pixels down. Cells without pressure have no arrow.
     #[test]
     fn arrows_have_the_direction_and_length_of_the_slip() {
         let picture = drawn(MapKind::Slip);

@@ -92,8 +92,8 @@ impl HeatMap {
 mod tests {
     use super::*;
 
-    /// Truth: 2 x 2 fields by hand, in columns of 192 pixels from 76 and rows of 157 pixels upwards from 348. The smallest value
-    /// has the lightest colour, the largest the darkest; a missing value has none.
+    /// Truth: positions of 2 x 2 fields, computed by hand: columns of 192 pixels from 76, and rows of 157 pixels upwards from 348.
+    /// The smallest value has the lightest colour and the largest value the darkest; a missing value has none.
     #[test]
     fn fields_lie_where_their_values_do() {
         let names = [vec!["0".into(), "90".into()], vec!["a".into(), "b".into()]];

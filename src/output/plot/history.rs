@@ -7,7 +7,8 @@ use crate::output::plot::loops::four_digits;
 use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::Units;
 
-/// Draws forces and areas over the entries. With cycles or sliding, also wear volume, load and wear depth over cycles or distance.
+/// Draws forces and areas over the entries. With cycles or sliding, it also draws wear volume, load and wear depth over cycles or
+/// distance.
 pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
     let mut panels = vec![forces(records, units), areas(records, units)];
     for along in [WearAbscissa::Cycles, WearAbscissa::Distance] {
@@ -160,13 +161,13 @@ mod tests {
         let units = Units::default();
         let picture = wear_volume_panel(&records, WearAbscissa::Cycles, &units).into_svg(PANEL);
         assert!(picture.contains("\u{b1} 4.000 mm"), "{picture}");
-        // 0 to 12 mm³ take 314 pixels upwards to 34, and 0 to 100 cycles 466 pixels from 76.
+        // 0 to 12 mm³ take 314 pixels upwards from 348, and 0 to 100 cycles take 466 pixels from 76.
         assert!(
             picture.contains("M76.0 348.0L169.2 191.0L542.0 34.0L542.0 243.3L169.2 295.7L76.0 348.0z"),
             "{picture}"
         );
         let loads = load_panel(&records, WearAbscissa::Cycles, &units).unwrap().into_svg(PANEL);
-        // 200 to 400 N take 314 pixels: the mean lies half-way, the reversal points at the edges.
+        // 200 to 400 N take 314 pixels: the mean lies half-way, and the reversal points lie at the edges.
         for path in ["M169.2 191.0L542.0 191.0", "M169.2 348.0L542.0 348.0", "M169.2 34.0L542.0 34.0"] {
             assert!(loads.contains(path), "{path}: {loads}");
         }

@@ -13,7 +13,7 @@ pub struct LoopCurve {
     /// Displacement of body 2 along the stroke from its centre (mm) and tangential force on body 1 along the stroke (N), in order.
     /// The last point is joined to the first.
     pub points: Vec<[f64; 2]>,
-    /// Energy dissipated by friction in the cycle, N mm. It equals the area of the loop if nothing but the stroke moves.
+    /// Energy dissipated by friction in the cycle, N mm. It equals the area of the loop if the bodies move only along the stroke.
     pub dissipated_energy: f64,
 }
 
@@ -63,7 +63,8 @@ pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
     chart.svg()
 }
 
-/// Formats a number with four significant digits and a power of ten as superscript.
+/// Formats a number with four significant digits, or as an integer if its magnitude is from 1e4 to 1e6. Magnitudes below 1e-3 or
+/// from 1e6 get a power of ten as superscript.
 pub(crate) fn four_digits(value: f64) -> String {
     let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     if (-3..6).contains(&digits) {
@@ -122,7 +123,7 @@ mod tests {
             })
             .collect();
         assert_eq!((points.len(), points[0]), (5, points[4]));
-        // Displacements of 5, 3, -5, -3; forces of 100, -100, -100, 100 upwards.
+        // The displacements are 5, 3, -5 and -3. The forces, which count upwards, are 100, -100, -100 and 100.
         let share = (points[0][0] - points[1][0]) / (points[0][0] - points[2][0]);
         assert!((share - 0.2).abs() < 2e-3, "{points:?}");
         assert!(points[0][1] < points[1][1] && (points[1][1] - points[2][1]).abs() < 0.11);

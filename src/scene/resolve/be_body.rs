@@ -1,4 +1,4 @@
-//! Finite bodies of boundary elements: closed surface, its groups and supports.
+//! Finite bodies of boundary elements: closed surface, groups and supports.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

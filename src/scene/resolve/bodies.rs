@@ -49,7 +49,7 @@ pub(super) fn resolve_fe(
     Some(BodyPlan::Fe(Box::new(spec)))
 }
 
-/// Plan of a body with the mesh `mesh`. `None` if the body's material is missing, which is already reported.
+/// Plan of a body with the mesh `mesh`. `None` if the body's material is missing or invalid, which is reported elsewhere.
 pub(super) fn meshed_plan(
     body: &FeBody,
     mesh: Arc<Mesh>,
@@ -74,7 +74,8 @@ pub(super) fn meshed_plan(
     })
 }
 
-/// The body's own material, with its fibre direction if uniform; `None` if the material is missing (reported).
+/// The body's own material, with its fibre direction if uniform. `None` if the material is missing or invalid, which is reported
+/// elsewhere.
 fn body_material(body: &FeBody, materials: &Materials) -> Option<BodyMaterial> {
     let ElasticMaterial { stiffness, isotropic, .. } = materials.get(&body.material)?.clone()?;
     let fibre = body.fibre.as_ref().and_then(orientations::uniform_angles);
@@ -233,7 +234,7 @@ pub(super) fn symmetry_supports(
     (supports.len() == body.symmetry.len()).then_some(supports)
 }
 
-/// A component that is named twice is probably a typing error for another one.
+/// Reports components that are named twice, because one of the two is probably a typing error.
 fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Component]) {
     let twice = |(i, component): (usize, &Component)| components[..i].contains(component);
     if components.iter().enumerate().any(twice) {
@@ -246,7 +247,7 @@ fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Componen
     }
 }
 
-/// Reads the mesh that `key` names.
+/// Reads the mesh file `name`, which is the `mesh` of the table `key`.
 pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<Mesh>> {
     let place = format!("{key}.mesh");
     let path = r.file(&place, name);

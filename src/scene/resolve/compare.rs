@@ -11,7 +11,7 @@ use crate::scene::plan::{BodyPlan, MeshedBodyPlan};
 use crate::scene::spec::compare::{AlternativeModels, Compare};
 use crate::scene::variant::{AlternativeMeshes, ComparePlan, DiscretisationPair};
 
-/// Resolves the section `compare` for these bodies.
+/// Resolves the section `compare` of a scene with the bodies `bodies`.
 pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Option<ComparePlan> {
     let Compare { variants, body1, body2 } = r.section_or_default("compare")?;
     let mut pairs = Vec::new();

@@ -122,7 +122,8 @@ fn check_force_amplitude(
     }
 }
 
-/// Reports other controls in a step with cycles or sliding. Only the normal control is allowed; it changes linearly over the step.
+/// Reports `increments` and all controls except the normal control in a step with cycles or sliding. The normal control changes
+/// linearly over the step.
 fn reject_other_controls(r: &mut Resolver, key: &str, what: &str, step: &StepKeys) {
     let [_, others @ ..] = prescribed_controls(step);
     for (name, _) in others.iter().flatten().filter(|(_, there)| *there) {

@@ -79,14 +79,14 @@ fn outline_warning(outline: &frame::Outline, half_width: [f64; 2], periodic: [bo
     })
 }
 
-/// Mean area of the contact faces of a body; infinite if they cannot be used (reported elsewhere).
+/// Mean area of the contact faces of a body; infinite if the faces cannot be used, which is reported elsewhere.
 fn mean_face_area(fe: &MeshedBodyPlan) -> f64 {
     ContactFrame::from_faces(&fe.mesh, &fe.contact, Side::Lower, [0.0; 2], 0.0)
         .map_or(f64::INFINITY, |frame| frame.mean_cell_area())
 }
 
-/// Default points of the cells: nodes if linear faces contact a mesh or a rigid body, otherwise faces. A checkerboard of tractions
-/// on linear faces would displace neither body, whereas a half-space responds to every cell.
+/// Default points of the cells: nodes if a finite-element body has linear contact faces and neither body is a half-space, otherwise
+/// faces. A checkerboard of tractions on linear faces would displace neither body, whereas a half-space responds to every cell.
 fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoints {
     let half_space = bodies
         .iter()

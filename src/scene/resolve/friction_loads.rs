@@ -16,8 +16,8 @@ const FRICTION_LOADS: [(&str, &str, &str); 2] =
 /// Columns of the [`FRICTION_LOADS`] in load histories.
 const FRICTION_LOAD_COLUMNS: [&str; 2] = ["`tangential_x`, `tangential_y`", "`spin_moment`"];
 
-/// Reports tangential forces and spin moments in a step without friction. Without `level` (mesh frame), spin moments are allowed,
-/// because pressures on inclined cells transmit them.
+/// Reports tangential forces and spin moments in a step without friction. On a mesh frame (`level` is false), spin moments are
+/// allowed, because pressures on inclined cells transmit spin moments.
 pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
     let frictionless = lacks_friction(laws, keys.friction);
     let loaded = [

@@ -5,8 +5,8 @@ use crate::evolution::step::Step;
 use crate::laws::friction::FrictionLaw;
 use crate::scene::plan::{BodyPlan, PrescribedDisplacement};
 
-/// Warns about loads and prescribed displacements of a body in scenes with friction. They act in full before the first increment,
-/// so that the surface motion they cause does not count as slip.
+/// Warns about loads and prescribed displacements of a body in scenes with friction. These loads act in full before the first
+/// increment, so that the surface motion that they cause does not count as slip.
 pub(super) fn friction_warnings(
     bodies: &[Option<BodyPlan>; 2],
     friction: &FrictionLaw,

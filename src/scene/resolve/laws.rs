@@ -10,7 +10,7 @@ use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
 use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::laws::{Friction, Wear, WearIntegration};
 
-/// Maximum ratio of the two friction coefficients. Above it rounding dominates in single cells.
+/// Maximum ratio of the two friction coefficients. Above this ratio, rounding dominates in single cells.
 const MAX_FRICTION_RATIO: f64 = 1e6;
 
 /// Friction and wear laws of a scene.
@@ -18,7 +18,8 @@ pub(super) struct Laws {
     pub friction: FrictionLaw,
     pub wear: WearLaw,
     pub integration: WearIntegration,
-    /// Index (0 or 1) of the body whose fibre the friction and wear laws use; `None` for a law without fibre or with own angles.
+    /// For the friction law and the wear law, the index (0 or 1) of the body whose fibre the law uses. `None` for a law without
+    /// fibre or with its own angles.
     pub fibre_bodies: [Option<usize>; 2],
 }
 
@@ -162,8 +163,8 @@ fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
     r.report("wear.move_mesh", message, "no mesh that wears", mend);
 }
 
-/// Fibre direction for the law of `section`: its own angles, or the fibre of the named body or of the only body with a fibre.
-/// `fibre_body` receives the index (0 or 1) of that body.
+/// Fibre direction for the law of `section`: the angles of the law, else the fibre of the body that the law names, else the fibre
+/// of the only body with a fibre. `fibre_body` receives the index (0 or 1) of that body.
 fn law_fibre(
     r: &mut Resolver,
     ground: LawContext<'_>,

@@ -6,7 +6,7 @@ use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
 
-/// Maximum number of errors of one kind that are listed for a file; the rest are counted.
+/// Maximum number of listed errors of one kind for a file. Further errors are only counted.
 const MAX_LISTED_ERRORS: usize = 20;
 
 /// Columns that exclude each other: displacement and force of one direction.
@@ -52,7 +52,8 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
             let is_header = |line: &str| split_fields(line).iter().all(|cell| cell.parse::<f64>().is_err());
             if let Some((_, line)) = lines.first().copied().filter(|(_, line)| is_header(line)) {
                 lines.remove(0);
-                // Commas and blanks may be part of titles, so only a header with semicolons alone determines the separator.
+                // Commas and blanks may be part of titles, so only a header with semicolons and without commas determines the
+                // separator.
                 if line.contains(';') && !line.contains(',') {
                     let _ = separators.check(line);
                 }

@@ -17,7 +17,7 @@ use crate::scene::suggest::{closest, quoted_list};
 /// Maximum condition number of a stiffness matrix. The rounding error of its inverse is about 1e-16 times this.
 const MAX_CONDITION: f64 = 1e12;
 
-/// Ratio of the moduli above which they are reported as the cause of a nearly singular stiffness.
+/// Ratio of the largest to the smallest modulus above which the moduli are reported as the cause of a nearly singular stiffness.
 const MAX_MODULUS_RATIO: f64 = 1e8;
 
 /// Materials by name; `None` if the constants are invalid (reported).
@@ -74,7 +74,8 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
     Some(ElasticMaterial { stiffness: stiffness.ok().filter(|_| singular.is_none())?, isotropic, strength })
 }
 
-/// Reason why a stiffness is numerically singular in double precision, with the constants that cause it; `None` if it is not.
+/// Reason why a stiffness is numerically singular in double precision, with the constants that cause it; `None` for other
+/// stiffnesses.
 fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<String> {
     let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
     if eigenvalues.max() <= MAX_CONDITION * eigenvalues.min() {

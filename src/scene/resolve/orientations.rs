@@ -14,7 +14,7 @@ use crate::scene::plan::FibreAngles;
 use crate::scene::spec::direction::{CylindricalWinding, FibreDirection};
 use crate::scene::suggest::{closest, quoted_list};
 
-/// Maximum number of lines of a table that are reported.
+/// Maximum number of wrong lines of a table that are reported.
 const MAX_LISTED_LINES: usize = 5;
 
 /// Angles of a uniform fibre direction; `None` if the direction varies.
@@ -78,7 +78,7 @@ fn numbers(mesh: &Mesh) -> [HashSet<u64>; 2] {
     [all, mesh.volume_cells().map(|cell| mesh.tag(cell)).collect()]
 }
 
-/// Material axes by the field `name` of `source`.
+/// Material axes from the field `name` among the `fields` of the file `source`.
 fn from_fields(
     r: &mut Resolver,
     key: &str,
@@ -120,7 +120,7 @@ fn from_fields(
     }
 }
 
-/// Axes of the volume elements by a field, and the element numbers of the field that the mesh does not contain.
+/// Axes of the volume elements from a field, and the element numbers of the field that the mesh does not contain.
 fn field_axes(field: &ElementField, source: &str, mesh: &Mesh) -> Result<(ElementAxes, Vec<u64>), Error> {
     if ![3, 9].contains(&field.n_components) {
         return Err(Error::input(format!("it has {} components, not 3 or 9", field.n_components)));

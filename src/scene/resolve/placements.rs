@@ -19,7 +19,7 @@ use crate::scene::spec::direction::Layup;
 /// Maximum number of plies of a layup before mirroring (`symmetric`); equal to the limit of repetitions in the schema.
 const MAX_PLIES: usize = 100_000;
 
-/// Materials of the regions of the body at `key`. The first entry is for all elements outside the volume groups.
+/// Materials of the regions of the body at `key`. The first entry is for all elements outside the volume groups of `regions`.
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,
@@ -83,7 +83,8 @@ impl BodyContext<'_> {
         Some(RegionMaterial::Single(Box::new(placed(elastic, fibre))))
     }
 
-    /// The material `name`. A missing material is reported at `key`, except for the body's own material, which is reported once.
+    /// The material `name`. A missing material is reported at `key`; the body's own material is reported only if `key` is the key
+    /// of the body.
     fn find_material(&self, r: &mut Resolver, key: &str, name: &str) -> Option<BodyMaterial> {
         if name == self.body.material && key != self.key && !self.materials.contains_key(name) {
             return None;
@@ -180,7 +181,8 @@ fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
     PlacedMaterial { name: elastic.name, stiffness: elastic.stiffness, orientation }
 }
 
-/// Reports elements without material or orientation, and notes elements that intersect several plies.
+/// Reports elements without material or orientation and plies without elements. Notes empty volume groups and elements that
+/// intersect several plies.
 pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     for group in body.regions.keys() {
         if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {

@@ -1,4 +1,4 @@
-//! State of the resolution, with the reports of errors.
+//! State of the resolution of a scene, and functions that report errors.
 
 use std::path::PathBuf;
 

@@ -177,7 +177,7 @@ fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     }
 }
 
-/// Reports rotations on a periodic frame, because the gap that they open is not periodic.
+/// Reports rotations and moments on a periodic frame, because the displacement that a rotation causes is not periodic.
 fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: [bool; 2]) {
     if periodic == [false; 2] {
         return;

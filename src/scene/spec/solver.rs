@@ -176,7 +176,7 @@ impl Default for Output {
 mod tests {
     use super::MemorySize;
 
-    /// Truth: IEC 80000-13: kibi is 1024, kilo 1000.
+    /// Truth: the prefixes of IEC 80000-13, where kibi is 1024 and kilo 1000.
     #[test]
     fn sizes_of_memory() {
         let bytes = |text: &str| MemorySize::Text(text.to_owned()).bytes();

@@ -53,7 +53,7 @@ const OPERATOR_TABLE_BYTES: usize = 1_800_000;
 const WINDOW_OPERATOR_BYTES: [usize; 2] = [700, 4_600_000];
 
 /// Bytes of the table of the field inside an anisotropic half-space. Measured for CFRP (E1/E2 = 17.5) out of its planes of
-/// symmetry, with 156 polynomial patches. Includes the quadrature rules during its construction.
+/// symmetry, with 156 polynomial patches. The value includes the quadrature rules during the construction of the table.
 const SUBSURFACE_TABLE_BYTES: usize = 4_900_000;
 
 /// Remedy if interior points do not fit into memory.
@@ -196,7 +196,7 @@ pub(crate) fn grid_operator_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     per_cell(plan).operator * cells / elastic.max(1)
 }
 
-/// Lower bound for the bytes of a grid frame and its operator, before it is built.
+/// Lower bound for the bytes of a grid frame and its operator, before they are built.
 pub(super) fn min_grid_bytes(plan: &Plan, cells: [usize; 2]) -> u128 {
     let per_cell = per_cell(plan);
     let bytes = PER_CELL + per_cell.history + per_cell.solver + per_cell.operator;

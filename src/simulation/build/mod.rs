@@ -63,7 +63,7 @@ pub struct Simulation<'p> {
 /// Records, warnings and times of the construction of a simulation.
 #[derive(Default)]
 pub struct BuildReport {
-    /// Warnings about the fit of bodies and frame.
+    /// Warnings from the checks of the plan and from the construction of the bodies.
     pub warnings: Vec<String>,
     /// Work omitted so far.
     pub skipped: Vec<OmittedWork>,
@@ -457,8 +457,8 @@ mod tests {
     use super::*;
     use crate::body::hybrid::Indicators;
 
-    /// Truth (docs/theory-hybrid.md): a mesh error above 0.02 causes a warning, above 0.02 / sqrt(`share`) if `share` exceeds 1. A
-    /// body with the near field of its mesh, which has a `reason`, causes no warning.
+    /// Truth (docs/theory-hybrid.md): a mesh error above 0.02 / sqrt(max(`share`, 1)) causes a warning. A body with the near field
+    /// of its mesh, which has a `reason`, causes no warning.
     #[test]
     fn meshes_that_are_too_stiff() {
         let told = |mesh_error: f64, share: f64, reason: Option<&str>| {

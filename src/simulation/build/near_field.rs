@@ -94,7 +94,7 @@ fn choose_near_field(
     }
 }
 
-/// Fits a half-space into body `index` under `frame`, or returns the reason why it is unsuitable.
+/// Fits a half-space into body `index` under `frame`, or returns the reason why the body is unsuitable.
 ///
 /// # Errors
 /// If the body is invalid.

@@ -1,4 +1,4 @@
-//! Checks of the controls that steps prescribe to unconstrained bodies.
+//! Checks of the prescribed controls of steps, mainly on unconstrained bodies.
 
 use nalgebra::Vector3;
 
@@ -36,7 +36,7 @@ fn refuse_friction_on_unconstrained_be(
 /// Displacements that later steps keep need no separate check, because the step that prescribes them is refused.
 ///
 /// # Errors
-/// With the key of the first impossible control.
+/// If a control is impossible. The error has the key of the first one.
 pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     refuse_moments_without_lever(plan, frame)?;
     symmetry_planes::refuse_symmetry_contradictions(plan, frame)?;
@@ -99,7 +99,7 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
 /// inclined cells are not checked here. There, the start of the step refuses a moment that the cells cannot resist.
 ///
 /// # Errors
-/// With the key of the moment.
+/// If a moment has no lever arm. The error has the key of the moment.
 fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if !frame.has_uniform_axes() {
         return Ok(());

@@ -48,19 +48,19 @@ const RELIABLE_CELL_AREA_RATIO: f64 = 1.15;
 const SMOOTH_CELL_AREA_RATIO: f64 = 2.0;
 
 /// Boundary-element nodes farther apart than this share of the body's thickness behind them cause a warning. Measured for a clamped
-/// plate under a sphere: 24 times too stiff at 2.5 (constant elements), 40 % error at 1.25 (linear).
+/// plate under a sphere: it is 24 times too stiff at 2.5 (constant elements), and the error is 40 % at 1.25 (linear elements).
 const MAX_NODE_SPACING_OVER_THICKNESS: f64 = 0.5;
 
-/// Height differences of a surface under the frame above this share of the approach cause a note.
+/// Height differences of a surface under the frame cause a note if they exceed this share of the approach.
 const MAX_UNEVENNESS_OVER_APPROACH: f64 = 0.05;
 
-/// Motions to the first touch below this share of the frame's size are rounding and are not reported.
+/// A motion to the first touch counts as rounding and is not reported if it is below this share of the frame's size.
 const MIN_REPORTED_MOTION: f64 = 1e-6;
 
 /// Maximum rounding error of coordinates relative to the side of a cell.
 const MAX_ROUNDING_OF_COORDINATES: f64 = 1e-3;
 
-/// Maximum uncertainty of the distances due to the motion to the first touch, relative to the approach.
+/// Maximum uncertainty that the motion to the first touch causes in the distances, relative to the approach.
 const MAX_MOTION_ERROR_SHARE: f64 = 0.02;
 
 /// A node is fixed along the normal if the fixed components contain this share of the normal vector.
@@ -157,7 +157,7 @@ fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), S
 
 /// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals, with body 2 at its meshed
 /// position. On a frame of radius R, a motion u changes them by about u^2 / R in addition. Measured for a pin in a bore of 25 mm,
-/// clearance 0.01 mm, approach 0.005 mm: a motion of 0.03 mm reduces the load by 1.4 %, 0.11 mm by half.
+/// clearance 0.01 mm, approach 0.005 mm: a motion of 0.03 mm reduces the load by 1.4 %, and a motion of 0.11 mm halves it.
 fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Option<String> {
     let (first, start) = (frame.triads[0].normal(), frame.centers[0]);
     // On a circle of radius R, the normals at two points with the distance d differ by d / R.
@@ -270,8 +270,8 @@ fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
 }
 
 /// Warns if the condensed mesh of body `index` is coarser than the cells of the frame, which the other body resolves. `face` is the
-/// area per contact node, `cell` the area of a cell. Measured for a sphere on a block with a twentieth of its stiffness. Peaks are
-/// 1.7 to 3.3 times too high at `cell` / `face` = 0.16, by a quarter at 0.36, by less than 1 % at 0.92.
+/// area per contact node, `cell` the area of a cell. Measured for a sphere on a block with a twentieth of the sphere's stiffness,
+/// at `cell` / `face` = 0.16, 0.36 and 0.92. Peaks are too high by factors of 1.7 to 3.3, by 25 %, and by less than 1 %.
 fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
@@ -397,7 +397,8 @@ fn refuse_fixed_contact_nodes(
     Ok(())
 }
 
-/// Compares the mean cell area with the area per contact node of the finest body (`face`). `why`: reason why no half-space is used.
+/// Compares the mean cell area with the area per contact node of the finest body (`face`). `why` is the reason why no half-space is
+/// used.
 fn check_cell_area_ratio(
     plan: &Plan,
     frame: &ContactFrame,
@@ -450,7 +451,8 @@ fn check_cell_area_ratio(
     Err(SceneError { error, key: key.to_owned() })
 }
 
-/// Recommends the finest grid whose cells have `wanted` times the nodal area. `ratio`: the present multiple. Empty if too coarse.
+/// Recommends the finest grid whose cells have `wanted` times the nodal area. `ratio` is the present multiple. The text is empty if
+/// this grid is too coarse.
 fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
     let Some(grid) = frame.grid else { return String::new() };
     // A direction with a single cell keeps its cell.

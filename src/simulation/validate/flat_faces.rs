@@ -1,8 +1,8 @@
 //! Faceting error of a gap from meshes: the distance between a curved surface and its flat faces, relative to the approach.
 //!
-//! An edge of length h on a surface of radius R lies up to h^2 / 8R inside the surface. For a condensed mesh, the gap contains this
-//! error in full. With a half-space near field, the gap is corrected for the curvature of the faces. The remaining error comes from
-//! different curvatures at the two ends of an edge.
+//! An edge of length h on a surface of radius R lies up to h^2 / (8 R) inside the surface. For a condensed mesh, the gap contains
+//! this error in full. With a half-space near field, the gap is corrected for the curvature of the faces. The remaining error comes
+//! from different curvatures at the two ends of an edge.
 
 use crate::error::warning;
 use crate::evolution::records::IncrementRecord;
@@ -55,14 +55,15 @@ fn overlap_warning(plan: &Plan, overlap: f64) -> String {
     ))
 }
 
-/// Largest approach reached by a run whose steps prescribe none, mm. It may be negative due to applied loads of the bodies.
+/// Largest approach of a run, mm; `None` if its steps prescribe an approach. It may be negative, because applied loads deform the
+/// bodies.
 pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
     let most = records.iter().map(|record| record.approach).reduce(f64::max);
     most.filter(|_| plan.max_prescribed_approach().is_none())
 }
 
-/// Warns about excessive faceting errors under the contact. This region comprises the cells whose `gap` (`[N]`, mm) is at most
-/// `depth` (mm), or the smallest gap if that is larger. For curvature-corrected (`bowed`) bodies, only the remaining error counts.
+/// Warns about excessive faceting errors under the contact. Its cells are those whose `gap` (`[N]`, mm) is at most max(`depth`,
+/// smallest gap), with `depth` in mm. For curvature-corrected (`bowed`) bodies, only the remaining error counts.
 ///
 /// # Errors
 /// If frame and faces are incompatible.
@@ -124,8 +125,9 @@ fn faceting_errors(
     Ok(counted.flat_map(|(_, cuts)| cuts.into_iter().flatten()).collect())
 }
 
-/// Warns if the `error` of the surface displacement by applied loads of body `key` is significant. The reference is the overlap or
-/// opening of the undeformed bodies at an `approach`. The normal `gap` (`[N]`) includes that displacement. Lengths in mm.
+/// Warns if `error` (mm) is significant. It is the error of the surface displacement that applied loads of body `key` cause. The
+/// reference is the overlap or opening of the undeformed bodies at an `approach` (mm). The `gap` (`[N]`, mm) includes that
+/// displacement.
 pub(crate) fn own_load_warning(
     plan: &Plan,
     key: &str,

@@ -8,8 +8,8 @@ use crate::geometry::format_short;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::scene::plan::Plan;
 
-/// Larger slopes between neighbouring cells cause a warning. Half-space theory and small displacements require slopes far below 1.
-/// Heights in micrometres read as millimetres are a thousand times too steep.
+/// Slopes between neighbouring cells above this value cause a warning. Half-space theory and small displacements require slopes far
+/// below 1. Heights in micrometres read as millimetres are a thousand times too steep.
 const MAX_SLOPE: f64 = 0.5;
 
 /// Singular values of the normal equations below this share of the largest belong to shapes that the cells do not determine.
@@ -33,7 +33,7 @@ struct BestParaboloid {
     curvatures: [f64; 2],
     /// Root mean square deviation of the heights from the paraboloid, mm.
     deviation: f64,
-    /// Rise over the distance from the centroid of the cells to the farthest cell, at the larger curvature, mm.
+    /// Height by which the paraboloid rises from the centroid of the cells to the farthest cell, at the larger curvature, mm.
     sagitta: f64,
 }
 

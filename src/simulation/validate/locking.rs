@@ -10,9 +10,9 @@ use crate::material::Stiffness;
 use crate::mesh::Mesh;
 use crate::scene::plan::MeshedBodyPlan;
 
-/// Volumetric Poisson's ratio from which standard first-order elements are too stiff by more than some percent. Measured excess
-/// load of `hex8` over mean dilatation, rigid sphere on a clamped block: 2.5, 8, 31, 154 % at ratios of 0.3, 0.45, 0.49, 0.499. At
-/// a ratio of 0.4999, the load is ten times too large.
+/// Volumetric Poisson's ratio from which standard first-order elements are too stiff by more than some percent. Measured for a
+/// rigid sphere on a clamped block: the load of `hex8` exceeds the load with mean dilatation by 2.5, 8, 31, 154 % at ratios of 0.3,
+/// 0.45, 0.49, 0.499. At a ratio of 0.4999, the load is ten times too large.
 const LOCKING_RATIO_STANDARD: f64 = 0.445;
 
 /// As [`LOCKING_RATIO_STANDARD`], for enhanced hexahedra: excess loads of 0, 1.2, 5, 18 % at ratios of 0.45, 0.49, 0.499, 0.4999.

@@ -54,7 +54,8 @@ fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Note if the gap is discontinuous across the periodic boundary. `gap`: by grid position, `None` where there is no cell.
+/// Note if the gap is discontinuous across the periodic boundary. `gap` contains the gap at each grid position, or `None` without a
+/// cell.
 fn seam_warning(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> Option<String> {
     let ny = grid.cells[1];
     let (along, across) = (grid.cells[axis], grid.cells[1 - axis]);

@@ -17,7 +17,7 @@ use crate::scene::spec::frame::FramePoints;
 use crate::simulation::failure::{SceneError, step_key};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES};
 
-/// Rounding threshold: of a vector's component relative to its length, and of a lever arm relative to the size of the frame.
+/// A vector's component below this share of its length is rounding, and so is a lever arm below this share of the frame's size.
 pub(super) const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Largest distance of two coincident planes, relative to the size of the group.
@@ -26,7 +26,7 @@ const SAME_PLANE: f64 = 1e-6;
 /// Largest angle, radians, between an axis of the friction ellipse and a symmetry plane that contains it.
 const MAX_MISALIGNMENT_RAD: f64 = 1e-9;
 
-/// Plane group of faces of a body whose normal displacement is prescribed.
+/// Group of coplanar faces of a body, with a prescribed displacement along their normal.
 struct SupportPlane {
     /// Key of the support in the scene.
     key: String,
@@ -131,7 +131,8 @@ fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> O
     }
 }
 
-/// Whether the other body shares the symmetry plane `plane` of body `own`, or is rigid. `planes`: support planes of both bodies.
+/// Whether the other body shares the symmetry plane `plane` of body `own`, or is rigid. `planes` are the support planes of both
+/// bodies.
 fn is_shared_symmetry(
     plan: &Plan,
     planes: &[Vec<SupportPlane>; 2],
@@ -194,11 +195,11 @@ fn pressing_key(step: &Step) -> &'static str {
     if matches!(step.normal, Some(Normal::Force(_))) { "normal_force" } else { "approach" }
 }
 
-/// Refuses a contact that symmetry planes close to a ring, if body 2 moves along n across one of them. The motion comes from the
-/// gap (`moves`) or from the steps.
+/// Refuses a contact that becomes a closed ring by reflection at symmetry planes, if body 2 moves along n across one of them. The
+/// motion comes from the gap (`moves`) or from the steps.
 ///
 /// # Errors
-/// With the key of the gap, or of the first step that presses the bodies together.
+/// If body 2 moves across such a plane. The error has the key of the gap, or of the first step that presses the bodies together.
 pub(super) fn refuse_closed_contact(
     plan: &Plan,
     frame: &ContactFrame,
@@ -238,7 +239,7 @@ pub(super) fn refuse_closed_contact(
 /// ellipses oblique to them. On nodal frames, it also refuses planes that only one body has, or that move relative to each other.
 ///
 /// # Errors
-/// With the key of the first contradiction.
+/// If the scene contradicts a symmetry plane. The error has the key of the first contradiction.
 pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if plan.friction.ellipse().is_none() || plan.steps.iter().all(|step| !step.friction) {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Surface admittance W(m) / κ at any wavevector κ m, interpolated in a table of directions.
+//! Surface admittance W(m), divided by κ, at any wavevector κ m; W is interpolated in a table of directions.
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::AngularTable;
@@ -19,12 +19,12 @@ impl Admittance {
         Self { table: AngularTable::from_green(&green.admittance_series()) }
     }
 
-    /// Adds `factor` W(m) / κ at the wavevector κ m = (`kx`, `ky`), not zero, to `sum`.
+    /// Adds `factor` W(m) / κ at the nonzero wavevector κ m = (`kx`, `ky`) to `sum`.
     pub(in crate::bem::half_space) fn add(&self, [kx, ky]: [f64; 2], factor: f64, sum: &mut Rows) {
         self.table.add(kx, ky, factor / kx.hypot(ky), sum);
     }
 
-    /// W(m) / κ at the wavevector κ m, zero at κ = 0.
+    /// W(m) / κ at the wavevector κ m = `k`; zero for κ = 0.
     pub(in crate::bem::half_space) fn at(&self, k: [f64; 2]) -> Rows {
         let mut sum = [0.0; 9];
         if k != [0.0; 2] {

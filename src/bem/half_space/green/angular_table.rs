@@ -62,7 +62,7 @@ impl AngularTable {
         Self::new(&planes(green, Self::count(green.order()), |_| ONE))
     }
 
-    /// Table of Γ and then its derivative, both row by row.
+    /// Table of Γ and its derivative Γ', first all entries of Γ row by row, then all entries of Γ'.
     pub(in crate::bem::half_space) fn from_green_with_derivative(green: &SurfaceGreen) -> Self {
         let count = Self::count(green.order());
         let mut functions = planes(green, count, |_| ONE);
@@ -70,12 +70,13 @@ impl AngularTable {
         Self::new(&functions)
     }
 
-    /// Interpolation weights of the angles near the direction of (x, y), and the values of all functions there, angle by angle.
+    /// Interpolation weights of the angles near the direction of (x, y), and the values of all functions at these angles,
+    /// `[angle][function]`.
     pub(in crate::bem::half_space) fn stencil(&self, x: f64, y: f64) -> ([f64; NODES], &[f64]) {
         self.around_angle(y.atan2(x))
     }
 
-    /// As [`Self::stencil`] for an angle in the turn that starts at −π.
+    /// As [`Self::stencil`] for an `angle` from −π to π.
     fn around_angle(&self, angle: f64) -> ([f64; NODES], &[f64]) {
         let position = ((angle + PI) * self.per_radian).clamp(0.0, self.count);
         let base = position as usize;

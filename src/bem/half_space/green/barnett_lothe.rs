@@ -32,7 +32,7 @@ pub struct BarnettLothe {
     pub l: Matrix3<f64>,
 }
 
-/// The contractions Q = C(m, m), R = C(m, ν), T = C(ν, ν) in the integrands, with the normal ν.
+/// Contractions Q = C(m, m), R = C(m, ν), T = C(ν, ν) in the integrands, with C(u, v)_ik = C_ijkl u_j v_l and the normal ν.
 #[derive(Debug, Clone, Copy)]
 struct Contractions {
     q: Matrix3<f64>,
@@ -94,7 +94,7 @@ impl BarnettLothe {
         [(l_inverse + l_inverse.transpose()) * 0.5, (coupling - coupling.transpose()) * 0.5]
     }
 
-    /// Largest relative difference of H, L, Re W and Im W.
+    /// Largest relative difference of H, L, Re W and Im W. The difference of Im W is relative to Re W.
     fn differs_from(&self, other: &Self) -> f64 {
         let relative = |a: &Matrix3<f64>, b: &Matrix3<f64>, scale: f64| (a - b).amax() / scale;
         let ([re, im], [re_other, im_other]) = (self.admittance(), other.admittance());
@@ -140,12 +140,13 @@ impl QuadratureSums {
         Self { count: 0, n1: zero, t_inverse: zero, minus_n3: zero }
     }
 
-    /// Adds `count` equidistant points, offset by `offset` spacings; `None` if a C(ν, ν) is not positive definite to rounding.
+    /// Adds `count` equidistant points, offset by `offset` spacings; `None` if a C(ν, ν) is not positive definite within rounding.
     fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) -> Option<()> {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
-            // No explicit inverse: for Lamé constants λ ≫ μ, Q and R T⁻¹ Rᵀ are of order λ and cancel to order μ. An error δ of the
-            // inverse enters as R δ Rᵀ and amplifies rounding by (λ / μ)³. An error of the Cholesky factor amplifies it by λ / μ.
+            // Q - R T⁻¹ Rᵀ is computed without the inverse T⁻¹. For Lamé constants λ ≫ μ, both terms are of order λ and their
+            // difference is of order μ. An error δ of the inverse enters as R δ Rᵀ and amplifies rounding by (λ / μ)³. An error of
+            // the Cholesky factor amplifies it by λ / μ.
             let factor = at.t.cholesky()?;
             let lower = factor.l();
             let y = lower.solve_lower_triangular(&at.r.transpose())?;

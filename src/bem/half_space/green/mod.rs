@@ -63,11 +63,12 @@ pub struct SurfaceGreen {
 impl SurfaceGreen {
     /// Green's function of one half-space; `stiffness` is in the axes (x, y, n) of the frame.
     ///
-    /// The number of directions doubles until the series has decayed to rounding. At the limit of 8192 directions over half a turn
-    /// a remainder of 1e-9 is accepted.
+    /// Doubles the directions over half a turn until the series has decayed to 1e-12 of its maximum, or to 1e-9 at the limit
+    /// of 8192.
     ///
     /// # Errors
-    /// If the Barnett-Lothe integrals or the series do not converge (stiffness ratios above about 10^5), or the run is cancelled.
+    /// If the stiffness is nearly singular, the Barnett-Lothe integrals or the series do not converge (stiffness ratios above about
+    /// 10^5), or the run is cancelled.
     pub fn new(stiffness: &Stiffness, side: Side) -> Result<Self> {
         let mut samples = sample(stiffness, side, DIRECTIONS[0], 0.0)?;
         loop {
@@ -85,7 +86,7 @@ impl SurfaceGreen {
         }
     }
 
-    /// Sum of the functions of several bodies. A pair then costs as much as one body.
+    /// Sum of the Green's functions of several bodies. Integrals for a pair of bodies then cost as much as for one body.
     pub fn sum(bodies: &[&Self]) -> Self {
         let even = bodies.iter().map(|body| body.even.len()).max().unwrap_or(0);
         let odd = bodies.iter().map(|body| body.odd.len()).max().unwrap_or(0);
@@ -108,12 +109,12 @@ impl SurfaceGreen {
         assemble(&real_sum(&self.even, ONE, turn * turn), &real_sum(&self.odd, turn, turn * turn))
     }
 
-    /// W(m) at wavenumber κ = 1 for m = (cos `angle`, sin `angle`), 1/MPa, Hermitian positive definite.
+    /// Surface admittance W(m) for m = (cos `angle`, sin `angle`) and κ = 1, 1/MPa; Hermitian and positive definite.
     ///
     /// # Source
-    /// docs/theory-half-space.md (harmonic tractions; the series of point forces read backwards).
+    /// docs/theory-half-space.md: harmonic tractions, with the series of point forces solved for W.
     pub fn symbol(&self, angle: f64) -> Matrix3<Complex<f64>> {
-        // Harmonics of Re W: a_n = 2π i^-n γ_n, n even; of Im W: b_n = -2π γ_n / sin(n π/2), n odd. Both alternate in sign.
+        // Re W has the harmonics 2π i^-n γ_n (n even), Im W has -2π γ_n / sin(n π/2) (n odd). Both factors alternate in sign.
         let turn = Complex::from_polar(1.0, angle);
         let re = assemble(&real_sum(&self.even, ONE, -turn * turn), &[0.0; 3]);
         let im = assemble(&[0.0; 6], &real_sum(&self.odd, -turn, -turn * turn));
@@ -129,10 +130,11 @@ impl SurfaceGreen {
         series
     }
 
-    /// Distance of the nearest singularity of Γ(φ) / r from the real line, along a straight line, relative to r.
+    /// Distance between the real axis and the nearest complex singularity of Γ(φ) / r along a straight line. It is divided by the
+    /// distance d of the line from the source.
     pub(super) fn singularity_distance(&self) -> f64 {
-        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n. Then Γ is analytic within |Im
-        // φ| < η, and Γ / r along a straight line within r tanh η.
+        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n. Then Γ is analytic for |Im φ| <
+        // η. Along a line at the distance d from the source, Γ / r is analytic within d tanh η of the real axis.
         (-HARMONIC_CUTOFF.ln() / self.order().max(1) as f64).tanh()
     }
 
@@ -167,7 +169,7 @@ impl SurfaceGreen {
         &self.odd
     }
 
-    /// Series from W at M equidistant directions over half a turn.
+    /// Series from samples of W at equidistant directions over half a turn.
     fn from_samples(samples: &[AdmittanceSample]) -> Self {
         let half = samples.len();
         let fft = RealFftPlanner::new().plan_fft_forward(2 * half);
@@ -236,7 +238,7 @@ fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Resul
 }
 
 /// Sum of a real series over its positive and negative orders. The phase factor of the lowest order is `first`, and `ratio`
-/// multiplies it from order to order. Order 0 of the even harmonics (phase factor 1) has no counterpart of opposite sign.
+/// multiplies it from one harmonic to the next. Order 0 of the even harmonics (phase factor 1) has no counterpart of opposite sign.
 fn real_sum<const N: usize>(
     harmonics: &[[Complex<f64>; N]],
     first: Complex<f64>,

@@ -33,7 +33,7 @@ const MAX_SMALLER_GRIDS: usize = 6;
 /// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
 /// S is symmetric, since K(-d) = K(d)^T on a uniform grid. The transform of K (the symbol) is therefore Hermitian at each
-/// wavevector and is stored in nine real planes. Cell (ix, iy) has the index `ix * cells[1] + iy`.
+/// wavevector. It is stored in nine real planes, or in five without coupling. Cell (ix, iy) has the index `ix * cells[1] + iy`.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
@@ -50,12 +50,14 @@ pub struct FftFlexibility {
 }
 
 impl FftFlexibility {
-    /// Tabulates the influence of a cell on the grid. The required planes are transformed at the first product.
+    /// Tabulates the influence of a cell on the grid. The planes that a product requires are transformed at the first such product.
     ///
     /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `green`: of one half-space or of a pair.
     ///
     /// # Errors
-    /// If the grid is empty, the spacing is not positive and finite, or the tables do not fit into the memory.
+    /// - If the grid is empty, or the spacing is not positive and finite.
+    /// - If the spacing or the compliance is extremely large or small.
+    /// - If the tables do not fit into the memory, or the run is cancelled.
     pub fn new(
         cells: [usize; 2],
         spacing: [f64; 2],
@@ -114,7 +116,7 @@ impl Flexibility for FftFlexibility {
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
         let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(3));
-        // Computed before the parallel section, where threads would wait for each other.
+        // The planes are computed before the parallel section, in which threads would wait for each other.
         let (normal, rest) = (self.symbol.normal(), self.symbol.other_planes());
         self.symbol.plan.apply::<3>(tractions, gap, buffers, |ky, columns| {
             let [nn] = self.symbol.planes_at(normal, ky);
@@ -173,8 +175,8 @@ impl Flexibility for FftFlexibility {
         if self.symbol.coarsening != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
             return None;
         }
-        // The largest grid for the padded size, with an even number of cells if `at_least` is even. It depends on the request only,
-        // so a resumed run has the same operators.
+        // The largest grid with the padded size of `at_least`. Its number of cells along an axis is even if `at_least` is even. The
+        // choice depends on the request only, so a resumed run has the same operators.
         let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
         let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
         let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");

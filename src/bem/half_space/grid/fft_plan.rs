@@ -31,7 +31,7 @@ impl<T: FftNum + Into<f64>> FftReal for T {}
 pub(in crate::bem::half_space) struct PaddedGridPlan<T = f64> {
     /// Number of cells along x and y.
     pub(in crate::bem::half_space) cells: [usize; 2],
-    /// Padded sizes: products of small primes, at least 2 cells - 1 in directions that are not periodic.
+    /// Padded numbers of cells: at least 2 cells - 1, or at least the number of cells in periodic directions.
     pub(in crate::bem::half_space) padded: [usize; 2],
     rows: Arc<dyn RealToComplex<T>>,
     rows_back: Arc<dyn ComplexToReal<T>>,
@@ -266,8 +266,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
         }
     }
 
-    /// Transforms `input` (C planes over the cells), applies `multiply(k_y, columns)` to the C columns of each k_y, and transforms
-    /// back into `output`. Not normalised; does not allocate.
+    /// Transforms `input` (C components over the cells), applies `multiply(k_y, columns)` to the C columns of each k_y, and
+    /// transforms back into `output`. The transforms are not normalised. The method does not allocate.
     pub(in crate::bem::half_space) fn apply<const C: usize>(
         &self,
         input: &[f64],

@@ -99,8 +99,8 @@ impl GridSymbol {
         symbol
     }
 
-    /// Writes a transform into a symbol of `count` planes from plane `first`: the real part and, for two `parts`, the imaginary
-    /// part.
+    /// Writes a transform into the planes of a symbol with `count` planes, starting at plane `first`. The real part takes one
+    /// plane; for two `parts`, the imaginary part takes the next.
     fn put(
         &self,
         (symbol, count): (&mut [f64], usize),

@@ -1,4 +1,4 @@
-//! Influence of a unit traction on one cell of a uniform grid on all other cells.
+//! Displacements of the cells of a uniform grid under a unit traction on one cell.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -13,8 +13,8 @@ use crate::cancel;
 const EVEN: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 const ODD: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
-/// Kernel K(d) for the offsets d = target - source of a uniform grid, for half of the offsets, since K(-d) = K(d)^T. Near offsets
-/// use integrals over the cell, far offsets their expansion.
+/// Kernel K(d) of a uniform grid for the offsets d = target - source. Half of the offsets suffice, since K(-d) = K(d)^T. Near
+/// offsets use integrals over the cell, far offsets their expansion.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
@@ -49,7 +49,7 @@ impl KernelTable {
                 }
             }
         });
-        // The symmetry is enforced, so that the operator is symmetric to the last bit.
+        // K(0) is made symmetric, so that the operator is symmetric to the last bit.
         near[near_cells[1] - 1] = (near[near_cells[1] - 1] + near[near_cells[1] - 1].transpose()) * 0.5;
         Self { spacing, near_cells, near, far, integrator }
     }
@@ -83,7 +83,8 @@ impl KernelTable {
         }
     }
 
-    /// Planes of `components` at all offsets of a grid of `cells`, at most as large as the grid of the table.
+    /// Planes of `components` at the offsets x >= 0 of a grid of `nx` by `ny` cells. This grid is at most as large as the grid of
+    /// the table.
     pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[KernelComponent]) -> Vec<OffsetPlane> {
         let (width, count, far) = (2 * ny - 1, components.len(), self.far.of(components));
         let mut planes: Vec<OffsetPlane> = components
@@ -94,7 +95,7 @@ impl KernelTable {
                 parity: if let KernelComponent::Even(_) = component { 1.0 } else { -1.0 },
             })
             .collect();
-        // For half-spaces with a plane of symmetry along x, only y >= 0 is computed.
+        // If all components are even or odd in y, only the values at y >= 0 are computed.
         let signs: Option<Vec<f64>> =
             components.iter().map(|component| self.far.y_parity(*component)).collect();
         let mut rows: Vec<Vec<&mut [f64]>> = (0..nx).map(|_| Vec::with_capacity(count)).collect();

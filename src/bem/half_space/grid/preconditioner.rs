@@ -1,7 +1,7 @@
 //! Approximate inverses of the flexibility of half-spaces on a grid, as preconditioners, for the normal part or all components.
 //!
 //! The inverse symbol is κ W⁻¹ in the wavenumber domain of the grid, which is taken as periodic. The error is the far field of the
-//! repeated grid. Padding would take four times the work and saves no iteration of conjugate gradients.
+//! repeated grid. Padding would take four times the work and save no iteration of conjugate gradients.
 //!
 //! # Source
 //! Vollebregt 2014, "A new solver for the elastic normal contact problem using conjugate gradients, deflation, and an FFT-based
@@ -31,7 +31,7 @@ impl Wavenumbers {
         Self { padded, lowest }
     }
 
-    /// Wavevector of an index; at zero a share of the lowest wavenumber.
+    /// Wavevector at the indices (`kx`, `ky`); at (0, 0) a share of the lowest wavenumber.
     fn at(&self, kx: usize, ky: usize) -> [f64; 2] {
         if (kx, ky) == (0, 0) {
             return if self.lowest[0] < self.lowest[1] {

@@ -18,7 +18,7 @@ const LANES: usize = 8;
 /// Components that a filter multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::bem::half_space) enum ComponentSet {
-    /// The normal component, by nn.
+    /// The normal component, multiplied by nn.
     Normal,
     /// The two tangential components.
     Tangential,
@@ -78,7 +78,8 @@ impl SpectralFilter {
         Self { convolution, parts, symbol, size, buffers }
     }
 
-    /// Computes `output` from `input`, with one plane over the cells per component; overwrites `output`. Does not allocate.
+    /// Overwrites `output` with the filtered `input`. Both have one plane of cell values for each component. The method does not
+    /// allocate.
     pub(in crate::bem::half_space) fn apply(&self, input: &[f64], output: &mut [f64]) {
         let scale = max_abs(input);
         if scale.is_nan() || scale == 0.0 {
@@ -146,7 +147,8 @@ fn max_abs(values: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: the largest absolute value, read from the list; 0 for an empty list, and NaN if the list contains NaN.
+    /// Truth: `max_abs` returns the largest absolute value of a list, known by inspection. It returns 0 for an empty list, and NaN
+    /// if the list contains NaN.
     #[test]
     fn the_largest_of_some() {
         let mut values: Vec<f64> = (0..21).map(|k| f64::from(k % 7) - 4.5).collect();

@@ -7,8 +7,8 @@
 //!
 //! `F_IJ = ½ Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,
 //!
-//! where z = x + i y and μ are the moments divided by the area. For cells of unequal size the expansion may hold for the smaller
-//! cell only. Both terms are then computed separately.
+//! where z = x + i y, and μ_ab(I) is a moment of cell I divided by the area of the cell. For cells of unequal size the expansion
+//! may hold for the smaller cell only. The terms of both cells are then computed separately.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -121,7 +121,7 @@ impl CellInfluence {
             extra_decades,
             scale: 1.0,
         };
-        // Scaled to entries of magnitude 1, independent of the units.
+        // F is scaled to entries of magnitude 1, independent of the units.
         let own = (0..pairs.cells.len()).into_par_iter();
         let own = own.map(|cell| pairs.matrix(cell, cell).amax() / pairs.cells[cell].area);
         let largest = own.reduce(|| 0.0, f64::max);
@@ -134,7 +134,7 @@ impl CellInfluence {
         &self.components
     }
 
-    /// Factor by which F is multiplied, so that its entries are about 1 at most.
+    /// Factor by which F is multiplied, so that its entries are at most about 1.
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -310,8 +310,9 @@ mod tests {
         Cell::new([x, y], corners.to_vec(), 0.04)
     }
 
-    /// Truth: S_IJ equals the symmetrised exact integrals over both cells. The error stays below the tolerance of the integrals in
-    /// all directions, from the smallest distance of the expansion to far distances. At the smallest distance it is not negligible.
+    /// Truth: S_IJ equals the symmetrised exact integrals over both cells. In twelve directions, from 1 to 5 times the smallest
+    /// distance of the expansion, the error stays below the tolerance of the integrals. At the smallest distance the error is not
+    /// negligible.
     #[test]
     fn moments_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {

@@ -10,8 +10,9 @@ use crate::quadrature::gauss_legendre;
 /// Maximum number of Gauss points per direction. If it does not suffice, the exact integral is used.
 const MAX_POINTS: usize = 16;
 
-/// Gauss rules with up to this many points per direction are always used for polygons, since the exact integral loses accuracy at
-/// such distances. For larger rules, `SLOWER` harmonics of the exact integral cost as much as one point.
+/// Gauss rules with up to this many points per direction are always used for polygons. They suffice at large distances only, where
+/// the exact integral loses accuracy. Otherwise the cheaper method is used; one Gauss point costs as much as `SLOWER` harmonics of
+/// the exact integral.
 const FEW_POINTS: usize = 4;
 const SLOWER: usize = 2;
 
@@ -23,7 +24,8 @@ const LN_ACCURACY: f64 = 32.3;
 pub struct PatchIntegrator {
     green: SurfaceGreen,
     table: AngularTable,
-    /// Distance of the singularity of Γ(φ) / r from the real line, relative to r.
+    /// Distance between the real axis and the nearest complex singularity of Γ(φ) / r along a straight line. It is divided by the
+    /// distance d of the line from the source.
     singularity_distance: f64,
     /// Gauss-Legendre rules on [-1, 1] with 1, 2, ... points.
     rules: Vec<Vec<(f64, f64)>>,
@@ -32,8 +34,8 @@ pub struct PatchIntegrator {
 impl PatchIntegrator {
     /// Computes the table of Γ and the Gauss rules.
     pub fn new(green: &SurfaceGreen) -> Self {
-        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n. Then Γ is analytic within |Im
-        // φ| < η, and Γ / r along a straight line within r tanh η.
+        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n. Then Γ is analytic for |Im φ| <
+        // η. Along a line at the distance d from the source, Γ / r is analytic within d tanh η of the real axis.
         let strip = -HARMONIC_CUTOFF.ln() / green.order().max(1) as f64;
         Self {
             green: green.clone(),
@@ -43,12 +45,12 @@ impl PatchIntegrator {
         }
     }
 
-    /// Green's function of the integrals.
+    /// Green's function that is integrated.
     pub fn green(&self) -> &SurfaceGreen {
         &self.green
     }
 
-    /// `∫ G(offset - y) dA_y` over the rectangle with the given sides (mm) about the origin, mm/MPa.
+    /// `∫ G(offset - y) dA_y` over the rectangle with the given sides (mm) and its centre at the origin, mm/MPa.
     pub fn rectangle(&self, sides: [f64; 2], offset: [f64; 2]) -> Matrix3<f64> {
         let [a, b] = sides.map(|side| side / 2.0);
         let distance = offset[0].hypot(offset[1]) - a.hypot(b);
@@ -104,7 +106,7 @@ impl PatchIntegrator {
         self.table.add(x[0], x[1], weight / (x[0] * x[0] + x[1] * x[1]).sqrt(), sum);
     }
 
-    /// Number of Gauss points along a side at a distance of at least `distance`; `None` if the exact integral is required.
+    /// Number of Gauss points along a `side` (mm) for a target at least `distance` away; `None` if the exact integral is required.
     ///
     /// On a segment whose nearest complex singularity is x half-lengths away, the error of n points is ρ^(-2n), ρ = x + sqrt(1 +
     /// x^2).

@@ -22,7 +22,7 @@ pub(super) struct PolygonMoments {
 
 impl PolygonMoments {
     pub fn new(order: usize) -> Self {
-        // On an edge the integrand is a polynomial of this order.
+        // On an edge the integrand is a polynomial of degree `order`.
         Self { order, rule: gauss_legendre(order / 2 + 1) }
     }
 

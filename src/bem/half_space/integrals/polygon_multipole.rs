@@ -41,8 +41,8 @@ pub(super) struct PolygonMultipole {
     n_components: usize,
     per_radian: f64,
     stride: usize,
-    /// Minimum ratio of distance to polygon radius for which orders up to 0, 1, ... suffice, descending; one list for each
-    /// additional decade of accuracy.
+    /// `[decade][order]`: minimum ratio of distance to polygon radius for which moments up to this order suffice, descending with
+    /// the order. Each further list is for an error that is one decade smaller.
     min_ratio: Vec<Vec<f64>>,
 }
 
@@ -83,7 +83,7 @@ impl PolygonMultipole {
             }
             *size = of_order.into_iter().fold(0.0, f64::max);
         }
-        // The moments of order k of a disc are 2 / (k + 2) times its area and the kth power of its radius.
+        // Moments of order k of a disc are at most 2 / (k + 2) × area × radius^k.
         let suffices = |k: usize, accuracy: f64| {
             let term = 2.0 / (k + 2) as f64 * sizes[k] / (accuracy * sizes[0].max(f64::MIN_POSITIVE));
             term.powf(1.0 / k as f64)
@@ -115,7 +115,7 @@ impl PolygonMultipole {
         self.min_ratio[decade].iter().position(|&from| ratio >= from)
     }
 
-    /// Minimum ratio of distance to radius for which orders up to 0, 1, ... suffice, descending.
+    /// Minimum ratio of distance to radius for which moments up to order 0, 1, ... suffice, descending.
     #[cfg(test)]
     pub fn from(&self) -> &[f64] {
         &self.min_ratio[0]
@@ -126,8 +126,8 @@ impl PolygonMultipole {
         size_of_val(self.table.as_slice())
     }
 
-    /// Adds to `values` `[n_components]` the sum of `weights` times the functions in the direction of (x, y), y >= 0, up to an
-    /// order. The weights, `[n_moments]`, include the powers of 1 / r.
+    /// Adds the sum of `weights` times the functions up to `order` in the direction of (x, y), y >= 0, to `values`
+    /// `[n_components]`. The weights, `[n_moments]`, include the powers of 1 / r.
     pub fn add(&self, [x, y]: [f64; 2], order: usize, weights: &[f64], values: &mut [f64]) {
         let position = y.atan2(x) * self.per_radian;
         let last = self.table.len() / self.stride - NODES;

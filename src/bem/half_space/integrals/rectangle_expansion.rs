@@ -1,8 +1,8 @@
 //! Influence of a distant rectangle: integral of Γ(φ) / r as a series in the ratio of the sides to the distance.
 //!
-//! By [`super::polygon_multipole`] each order of the Taylor series about the centre is a function of the direction over a power of
-//! r. The moments of a rectangle with given sides are known in advance. The sum over the moments of each order is therefore
-//! tabulated: six functions per component, instead of 91 for arbitrary polygons.
+//! As in [`super::polygon_multipole`], each order of the Taylor series about the centre is a function of the direction, divided by
+//! a power of r. The moments of a rectangle with given sides are known in advance. The sum over the moments of each order is
+//! therefore tabulated: six functions per component, instead of 91 for arbitrary polygons.
 
 use nalgebra::Complex;
 

@@ -4,7 +4,8 @@
 //! harmonic of the grid has its exact admittance W(m) / κ. In an open direction tractions are constant over the cells.
 //!
 //! A uniform load has no finite displacement relative to infinity. With two periodic directions, the mean displacement is zero.
-//! With one, the displacement of the mean traction, a line load, is zero at half the frame width.
+//! With one periodic direction, the mean traction along it is a line load. The displacement due to this load is zero at a distance
+//! of half the frame width.
 //!
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
@@ -58,9 +59,10 @@ impl PeriodicFlexibility {
     /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `periodic`: along x and y, at least one of them.
     ///
     /// # Errors
-    /// If the grid is empty, is a single cell with two periodic directions, or the spacing is not positive and finite. With one
-    /// periodic direction, if the cells are too elongated or the period too long. If memory does not suffice, or the run is
-    /// cancelled.
+    /// - If the grid is empty or a single cell with two periodic directions, or no direction is periodic.
+    /// - If the spacing is not positive and finite, or the spacing or the compliance is extremely large or small.
+    /// - With one periodic direction, if the cells are too elongated or the period is too long.
+    /// - If memory does not suffice, or the run is cancelled.
     pub fn new(
         cells: [usize; 2],
         spacing: [f64; 2],

@@ -1,13 +1,13 @@
 //! Half-spaces under tractions that are periodic in one direction of the frame: the symbol along the other (open) direction.
 //!
-//! A traction exp(i k s) along the periodic direction s is constant over a cell of width h in the open direction. At the centre of
-//! a cell at distance d it causes the displacement
+//! The traction on a cell is exp(i k s) along the periodic direction s, and constant over the width h of the cell in the open
+//! direction. At the centre of a cell at distance d it causes the displacement
 //!
 //! `K(d) = 1/2π ∫ W(κ, k) / |(κ, k)| h sinc(κ h / 2) exp(i κ d) dκ`,
 //!
-//! and K(-d) is the conjugate transpose of K(d). For K sampled at the cell offsets, the transform is the sum of the integrand over
-//! the aliases κ + 2π i / h. This alternating series is summed by Euler's transformation. For k = 0 (plane strain) the integral
-//! does not exist. K is then the logarithm that vanishes at a given distance.
+//! and K(-d) is the conjugate transpose of K(d). The discrete transform of K at the cell offsets is the sum of W(κ, k) / |(κ, k)|
+//! sinc(κ h / 2) over the aliases κ + 2π p / h, with all integers p. This alternating series is summed by Euler's transformation.
+//! For k = 0 (plane strain) the integral does not exist. K then contains a logarithm that vanishes at a given distance.
 
 use std::f64::consts::PI;
 
@@ -22,16 +22,18 @@ use crate::cancel;
 const ALIASES: usize = 10;
 const N_EULER_TERMS: usize = 18;
 
-/// Number of additional directly summed aliases per k h / (2π d), where d is the singularity distance of the material.
+/// Number of additional directly summed aliases per k h / (2π δ), where δ is the singularity distance of the material.
 const EXTRA_ALIASES_PER_KH: f64 = 4.0;
 
-/// Negative natural logarithm of the share of K that may return from the next period (1e-15).
+/// Negative natural logarithm of the admissible wraparound error of K, relative to K (1e-15).
 const LN_MAX_WRAPAROUND: f64 = 35.0;
 
-/// Maximum number of points of the line for the kernel of a harmonic; each takes some 300 bytes per thread.
+/// Maximum number of cells of the periodic line on which the kernel of a harmonic is computed. Each cell takes some 300 bytes per
+/// thread.
 const MAX_LINE_POINTS: usize = 1 << 19;
 
-/// Largest ratio of the period to the cell width across it for which [`MAX_LINE_POINTS`] suffices, neglecting points of the cells.
+/// Largest ratio of the period to the cell width in the open direction for which [`MAX_LINE_POINTS`] suffices. The number of cells
+/// of the frame in the open direction is neglected.
 pub(super) fn max_period_over_cell(singularity_distance: f64) -> f64 {
     2.0 * PI * singularity_distance * MAX_LINE_POINTS as f64 / LN_MAX_WRAPAROUND
 }
@@ -49,14 +51,14 @@ pub(super) struct OpenDirection<'a> {
     pub padded: usize,
     /// Sides of the cells along the frame's x and y, mm.
     pub spacing: [f64; 2],
-    /// Distance at which the displacement due to a line load in the periodic direction is zero, mm.
+    /// Distance from a line load along the periodic direction at which the displacement due to the load is zero, mm.
     pub datum: f64,
-    /// Decay rate of K per k d: distance of the nearest singularity of W(κ, 1) from the real κ axis.
+    /// Decay rate δ of K(d) ∝ exp(-δ k d): distance of the nearest singularity of W(κ, 1) from the real κ axis.
     pub singularity_distance: f64,
 }
 
 impl<'a> OpenDirection<'a> {
-    /// Open direction along `axis` of a frame of `cells`, `padded`, with cell sides `spacing`.
+    /// Open direction along `axis` of a frame with `cells` cells (`padded` with padding) along x and y, and cell sides `spacing`.
     pub(super) fn new(
         axis: usize,
         (cells, padded): ([usize; 2], [usize; 2]),
@@ -101,7 +103,7 @@ impl<'a> OpenDirection<'a> {
         2.0 * PI * index as f64 / (count as f64 * self.spacing[1 - self.axis])
     }
 
-    /// Number of cells of a periodic line on which the return of K from the next period is negligible, for a wavenumber `k` > 0.
+    /// Number of cells of a periodic line on which the wraparound error of K is negligible, for a wavenumber `k` > 0.
     pub(super) fn wraparound_free_period(&self, k: f64) -> usize {
         fast_size(
             (self.cells as f64
@@ -110,8 +112,8 @@ impl<'a> OpenDirection<'a> {
         )
     }
 
-    /// Sum over the aliases of wavenumber `j` of `period` cells at k. If k and -k coincide on the grid (`paired`), returns the mean
-    /// of the sums at k and -k.
+    /// Sum over the aliases of the wavenumber with index `j` on a line of `period` cells, at k. If k and -k coincide on the grid
+    /// (`paired`), returns the mean of the sums at k and -k.
     pub(super) fn sum_over_aliases(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
         let h = self.spacing[self.axis];
         let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };
@@ -170,7 +172,7 @@ impl<'a> OpenDirection<'a> {
         .map(|entry| Complex::new(entry, 0.0))
     }
 
-    /// Transform over the padded cells of a kernel given by offset.
+    /// Transform over the padded cells of a kernel that is a function of the cell offset.
     fn transformed(&self, kernel: impl Fn(isize) -> Upper) -> Vec<Hermitian> {
         let reach = self.cells as isize - 1;
         let mut planes: [Vec<Complex<f64>>; 6] =

@@ -12,7 +12,8 @@ use crate::cancel;
 /// Number of planes of the symbol: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
 pub(super) const PLANES: usize = 9;
 
-/// W(m) / κ at every wavevector of the grid; zero at the zero wavevector.
+/// W(m) / κ at every wavevector of a grid with two periodic directions, times the factor 1/(padded size) of the inverse transform;
+/// zero at the zero wavevector.
 pub(super) fn doubly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],
@@ -23,7 +24,7 @@ pub(super) fn doubly_periodic_symbol(
     filled(convolution, |kx, ky| {
         let signed = if 2 * kx <= nx { kx as f64 } else { kx as f64 - nx as f64 };
         let (x, y) = (signed * lowest[0], ky as f64 * lowest[1]);
-        // At the Nyquist wavenumber of an axis (wavelength of two cells) both signs coincide; their mean is used.
+        // At the Nyquist wavenumber of an axis (two cells per wave), k and -k coincide on the grid. Both values are averaged.
         let [both_x, both_y] = [2 * kx == nx, 2 * ky == ny];
         let mut sum: Rows = [0.0; 9];
         let mut count = 0.0;
@@ -38,7 +39,8 @@ pub(super) fn doubly_periodic_symbol(
     })
 }
 
-/// Symbol of a frame open along `axis`, periodic along the other. `material`: admittance and singularity distance.
+/// Symbol of a frame that is open along `axis` and periodic along the other axis, times 1/(padded size). `material`: admittance and
+/// singularity distance.
 pub(super) fn singly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],
@@ -70,7 +72,7 @@ fn conjugate([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: Hermitian) -> Hermit
     [xx, yy, nn, xy, -xy_im, xn, -xn_im, yn, -yn_im]
 }
 
-/// Planes of a symbol given at (k_x, k_y), with the factor of the inverse transform.
+/// Planes `[k_y][PLANES][padded_x]` of the symbol `at(k_x, k_y)`, including the factor 1/(padded size) of the inverse transform.
 fn filled(convolution: &PaddedGridPlan, at: impl Fn(usize, usize) -> Hermitian + Sync) -> Vec<f64> {
     let [px, py] = convolution.padded;
     let weight = 1.0 / (px * py) as f64;

@@ -32,10 +32,11 @@ pub const MAX_DENSE_CELLS: usize = 1000;
 /// Default relative tolerance of the compressed operator.
 pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
-/// Bytes per row or column of a far block, per component and per squared number of decimal digits of the tolerance; measured.
+/// A far block `[m, n]` takes about this × d² × (m + n) bytes per component, where d = -log10(tolerance); measured.
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 1.9;
 
-/// Build time for n cells on two cores, seconds, over the product of n ln n, number of components and squared digits; measured.
+/// The build for n cells on two cores takes about this × n ln n × (number of components) × d² seconds, where d = -log10(tolerance);
+/// measured.
 const BUILD_SECONDS_PER_CELL: f64 = 2e-7;
 
 /// Cells: centres `[N]` and corners (counter-clockwise) `[N]` in the plane of the frame, mm, and areas `[N]`, mm2.
@@ -50,15 +51,15 @@ pub const TOLERANCE_RANGE: [f64; 2] = [1e-12, 1e-2];
 /// Compressed operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
 /// It equals [`DenseFlexibility`](crate::bem::half_space::DenseFlexibility) within a tolerance. Memory and time grow little faster
-/// than the number of cells. The stored matrix F = S A^-1, for forces instead of tractions, is symmetric and in hierarchical blocks
-/// (see [`hierarchical`](crate::linalg::hierarchical)).
+/// than the number of cells. The matrix F = S A^-1, for forces instead of tractions, is symmetric. It is stored in hierarchical
+/// blocks (see [`hierarchical`](crate::linalg::hierarchical)).
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
 pub struct CompressedFlexibility {
     matrix: HierarchicalMatrix,
     pairs: CellInfluence,
-    /// Component products for all three planes, and for the pressure alone.
+    /// Products with the components of S for all three traction components, and for the pressure alone.
     all: Vec<ComponentProduct>,
     normal: Vec<ComponentProduct>,
     /// Position in the tree and area of each cell.
@@ -66,13 +67,13 @@ pub struct CompressedFlexibility {
     /// Integrator for direct sums.
     integrator: PatchIntegrator,
     inverses: [OnceLock<AdditiveSchwarz>; 2],
-    /// Tractions and gaps in tree order, `[3, N]` by planes.
+    /// Tractions and gaps in tree order, `[3, N]`.
     scratch: Mutex<[Vec<f64>; 2]>,
 }
 
 impl CompressedFlexibility {
     /// Computes the operator from the arguments of [`DenseFlexibility::new`](crate::bem::half_space::DenseFlexibility::new).
-    /// Products differ from products with the dense operator by about `tolerance` times the norm of S.
+    /// Products with a vector x differ from products with the dense operator by about `tolerance` ‖S‖ ‖x‖.
     ///
     /// # Errors
     /// If the lengths differ, a cell has fewer than three corners or no area, or a number is not finite. If the tolerance is not
@@ -171,8 +172,8 @@ impl CompressedFlexibility {
         self.matrix.bytes() + self.pairs.bytes() + inverses
     }
 
-    /// Permutes planes of vectors into tree order with a factor `factor(area)`, applies `with`, and permutes the result back with a
-    /// factor `back(area)`.
+    /// Permutes each component of `x` into tree order, times `factor(area)`. Then applies `with`, and permutes the result back into
+    /// `y`, times `back(area)`.
     fn in_order(
         &self,
         (x, y): (&[f64], &mut [f64]),
@@ -233,7 +234,7 @@ fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Block
         .with_tolerance_shares(&tolerance_shares(areas))
 }
 
-/// Memory in addition to the blocks, bytes, for `n` cells with this total number of corners.
+/// Memory in addition to the blocks, bytes, for `n` cells with `corners` corners in total.
 fn auxiliary_bytes(n: usize, corners: usize) -> usize {
     let vectors = 3 * 8 * (16 + 2);
     let moments = 8 * 91;

@@ -21,7 +21,7 @@ use crate::linalg::vector::dot8;
 /// docs/theory-half-space.md, operators on the frame.
 pub struct DenseFlexibility {
     n: usize,
-    /// `[3 n][3 n]`, rows and columns ordered by component planes.
+    /// `[3 n][3 n]`; rows and columns are ordered by component, all x first, then all y, then all n.
     rows: Vec<f64>,
     coupled: bool,
 }
@@ -33,8 +33,8 @@ impl DenseFlexibility {
     /// mm2.
     ///
     /// # Errors
-    /// If the lengths differ, a cell has fewer than three corners or no area, a number is not finite, or the
-    /// matrix does not fit into the memory.
+    /// - If the lengths differ, a number is not finite, or a cell has fewer than three corners or no area.
+    /// - If the matrix does not fit into the memory, or the run is cancelled.
     pub fn new(
         centers: &[[f64; 2]],
         cells: &[Vec<[f64; 2]>],
@@ -73,7 +73,7 @@ impl DenseFlexibility {
         Ok(Self { n, rows, coupled: green.couples_normal_tangential() })
     }
 
-    /// Operator from K, `[3 n][3 n]` by component planes, mm/MPa: displacements of all cells under unit tractions on each cell.
+    /// Operator from K, `[3 n][3 n]` ordered by component, mm/MPa: displacements of all cells under unit tractions on each cell.
     ///
     /// # Panics
     /// If `k` does not have 9 n² entries.
@@ -130,7 +130,7 @@ fn symmetrise(rows: &mut [f64], areas: &[f64]) {
     }
 }
 
-/// Rejects cells without a valid polygon.
+/// Checks that the numbers of centres, cells and areas are equal, and that each cell is a valid polygon.
 pub(super) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
     let n = centers.len();
     if n == 0 || cells.len() != n || areas.len() != n {

@@ -51,7 +51,7 @@ impl Boussinesq {
             d * d * s3 + g * s,
         );
 
-        // Derivatives along x_a divided by −x_a, then along the depth.
+        // Suffix `_a`: derivatives of the factors along x_a, divided by −x_a. Suffix `_d`: derivatives along the depth.
         let same_a = s3 + k * s * e2;
         let cross_a = 3.0 * s5 - k * (s3 * e2 + 2.0 * s2 * e2 * e);
         let once_a = k * (s3 * e + s2 * e2);

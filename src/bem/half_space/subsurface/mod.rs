@@ -2,8 +2,8 @@
 //!
 //! Cells near the evaluation point are integrated by Gauss rules and subdivided when very near. The number of Gauss points follows
 //! from the distance to the singularities of the kernel. Distant cells are clustered. Each cluster is replaced by 6 × 6 equivalent
-//! forces with the same moments up to degree 5 in each direction. The field at a point is thus the sum of some thousand forces,
-//! independent of the number of cells.
+//! forces with the same moments up to degree 5 in each direction. The field at a point is thus a sum over some thousand forces,
+//! almost independently of the number of cells.
 
 mod boussinesq;
 pub mod point_force;
@@ -25,7 +25,7 @@ const RELATIVE_TOLERANCE: f64 = 1e-6;
 /// Number of equivalent forces along a side of a cluster. Their error equals the error of a Gauss rule with half as many points.
 const EQUIVALENT_FORCES_PER_SIDE: usize = 6;
 
-/// Maximum number of Gauss points along a side of a part of a cell.
+/// Maximum number of Gauss points along a side of a cell, or of a part of a divided cell.
 const MOST_POINTS: usize = 8;
 
 /// Maximum number of successive halvings of a cell.
@@ -50,7 +50,7 @@ struct LoadedQuad {
 #[derive(Debug)]
 struct CellCluster {
     patch: Parallelogram,
-    /// Equivalent forces of the cluster.
+    /// Positions of the equivalent forces, and the force vectors.
     forces: Vec<([f64; 2], Point)>,
     members: ClusterMembers,
 }
@@ -84,7 +84,8 @@ impl LoadedQuad {
         ([value(0), value(1)], along_s[0] * along_t[1] - along_s[1] * along_t[0])
     }
 
-    /// Parallelograms that together enclose the quadrilateral; a single one if it is a parallelogram.
+    /// Number and list of parallelograms that approximate the quadrilateral: one if it is a parallelogram, otherwise one for each
+    /// corner. Each has the centre of the quadrilateral and the two sides that meet at a corner.
     fn enclosing_parallelograms(&self) -> (usize, [Parallelogram; 4]) {
         let [a, b, c, d] = self.corners.map(|[x, y]| Point::new(x, y, 0.0));
         let middle = (a + b + c + d) * 0.25;
@@ -96,7 +97,7 @@ impl LoadedQuad {
         (4, [patch(1.0, 1.0), patch(1.0, -1.0), patch(-1.0, 1.0), patch(-1.0, -1.0)])
     }
 
-    /// Halves of the quadrilateral, divided across its longer side.
+    /// Halves of the quadrilateral, divided across its longest side.
     fn halves(&self) -> [Self; 2] {
         let [a, b, c, d] = self.corners;
         let length = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
@@ -112,7 +113,7 @@ impl LoadedQuad {
     }
 }
 
-/// Quadrilaterals and triangles of a polygon.
+/// Quadrilaterals and triangles that make up a polygon.
 fn split_polygon(corners: &[[f64; 2]], traction: Point) -> Vec<LoadedQuad> {
     let n = corners.len();
     let twice_area: f64 = (0..n)
@@ -130,7 +131,7 @@ fn split_polygon(corners: &[[f64; 2]], traction: Point) -> Vec<LoadedQuad> {
 }
 
 impl<'a> SubsurfaceField<'a> {
-    /// Upper bound of the memory, bytes: all cells loaded, with the given numbers of corners.
+    /// Upper bound of the memory, bytes, if all cells are loaded. `n_corners`: number of corners of each cell.
     pub fn expected_bytes(n_corners: impl Iterator<Item = usize>) -> usize {
         let parts: usize = n_corners.map(|n| if n <= 4 { 1 } else { n }).sum();
         // Each half of a divided cluster holds at least half of `MAX_LEAF_QUADS` quadrilaterals.
@@ -143,8 +144,8 @@ impl<'a> SubsurfaceField<'a> {
                         * size_of::<([f64; 2], Point)>())
     }
 
-    /// Field under the tractions (MPa, on the body) of cells, given by their corners in the plane. `field` belongs to the same
-    /// `stiffness`, in the axes of the surface.
+    /// Field under uniform tractions on cells. Each item of `cells` has the corners on the surface and the traction on the body
+    /// (MPa). `field` belongs to the same `stiffness`, in the axes of the surface.
     pub fn new(
         (stiffness, field): (&'a Stiffness, &'a PointForceField),
         cells: impl Iterator<Item = (Vec<[f64; 2]>, Point)>,
@@ -195,7 +196,8 @@ impl<'a> SubsurfaceField<'a> {
         self.clusters.len() - 1
     }
 
-    /// Equivalent forces at the Gauss points of a rectangle. On polynomials they do the same work as the members' tractions.
+    /// Equivalent forces F_k at the Gauss points x_k of a rectangle, with Σ p(x_k) F_k = ∫ p t dA for the tractions t of the
+    /// members. This holds for all polynomials p of degree up to 5 in each direction.
     fn forces(&self, members: &ClusterMembers, middle: [f64; 2], half: [f64; 2]) -> Vec<([f64; 2], Point)> {
         let rule = &self.rules[EQUIVALENT_FORCES_PER_SIDE - 1];
         let mut sums = [Point::zeros(); EQUIVALENT_FORCES_PER_SIDE * EQUIVALENT_FORCES_PER_SIDE];
@@ -333,7 +335,7 @@ mod tests {
     }
 
     /// Truth: the field equals the sum over all cells with many Gauss points each. Clusters and distance-dependent rules leave an
-    /// error of 1e-5 of the largest value. The points lie below, next to and far from the cells, one at a depth of half a cell
+    /// error below 1e-5 of the largest value. The points lie below, next to and far from the cells, one at a depth of half a cell
     /// side. The bodies are isotropic and anisotropic.
     #[test]
     fn groups_stand_for_their_cells() {
@@ -380,9 +382,9 @@ mod tests {
         }
     }
 
-    /// Truth: Hertzian line contact of half-width a and peak pressure p0 (Johnson 4.2c, catalogue case hertz-line). The largest
-    /// shear stress is 0.300283 p0 at the depth 0.786151 a. The model has 160 strips of length 800 a and an incompressible
-    /// material. In compressible materials, strips of length 2 L with the line load P' cause an error (1 - 2ν) P' / (π L) of σ_x.
+    /// Truth: under a Hertzian line contact of half-width a and peak pressure p0, the largest shear stress is 0.300283 p0 at the
+    /// depth 0.786151 a (Johnson 4.2c, catalogue case hertz-line). The model has 160 strips of length 800 a and a nearly
+    /// incompressible material, ν = 0.4999. Strips of length 2 L with the line load P' cause an error (1 - 2ν) P' / (π L) of σ_x.
     #[test]
     fn below_a_line_contact() {
         let (a, p0) = (0.2348909, 1355.14);
@@ -390,7 +392,7 @@ mod tests {
         let field = PointForceField::new(&stiffness).unwrap();
         let (n, length) = (160, 400.0 * a);
         let h = 2.0 * a / n as f64;
-        // Mean pressure over a strip.
+        // Integral of √(1 - x²) from 0 to x. Its differences give the mean pressure over a strip.
         let integral = |x: f64| {
             let x = x.clamp(-1.0, 1.0);
             0.5 * (x * (1.0 - x * x).sqrt() + x.asin())

@@ -24,7 +24,7 @@ const KIND: &str = "point force";
 /// Target error of a table, relative to its largest entry.
 const ERROR: f64 = 3e-8;
 
-/// Convergence limit of the direct integral at the nodes of a table: change on doubling its points.
+/// Convergence limit of the direct integral at the nodes of a table: relative change on doubling the number of quadrature points.
 const MAX_INTEGRAL_CHANGE: f64 = 1e-8;
 
 /// Number of directions in the surface for which a table is compared with the surface field.
@@ -35,8 +35,8 @@ const ZERO_STIFFNESS_TOLERANCE: f64 = 1e-14;
 
 /// Field of a unit force at the origin of the surface of the half-space z <= 0, whose outward normal is +z.
 ///
-/// Isotropic materials have a closed form. Other materials use a table of integrals over directions, and on the surface the series
-/// of the Green's function.
+/// Isotropic materials have a closed form. For other materials, integrals over directions are tabulated for points below the
+/// surface. On the surface, the series of the Green's function is used.
 #[derive(Debug, Clone)]
 pub struct PointForceField(Form);
 
@@ -102,8 +102,9 @@ impl PointForceField {
         }
     }
 
-    /// Largest observed difference of displacement or gradient from the direct integral, relative to the largest entry at that
-    /// distance. It is at least the last change of the integral, and 0 for closed forms.
+    /// Largest observed difference of displacement or gradient from the direct integral, relative to the largest entry over all
+    /// directions at the same distance. It is at least the last change of the integral on doubling its points, and 0 for closed
+    /// forms.
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,

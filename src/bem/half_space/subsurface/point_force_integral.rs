@@ -39,7 +39,7 @@ pub struct PointForceIntegral {
     plane: [Matrix3<f64>; 3],
     /// C(e_x, e3), C(e_y, e3).
     mixed: [Matrix3<f64>; 2],
-    /// Sums of `mixed` with their transposes.
+    /// Sum of each matrix of `mixed` and its transpose.
     mixed_sum: [Matrix3<f64>; 2],
     /// C(e3, e3).
     normal: Matrix3<f64>,
@@ -51,7 +51,7 @@ pub struct PointForceIntegral {
     min_points: usize,
 }
 
-/// Point of the angular rule: tan ψ, and dψ/ds over its mean π/2. `PointForceIntegral::integrate` defines ψ and s.
+/// Point of the angular rule: tan ψ, and dψ/ds divided by its mean π/2. `PointForceIntegral::integrate` defines ψ and s.
 #[derive(Debug, Clone, Copy)]
 struct RulePoint {
     tangent: f64,
@@ -63,7 +63,7 @@ struct Direction {
     phi: f64,
     cos: f64,
     sin: f64,
-    /// Distance from the z axis over the depth.
+    /// Distance from the z axis divided by the depth.
     slope: f64,
 }
 
@@ -90,7 +90,7 @@ impl PointForceIntegral {
         }
     }
 
-    /// Field at a point below the surface, mm.
+    /// Field at a point `x` (mm) below the surface.
     ///
     /// # Errors
     /// If the point is not below the surface, or too near to the surface for the rule to converge.
@@ -110,13 +110,13 @@ impl PointForceIntegral {
         )))
     }
 
-    /// Field at a point below the surface, and the last change on doubling the points, relative to the largest entries.
+    /// Field at a point below the surface, and the last change on doubling the number of points, relative to the largest entries.
     ///
     /// The trapezoidal rule is applied in s. With the quarter period K, tan ψ = k' sc(K s, k) and θ = φ + π/2 + ψ. Here k' is
     /// approximately the ratio of depth to distance from the z axis. The poles near tan ψ = ±i k' and ±i are then far from the real
-    /// line. The points are doubled until the last change is at most `change` and the change before at most 10 √change, or until
-    /// the largest rule. The second condition prevents false convergence where the leading error, a wave in φ with as many periods
-    /// as points, vanishes.
+    /// line. The number of points doubles until two conditions hold, or the largest rule is reached. The last change is at most
+    /// `change`, and the change before it is at most 10 √`change`. The second condition prevents false convergence where the
+    /// leading error, a wave in φ with as many periods as points, vanishes.
     pub(super) fn integrate(&self, x: &Vector3<f64>, change: f64) -> (GreenTensor, f64) {
         let direction = Direction::new(x);
         let mut sums = [0.0; TERMS];
@@ -246,7 +246,7 @@ impl Direction {
     }
 }
 
-/// Points of the largest rule for a `ratio` of depth to distance from the z axis; half a turn from −π/2.
+/// Points of the largest rule for a `ratio` of depth to distance from the z axis. The angle ψ covers half a turn from −π/2.
 fn rule(ratio: f64) -> Vec<RulePoint> {
     // The points are offset by half a step from the centre and the ends, so that all tangents are finite.
     let tangents = (0..POINTS[1]).map(|k| {

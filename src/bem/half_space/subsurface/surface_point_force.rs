@@ -1,4 +1,4 @@
-//! Field of a point force at points on the surface of its half-space.
+//! Field of a point force on the surface of a half-space, at other points of this surface.
 
 use nalgebra::Matrix3;
 
@@ -12,12 +12,12 @@ use crate::material::Stiffness;
 pub(super) struct SurfacePointForce {
     /// Γ and Γ', row by row.
     table: AngularTable,
-    /// −T⁻¹ C(e3, e_a) for a = x, y: maps derivatives along x, y to the derivative along z.
+    /// −T⁻¹ C(e3, e_a) for a = x, y, with T = C(e3, e3): maps derivatives along x, y to the derivative along z.
     normal: [Matrix3<f64>; 2],
 }
 
 impl SurfacePointForce {
-    /// Field from the Green's function of the same body.
+    /// Field for a material and its surface Green's function `green`.
     pub(super) fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
         let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
         let factor = contract(2).cholesky().expect("C(e3, e3) is positive definite with the stiffness");

@@ -2,8 +2,8 @@
 //! same kind.
 //!
 //! A cold start is solved on coarse cells first. Ever finer cells follow, over the contact rectangle of the coarser solution. A
-//! warm start is solved over the rectangle of the previous contact; if it is far from the solution, coarse cells precede it. The
-//! residual of the state is computed on the whole frame. If bodies overlap outside the window, the window grows.
+//! warm start is solved over the rectangle of the previous contact. If the warm start is far from the solution, coarse cells come
+//! first. The residual of the state is computed on the whole frame. If bodies overlap outside the window, the window grows.
 
 mod tangential;
 
@@ -13,7 +13,7 @@ use super::control::{Method, PartSolver, SolveControl, SolverOptions};
 use super::report::{SolveReport, StopReason};
 use crate::omitted::OmittableWork;
 
-/// Smallest number of frame cells for windows and coarser cells.
+/// Smallest number of frame cells for which windows and coarser cells are used.
 const MIN_FRAME_CELLS: usize = 60 * 60;
 
 /// Smallest number of coarse cells along the shorter side of a rectangle.
@@ -22,14 +22,14 @@ const MIN_COARSE_SIDE_CELLS: usize = 24;
 /// Smallest tolerance of the natural residual on coarser cells.
 const COARSE_TOLERANCE: f64 = 1e-4;
 
-/// Margin of the window around the contact of the coarser solution or of a warm start, in cells.
+/// Margin of the window around the contact of the coarser solution or of a warm start, in cells of this solution or start.
 const WINDOW_MARGIN_CELLS: usize = 2;
 
 /// Largest number of windows. After them the whole frame is solved.
 const MAX_WINDOWS: usize = 6;
 
-/// Largest number of iterations on coarser cells, and on a window that may still grow. A solve that needs more continues on the
-/// whole frame.
+/// Largest number of iterations on coarser cells, and on a window that may still grow. A solve that needs more continues on finer
+/// cells or on the whole frame.
 const MAX_WINDOW_ITERATIONS: usize = 500;
 
 /// Natural residual above which a warm start counts as far from the solution: Newton's method would not begin from it.
@@ -50,8 +50,8 @@ pub fn solves_windows(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool
     skips && options.method == Method::Auto && grid.is_some_and(|[nx, ny]| nx * ny >= MIN_FRAME_CELLS)
 }
 
-/// Solves from the state in `it`, windows and coarser cells with `solver`. Returns the report and whether the solve has ended. If it has not, `it` contains the best
-/// available start for the whole frame.
+/// Solves from the state in `it`. `solver` solves windows and coarser cells. Returns the report and whether the solve has ended. If
+/// the solve has not ended, `it` contains a start for the whole frame.
 pub(super) fn solve(
     problem: &Increment,
     it: &mut ContactState,

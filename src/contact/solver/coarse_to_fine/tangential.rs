@@ -1,8 +1,8 @@
 //! Solves for the tangential tractions at given pressures, on a window around the contact. Coarser cells first find the spread of
 //! the slip zone.
 //!
-//! The coarse gap is corrected by the mean of the fine elastic displacements minus the displacements of the mean tractions. Only
-//! the change found on the coarse cells is transferred, relative to the pressure (full approximation scheme).
+//! The correction of the coarse gap is mean(S P) - S_c mean(P), with the fine operator S, the coarse operator S_c, and means over
+//! coarse cells. Only the change found on the coarse cells is transferred, as a ratio to the pressure (full approximation scheme).
 //!
 //! # Source
 //! Brandt 1977, "Multi-level adaptive solutions to boundary-value problems".
@@ -79,8 +79,8 @@ impl CoarseToFine<'_, '_> {
     }
 }
 
-/// Adds the change of the coarse tractions since `before` to the fine tractions. The interpolated quantity is the change over the
-/// pressure.
+/// Adds the change of the coarse tractions since `before` to the fine tractions. The interpolated quantity is the change divided by
+/// the pressure.
 fn add_change(
     (coarse, before, change): (&Window, &[f64], &mut ContactState),
     (fine, state): (&Window, &mut ContactState),

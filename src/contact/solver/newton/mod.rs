@@ -4,7 +4,7 @@
 //! The augmented variables p - c_n g_n and q̂ - c_t Δĝ_t decide whether a cell is open, sticks or slips. g_n is the normal gap, Δĝ_t
 //! the scaled slip; c_n and c_t are local stiffnesses. The equations of these cell states give the step; they are linear except for
 //! the direction of slip. Far from the solution the states alternate. Projected Barzilai-Borwein steps therefore precede the first
-//! Newton step, and follow each step that failed to lower the residual.
+//! Newton step if the residual is large, and follow each failed Newton step.
 //!
 //! # Source
 //! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods". Hüeber,
@@ -22,18 +22,20 @@ use super::report::{SolveReport, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
-/// Largest natural residuals from which Newton steps begin: at the start of a solve, and after a failed Newton step.
+/// Largest natural residual from which the first Newton step of a solve begins.
 const FIRST_STEP_START_RESIDUAL: f64 = 0.5;
+/// Largest natural residual from which Newton steps begin after a failed step or after Barzilai-Borwein steps at the start.
 const RESTART_RESIDUAL: f64 = 2e-2;
 
-/// Largest number of Barzilai-Borwein steps before a Newton step is tried, whatever the residual.
+/// Largest number of Barzilai-Borwein steps before a Newton step is tried regardless of the residual.
 const MAX_START_STEPS: usize = 1000;
 
-/// Number of Barzilai-Borwein steps after the first Newton step that fails. The number doubles after each further failure.
+/// Largest number of Barzilai-Borwein steps after the first failed Newton step. The number doubles after each further failure.
 const FALLBACK_STEPS: usize = 15;
 
-/// Number of Krylov vectors between restarts, and largest number of operator products in the solution of one linear system.
+/// Number of Krylov vectors between restarts.
 const GMRES_RESTART: usize = 40;
+/// Largest number of operator products in the solution of one linear system.
 const MAX_GMRES_PRODUCTS: usize = 120;
 
 /// Bounds on the relative residual of a linear system, and ratio of this residual to the natural residual.
@@ -41,17 +43,17 @@ const MAX_LINEAR_TOLERANCE: f64 = 0.05;
 const MIN_LINEAR_TOLERANCE: f64 = 1e-3;
 const LINEAR_TOLERANCE_SHARE: f64 = 0.1;
 
-/// Ratio of the linear residual in the last Newton step to the tolerance. It is used only if the relative residual that it requires
-/// is above the second constant.
+/// Ratio of the linear residual in the last Newton step to the tolerance of the natural residual.
 const FINAL_STEP_TOLERANCE_SHARE: f64 = 0.3;
+/// Smallest relative linear residual for which [`FINAL_STEP_TOLERANCE_SHARE`] is used.
 const MIN_FINAL_LINEAR_TOLERANCE: f64 = 1e-6;
 
 /// Natural residual below which most cells no longer change their state.
 const TIGHT_SOLVE_RESIDUAL: f64 = 1e-3;
 
-/// Largest number of consecutive Newton steps without a new best residual, and bound on their residual over the best. Cells may
-/// change state in a step, so the residual may rise.
+/// Largest number of consecutive Newton steps without a new best residual. Cells may change state in a step and raise the residual.
 const NONMONOTONE_STEPS: usize = 1;
+/// Bound on the residual of such steps, relative to the best residual.
 const NONMONOTONE_FACTOR: f64 = 3.0;
 
 /// Residual below which the first step of a solve is accepted. The result of a failed step below it is kept as the start of the
@@ -83,7 +85,7 @@ struct NewtonSolve<'s, 'p> {
 
 /// Solves from the state in `it`. Afterwards `it` contains the last state; in steady rolling, the best state.
 ///
-/// `frictionless_solver`: for the pressures from which steady rolling with friction starts.
+/// `frictionless_solver` computes the pressures from which steady rolling with friction starts.
 pub(super) fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -124,8 +126,7 @@ impl NewtonSolve<'_, '_> {
             }
             self.step(it, &mut trial);
             let after = self.problem.natural_residual(&trial);
-            // A warm start is in equilibrium except for the change of load. The residual before the first step therefore does not
-            // measure its success.
+            // The residual of a warm start reflects only the change of load and does not bound the residual of the first step.
             let bound = if first { FIRST_STEP_LIMIT } else { NONMONOTONE_FACTOR * best };
             worse = if after < best { 0 } else { worse + 1 };
             best = best.min(after);
@@ -148,7 +149,8 @@ impl NewtonSolve<'_, '_> {
         }
     }
 
-    /// Takes at most `most` Barzilai-Borwein steps, until the residual is below `tolerance`. Returns whether the solve has ended.
+    /// Takes Barzilai-Borwein steps until the residual meets `tolerance`: at most `most` steps, unless equilibrium seems lost.
+    /// Returns whether the solve has ended.
     fn fall_back_to_gradient(
         &mut self,
         it: &mut ContactState,

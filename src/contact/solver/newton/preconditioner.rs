@@ -52,8 +52,8 @@ impl ActiveSetInverse {
         true
     }
 
-    /// Sums the slips of the sticking cells from the leading edge on. A slip is the difference between a cell and its upstream
-    /// cell, so the sums are displacements. The displacement upstream of the first sticking cell is zero.
+    /// Sums the slips of the sticking cells from the leading edge on. The slip of a cell is its displacement minus the displacement
+    /// of its upstream cell, so the sums are displacements. The displacement upstream of the first sticking cell counts as zero.
     fn sum_upstream(&mut self, upstream: &Upstream) {
         let n = self.stuck.len();
         let steps = upstream.source_cell.iter().enumerate().map(|(cell, from)| from.cmp(&cell) as isize);
@@ -144,9 +144,9 @@ fn share(beta_ratio: f64) -> f64 {
 pub(super) struct MotionSchurComplement {
     /// Tractions that the approximate inverse assigns to each unit motion, one vector per motion.
     columns: Vec<Vec<f64>>,
-    /// Work per unit of each traction on each motion, one vector per motion.
+    /// Work of a unit of each traction on each motion, divided by the total cell area; one vector per motion.
     constraints: Vec<Vec<f64>>,
-    /// `None` without motions, or if the tractions in contact do not determine the motions.
+    /// LU factors of the Schur complement. `None` without motions, or if the tractions in contact do not determine the motions.
     schur: Option<LU<f64, nalgebra::Dyn, nalgebra::Dyn>>,
 }
 

@@ -23,7 +23,7 @@ pub(super) struct NewtonSystem<'s, 'p> {
     motion_unit: f64,
     /// Change of the state: change of the tractions, and change of the gradient by the equations `linear`.
     change: &'s mut ContactState,
-    /// Equations of the changes: without initial gap, wear and slip reference.
+    /// Equations for the changes: without initial gap, wear and constant terms of the slip.
     linear: Increment<'s>,
     inverse: &'s mut ActiveSetInverse,
     bordered: MotionSchurComplement,
@@ -92,7 +92,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         self.tractions + self.free.len()
     }
 
-    /// Gap per unit of a free motion in a cell, scaled.
+    /// Scaled gap in a cell per unit of a free motion.
     fn column(&self, free: &FreeMotion, cell: usize) -> [f64; 3] {
         let rigid = [free.motion[0], free.motion[1], free.motion[2]];
         let mut floating = [0.0; MOTION_COMPONENTS - 3];
@@ -102,8 +102,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         [tangential[0], tangential[1], gap[2]]
     }
 
-    /// Computes the gradient of `self.change` by the equations without initial gap, wear and slip reference. Adds the wear depth
-    /// that the change of the pressures causes at the present slip.
+    /// Computes the gradient of `self.change` by the equations `linear`. Adds the wear depth that the change of the pressures
+    /// causes at the present slip.
     fn evaluate(&mut self) {
         let problem = self.problem;
         let n = problem.n();

@@ -3,7 +3,8 @@
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::{ContactState, Increment, NormalControl, Pressures, TangentialControl};
 
-/// Lower bound on the factor β of the radial return in a slipping cell: pressure over the magnitude of the augmented traction.
+/// Lower bound on the factor β of the radial return in a slipping cell. β is the pressure divided by the magnitude of the augmented
+/// tangential traction.
 const MIN_BETA: f64 = 1e-3;
 
 /// State of a cell in contact.
