@@ -1,10 +1,10 @@
-//! Error over run time: the scene of two half-spaces over the number of cells, and the block scene over the element size. Runs the
-//! program as a user does, and writes tables and charts.
+//! Error against run time: the scene of two half-spaces for several numbers of cells, and the block scene for several element
+//! sizes. Runs the program as a user does, and writes tables and charts.
 //!
 //!     cargo build --release
 //!     cargo run --release --example error_vs_time -- [half-spaces] [block] [--out DIR]
 //!
-//! Without names both are run. DIR is docs/benchmarks by default. The block needs gmsh.
+//! Without names both scenes are run. DIR is docs/benchmarks by default. The block needs gmsh.
 
 mod machine;
 mod places;
@@ -25,7 +25,7 @@ use places::{program, root};
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
 /// Normal forces of the two steps of the half-space scene at tilt 30, from an independent program. They are extrapolated from 128
-/// and 256 cells per side (tests/data/sphere-on-frp.json contains the values of the program's finest grid).
+/// and 256 cells per side. tests/data/sphere-on-frp.json contains the values of that program on its finest grid.
 const EXTRAPOLATED: [f64; 2] = [417.87604, 303.76251];
 
 /// Results of one run.
@@ -87,13 +87,13 @@ fn block(out: &Path) -> Outcome<()> {
     let scene = folder.join("indent-and-shift.toml");
     fs::write(&scene, first_steps(&fs::read_to_string(root().join("scenes/sphere-on-cfrp-block.toml"))?, 2))?;
     let mut samples = Vec::new();
-    // All element sizes in the patch are proportional to 1 / (number along the patch).
+    // The element sizes in the patch are proportional to 1 / (number of elements along the patch).
     for (patch, outer, depth) in [(8, 3, 5), (12, 4, 7), (16, 5, 9), (24, 7, 12), (32, 9, 16), (40, 11, 19)] {
         let mesh = folder.join(format!("block-{patch}.msh"));
         make_block(&mesh, patch, outer, depth)?;
         let overrides = [
             format!("body1.mesh=\"{}\"", mesh.display()),
-            // The benchmark measures elements under the contact.
+            // The mesh, not a half-space, models the near field, because the elements under the contact are measured.
             "body1.near_field=\"mesh\"".to_owned(),
             "frame.cells=[28, 28]".to_owned(),
         ];
@@ -106,7 +106,7 @@ fn block(out: &Path) -> Outcome<()> {
     write_chart(&out.join("block.svg"), title, &samples, &errors)
 }
 
-/// Richardson extrapolation of the forces from the two finest meshes, with an error of second order in the element size.
+/// Richardson extrapolation of the forces from the two finest meshes, for an error of second order in the element size.
 fn second_order_limit(samples: &[Sample]) -> Outcome<Vec<f64>> {
     let [.., coarse, fine] = samples else { return Err("fewer than two samples".into()) };
     let gain = (fine.size as f64 / coarse.size as f64).powi(2) - 1.0;
@@ -134,7 +134,7 @@ fn make_block(mesh: &Path, patch: usize, outer: usize, depth: usize) -> Outcome<
     if status.success() { Ok(()) } else { Err("gmsh failed".into()) }
 }
 
-/// The fastest of up to three runs, because slower runs were disturbed. Long runs are repeated less often.
+/// The fastest of up to three runs, because slower runs were disturbed. Runs of 10 s and more are not repeated.
 fn fastest(size: usize, scene: &Path, overrides: &[String]) -> Outcome<Sample> {
     let mut best = run(size, scene, overrides)?;
     for _ in 0..2 {

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// Path of the program: $ORTHOWEAR_PROGRAM, or target/release/orthowear next to this one.
+/// Path of the program orthowear: $ORTHOWEAR_PROGRAM, or `orthowear` in the folder above the folder of this benchmark.
 ///
 /// # Errors
 /// If it has not been built.

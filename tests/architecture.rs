@@ -123,7 +123,7 @@ fn every_file_is_declared() {
     for (path, text) in &files {
         let folder = path.parent().expect("a folder");
         let stem = path.file_stem().and_then(|stem| stem.to_str()).expect("a UTF-8 file name");
-        // Modules that lib.rs or mod.rs declares lie beside this file, modules that name.rs declares in the folder `name`.
+        // Modules that lib.rs or mod.rs declares lie beside this file. Modules that name.rs declares lie in the folder `name`.
         let inside =
             if ["lib", "main", "mod"].contains(&stem) { folder.to_owned() } else { folder.join(stem) };
         for name in declared(text) {

@@ -160,8 +160,7 @@ fn every_field_of_a_summary_is_explained() {
     assert!(missing.is_empty(), "docs/results.md does not name {missing:?}");
 }
 
-/// Truth: each dependency in Cargo.toml has a line in docs/DESIGN.md. The line gives its reason, its licence, and how it would be
-/// replaced.
+/// Truth: each dependency in Cargo.toml has a line in a table of docs/DESIGN.md, which names it in the first cell.
 #[test]
 fn every_dependency_is_explained() {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("a manifest");
@@ -212,8 +211,8 @@ fn test_sources() -> Vec<(String, String)> {
     found
 }
 
-/// Truth: docs/tests.md names every file whose tests are smaller than in `scripts/test --thorough`, with what they leave out. It
-/// also names every test that only runs with `--thorough`.
+/// Truth: docs/tests.md names every file whose tests are smaller than in `scripts/test --thorough`. It also names every test that
+/// only runs with `--thorough`.
 #[test]
 fn what_thorough_tests_add_is_listed() {
     let page = fs::read_to_string(root().join("docs/tests.md")).expect("a document");

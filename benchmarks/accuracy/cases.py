@@ -14,11 +14,11 @@ E, NU = 210e3, 0.3
 STAR = E / (1 - NU**2)
 
 STEEL = f'[materials.steel]\nmodel = "isotropic"\nE = {E}\nnu = {NU}\n'
-# Bodies with zero Poisson ratio, for which the solution of Cattaneo and Mindlin is exact.
+# Material with a zero Poisson ratio, so that the solution of Cattaneo and Mindlin is exact.
 PLAIN = '[materials.plain]\nmodel = "isotropic"\nE = 210e3\nnu = 0.0\n'
 CFRP = ('[materials.cfrp]\nmodel = "orthotropic"\nE1 = 167230.0\nE2 = 9544.0\nE3 = 9544.0\nG12 = 5292.0\nG13 = 5292.0\n'
         "G23 = 3483.0\nnu12 = 0.272\nnu13 = 0.272\nnu23 = 0.369\n")
-# Material of the catalogue's aniso-hertz-cfrp.
+# Material of the case aniso-hertz-cfrp of the catalogue.
 FRP = ('[materials.frp]\nmodel = "orthotropic"\nE1 = 140e3\nE2 = 10e3\nE3 = 9e3\nnu12 = 0.30\nnu13 = 0.28\nnu23 = 0.45\n'
        "G23 = 3.3e3\nG13 = 4.8e3\nG12 = 5.2e3\n")
 RIGID = 'kind = "rigid"\n'
@@ -38,7 +38,7 @@ class Case:
     keep: list = field(default_factory=list)
     # Relative error of the reference values.
     known: float = 0.0
-    # Writes the files that the scene needs into a folder.
+    # Function that writes further files of the scene into a folder. None if there are no such files.
     prepare: object = None
 
 
@@ -149,7 +149,7 @@ def lines():
 
 
 def wave(folder):
-    """Gap Delta (1 - cos 2 pi x), Delta = 2e-3 mm, as heights at the centres of 2048 cells; x is 0 in the middle of the frame."""
+    """Writes wave.csv: the gap 2e-3 mm (1 - cos 2 pi x) at the centres of 2048 cells; x is 0 in the middle of the frame."""
     with open(folder / "wave.csv", "w", newline="", encoding="utf-8") as out:
         csv.writer(out).writerows([[2e-3 * (1 + math.cos(2 * PI * (i + 0.5) / 2048))] for i in range(2048)])
 
@@ -244,7 +244,7 @@ def fibres():
 
 
 def wear():
-    """Sliding under a force: wear volume by Archard's law, and approach of a sphere with wear (catalogue, four digits)."""
+    """Sliding under a force: wear volumes (Archard, friction energy), approach of a worn sphere (catalogue, four decimals)."""
     star, force, radius = STAR, 1000.0, 10.0
     a, approach, peak = hertz(force, radius, star)
     of = lambda text, half, gap='kind = "sphere"\nradius = 10.0\n': scene(STEEL, half_space("steel"), RIGID, (half, half), gap, text)

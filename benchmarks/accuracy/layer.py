@@ -1,6 +1,7 @@
 """The mesh of benchmarks/pareto/layer.toml without gmsh: a block of 8 x 8 x 1 mm of hexahedra with 27 nodes."""
 
-# Corners of a hexahedron in half side lengths. Pairs and quadruples of corners of its edges and faces, in gmsh's order.
+# Corners of a hexahedron in half side lengths. EDGES and FACES list the corners of each edge and of each face, in gmsh's order.
+# SQUARE lists the nodes of a face.
 CORNERS = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)]
 EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)]
 FACES = [(0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7)]
@@ -18,7 +19,7 @@ def halved(ends):
 
 
 def make(folder, patch=6, beside=4, down=6):
-    """Writes layer.msh: `patch` elements under the frame (1.2 mm), `beside` on each side, `down` over the depth."""
+    """Writes layer.msh with `patch` elements along the frame (1.2 mm), `beside` on each side of it, and `down` over the depth."""
     growth, sides = 1.6, [0.6]
     first = (4 - 0.6) * (growth - 1) / (growth**beside - 1)
     for i in range(beside):

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Compares requested, estimated and true errors: `accuracy` on the cases of the catalogue.
+"""Compares requested, estimated and true errors of runs with `accuracy`, for the cases of the catalogue.
 
     cargo build --release --locked
     python3 benchmarks/accuracy/run.py [--asked 1e-2 3e-3 1e-3] [--program FILE] [--write] [BEGINNINGS OF NAMES ...]
 
-Runs each case at each accuracy on one thread, one after the other, and prints a row for each. With --write the rows are written
-to docs/data/accuracy.csv, and their summary to docs/accuracy.md. A row shows the result with the largest true error. Takes some
-minutes.
+Runs each case with each requested error on one thread, one run after the other, and prints a row for each run. With --write the
+rows are written to docs/data/accuracy.csv, and their summary to docs/accuracy.md. A row shows the result with the largest true
+error. All runs together take some minutes.
 """
 
 import argparse
@@ -78,7 +78,7 @@ def first_value(path, key):
 
 
 def fields(row):
-    """Fields of the file for one run."""
+    """Fields of accuracy.csv for one run."""
     what = ", ".join(row["of"]).replace("_", " ") or "all"
     begin, seconds = [row["case"], row["source"], what, row["asked"]], f"{row['seconds']:.1f}"
     if not row["results"]:
@@ -93,7 +93,7 @@ def fields(row):
 
 
 def head(rows, load):
-    """Comment lines of the file."""
+    """Comment lines of accuracy.csv."""
     version = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=False).stdout.strip()
     memory = int(first_value("/proc/meminfo", "MemTotal").split()[0]) / (1 << 20)
     shares = [result["error"] / float(row["asked"]) for row in rows if row["results"] and row["met"] for result in row["results"]]

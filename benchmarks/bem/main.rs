@@ -4,7 +4,8 @@
 //!         [--threads N]
 //!
 //! A block of CFRP, 8 x 8 x 4, has N first-order elements along its long sides, finer in the middle of the top. CASE is "block"
-//! (base fixed), "rollers" (base and sides fixed along their normals), "plate" (8 x 8 x 0.4, one side fixed) or "free".
+//! (base fixed), "rollers" (base and sides fixed along their normals), "plate" (8 x 8 x 0.4, one side fixed) or "free". Dense
+//! equations are solved for at most UNKNOWNS unknowns. The tolerance of the compression is 10^-DIGITS.
 
 #[path = "../im7.rs"]
 mod im7;
@@ -86,7 +87,7 @@ fn peak() -> f64 {
     line.split_whitespace().nth(1).and_then(|kib| kib.parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
 }
 
-/// Processor seconds of the process so far, over all threads.
+/// Processor seconds of the process so far, summed over all threads.
 fn processor() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after = text.rsplit(')').next().unwrap_or("");
@@ -163,7 +164,7 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
     Ok(())
 }
 
-/// Slope of value `k` over value 0, by least squares.
+/// Slope of value `k` against value 0, by least squares.
 fn slope(points: &[[f64; 3]], k: usize) -> f64 {
     let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
     let [x, y] = [mean(0), mean(k)];
@@ -206,7 +207,7 @@ fn main() -> Outcome<()> {
     );
     println!("|{}", "---|".repeat(12));
     let mut logs: Vec<[f64; 3]> = Vec::new();
-    // Each size in a separate process, to measure its memory.
+    // Each size runs in a separate process, so that its peak memory can be measured.
     for side in &sides {
         let mut command = std::process::Command::new(std::env::current_exe()?);
         let output = command.args(&words).args(["--sides", &side.to_string()]).output()?;

@@ -1,4 +1,4 @@
-//! Stiffness of a block fixed at its base relative to a half-space, over the size of the block: the table of
+//! Normal force on a block fixed at its base, relative to the force on a half-space, for several sizes of the block: the table of
 //! docs/theory-coupling.md.
 //!
 //!     cargo run --release --example blocks
@@ -88,7 +88,7 @@ fn block(
     FeBody::new(spec, "contact", Side::Lower, frame)
 }
 
-/// Normal force, N, at an approach of 0.02 mm: a steel half-space with the gap of a sphere of radius 50 mm on `lower`.
+/// Normal force, N, between `lower` and a steel half-space at an approach of 0.02 mm, with the gap of a sphere of radius 50 mm.
 fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
     let steel = Stiffness::isotropic(210e3, 0.3)?;
     let mut upper = HalfSpaceBody::new(&steel, Side::Upper, frame)?;

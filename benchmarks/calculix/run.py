@@ -40,7 +40,9 @@ def cpu_seconds(command, cwd, log):
 
 
 def meshes(cells, folder):
-    """Meshes of block and cap with `cells` elements along the patch, and all element sizes in proportion."""
+    """Writes the meshes of block and cap with `cells` elements along the patch. The element sizes outside the patch change in
+    about the same proportion.
+    """
     outer, depth = round(0.32 * cells) + 1, round(3.6 + 0.34 * cells)
     common = {"patch_cells": cells, "outer_cells": outer}
     for script, name, own in [

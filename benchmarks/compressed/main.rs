@@ -1,4 +1,5 @@
 //! Cost of the compressed half-space operator compared with the dense one: seconds to build, seconds per product, memory, error.
+//! With `--tolerance DIGITS` the compression has the tolerance 10^-DIGITS.
 //!
 //!     cargo run --release --example compressed -- [--cells N ..] [--dense N] [--tolerance DIGITS] [--tilt DEGREES]
 //!         [--threads N]
@@ -88,8 +89,8 @@ fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64
     (all, normal, gap)
 }
 
-/// Iterations of the conjugate gradient method to 1e-8, with or without the approximate inverse. The unknowns are the pressures
-/// that displace the cells of a disc by 1.
+/// Iterations of the conjugate gradient method to a relative residual of 1e-8, with or without the approximate inverse. The
+/// unknowns are the pressures that displace the cells of a disc by 1.
 fn iterations(
     operator: &CompressedFlexibility,
     (centers, areas): (&[[f64; 2]], &[f64]),
@@ -171,7 +172,8 @@ fn main() -> Outcome<()> {
          it, without | error |"
     );
     println!("|{}", "---|".repeat(11));
-    // Each size is measured in a separate process, because freed memory of another size would hide its growth.
+    // Each size is measured in a separate process, because memory that another size has freed would hide the growth of the resident
+    // memory.
     let mut seconds: Vec<[f64; 3]> = Vec::new();
     for size in &settings.sizes {
         let mut command = std::process::Command::new(std::env::current_exe()?);

@@ -107,7 +107,7 @@ pub fn compare(settings: &Settings) -> Outcome<()> {
     Ok(fs::write(settings.out.join("condense.csv"), table)?)
 }
 
-/// Least times of each contestant, measured alternately; `None` for missing programs.
+/// Least values of each program over alternate runs; `None` for missing programs.
 fn measure(settings: &Settings, name: &str, matrix: &Path) -> Outcome<Vec<Option<Values>>> {
     let mut best: Vec<Option<Values>> = vec![None; CONTESTANTS.len()];
     for _ in 0..settings.repeats {
@@ -119,7 +119,7 @@ fn measure(settings: &Settings, name: &str, matrix: &Path) -> Outcome<Vec<Option
                 .for_each(|(key, least)| *least = least.min(values[key]));
         }
     }
-    // MUMPS gets the order from this program: the time to make it belongs to MUMPS, too.
+    // MUMPS uses the elimination order that orthowear has computed, so the time of the ordering counts for MUMPS, too.
     if let [Some(own), _, Some(mumps), ..] = &mut best[..] {
         for key in ["order_cpu", "order_wall"] {
             mumps.insert(key.to_owned(), own[key]);

@@ -17,7 +17,7 @@ pub enum Case {
     Fibres,
     /// (d) A self-affine rough surface without friction, real contact on about one per cent of the frame.
     Roughness,
-    /// (e) Two cycles of 40 increments of (b).
+    /// (e) The load of (b), then two cycles of 40 increments each.
     Cycles,
     /// (f) The spheres of (b) in steady rolling with creepage along and across, about half of the contact slipping.
     Rolling,
@@ -45,7 +45,7 @@ impl Case {
         if self == Self::Rolling { &[64, 128, 256] } else { &[64, 128, 256, 512, 1024] }
     }
 
-    /// Number of increments. Cases with several are reported in seconds per increment.
+    /// Number of increments by which the seconds are divided: the increments of the cycles in (e), 1 in all other cases.
     pub fn increments(self) -> usize {
         if self == Self::Cycles { 2 * 40 } else { 1 }
     }
@@ -55,7 +55,7 @@ impl Case {
         if matches!(self, Self::Hertz | Self::Roughness) { 2.0 } else { 6.0 }
     }
 
-    /// Quantity of the last entry of `summary.steps` whose error is reported.
+    /// Value whose error is reported, from `last`, the last entry of `summary.steps`.
     pub fn quantity(self, last: &serde_json::Value) -> f64 {
         let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
         match self {
@@ -73,7 +73,7 @@ impl Case {
     }
 
     /// Writes the scene (and the files that it reads) with `n` x `n` cells into `folder`. `method` is as in `[solver]` of the
-    /// scene. `width` is the contact diameter of spheres over the side of the frame.
+    /// scene. `width` is the contact diameter of spheres divided by the side of the frame.
     ///
     /// # Errors
     /// If a file cannot be written.

@@ -26,7 +26,7 @@ struct Settings {
     repeats: usize,
     /// Time limit of a run, seconds. If a run takes longer, finer grids of its case are left out.
     limit: f64,
-    /// Contact diameter of spheres (a, b, e, f) over the side of the frame.
+    /// Contact diameter of spheres (a, b, e, f), divided by the side of the frame.
     width: f64,
     uzawa: bool,
 }
@@ -137,7 +137,7 @@ fn measure_case(
     Ok(runs)
 }
 
-/// Growth of the seconds of a case with the number N of cells on one thread: exponents between successive frames, and overall.
+/// Text about the growth of the seconds on one thread, N^k for N cells: exponents k over all grids, and between successive grids.
 fn growth_of(case: Case, runs: &[(usize, usize, Run)]) -> Option<String> {
     let seconds: Vec<(f64, f64)> = runs
         .iter()
@@ -178,7 +178,7 @@ fn row(case: Case, (n, threads): (usize, usize), run: &Run, (wanted, single): (f
     )
 }
 
-/// Compares the method of the source paper with the default on the scene with fibres.
+/// Compares the methods "auto" (default), "bb" and "uzawa" (the method of the source paper) on the scene with fibres.
 fn uzawa(program: &std::path::Path, settings: &Settings) -> Outcome<()> {
     println!("| cells | method | s | applications | residual | normal force |");
     println!("|{}", "---|".repeat(6));

@@ -1,4 +1,4 @@
-//! A self-affine rough surface, the same on every grid: a sum of waves with random phases and amplitudes of Hurst exponent 0.8.
+//! A self-affine rough surface with the Hurst exponent 0.8, the same on every grid: a sum of waves with random phases.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -6,14 +6,14 @@ use std::path::Path;
 
 use super::Outcome;
 
-/// Waves across the frame, from the longest to the shortest.
+/// Number of wavelengths across the frame for the longest waves. For the shortest waves it is SHORTEST.
 const LONGEST: i32 = 2;
 const SHORTEST: i32 = 32;
 const HURST: f64 = 0.8;
 /// Share of the frame in real contact, which determines the force.
 const CONTACT: f64 = 0.01;
 
-/// Amplitudes and phases of the waves with wavenumbers kx in 0..=32, ky in -32..=32 on a frame of unit width.
+/// (kx, ky, amplitude, phase) of the waves on a frame of unit width. The wavenumbers have kx ≥ 0 and magnitudes from 2 to 32.
 pub struct Rough {
     waves: Vec<(i32, i32, f64, f64)>,
 }

@@ -1,4 +1,4 @@
-//! Cost of one transform of the padded frame: lower bound for the cost of contact by transforms.
+//! Cost of one transform of the padded frame. The time of all transforms is a lower bound for the time of a contact solution.
 
 use std::time::Instant;
 

@@ -1,5 +1,6 @@
-//! Error of load and peak pressure over unknowns and processor seconds for every element type: a steel block under a steel sphere,
-//! and the CFRP block of scenes/sphere-on-cfrp-block.toml. Runs the program as a user does.
+//! Error of load and peak pressure against processor seconds, for every element type. The cases are a steel block under a steel
+//! sphere, and the CFRP block of scenes/sphere-on-cfrp-block.toml. The tables also contain the unknowns. Runs the program as a user
+//! does.
 //!
 //!     cargo build --release
 //!     cargo run --release --example elements -- [--out DIR]
@@ -117,7 +118,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Runs of one element type over all sizes.
+/// Results of one element type for all numbers of cells.
 fn family(folder: &Path, element: &str, kind: ElementKind) -> Outcome<Vec<Sample>> {
     let step = if kind.n_nodes() > kind.n_corners() { 2 } else { 1 };
     let mut samples = Vec::new();
@@ -144,7 +145,7 @@ fn run(folder: &Path, element: &str, cells: usize, unknowns: usize) -> Outcome<S
         "output.fields=[]".to_owned(),
         format!("body1.mesh=\"{}\"", folder.join("block.msh").display()),
         format!("body1.element=\"{element}\""),
-        // The benchmark compares elements under a contact.
+        // The mesh, not a half-space, models the near field, because the elements under the contact are compared.
         "body1.near_field=\"mesh\"".to_owned(),
         format!("frame.cells=[{cells}, {cells}]"),
     ] {
@@ -174,7 +175,7 @@ fn children_seconds() -> f64 {
     seconds(usage.ru_utime) + seconds(usage.ru_stime)
 }
 
-/// Richardson extrapolation of a value from the two finest runs, with an error of second order in the size of cells and elements.
+/// Richardson extrapolation of a value from the two finest runs, for an error of second order in the sizes of cells and elements.
 fn limit(samples: &[Sample], value: usize) -> f64 {
     let [.., coarse, fine] = samples else { return f64::NAN };
     let gain = (fine.cells as f64 / coarse.cells as f64).powi(2) - 1.0;

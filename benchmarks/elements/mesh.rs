@@ -81,7 +81,7 @@ fn numbered(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// For each node of a solid beyond its corners: the corners whose mean the node is, found by reference coordinates.
+/// For each node of a solid after its corner nodes: the corners whose mean is this node. They are found by reference coordinates.
 fn between(kind: ElementKind) -> Vec<Vec<usize>> {
     let nodes = kind.reference_nodes();
     let corners = kind.n_corners();
@@ -91,7 +91,8 @@ fn between(kind: ElementKind) -> Vec<Vec<usize>> {
             (mean - x[k]).abs() < 1e-12
         })
     };
-    // Edges first: the centre of a face is also the centre of its diagonals, which are no edges.
+    // The candidates are edges, faces, and all corners. Diagonals of faces are left out, because their centres are the centres of
+    // the faces.
     let faces = || kind.local_faces().iter().map(|(face, local)| &local[..face.n_corners()]);
     let edges = || faces().flat_map(|f| (0..f.len()).map(move |i| vec![f[i], f[(i + 1) % f.len()]]));
     let all = || std::iter::once((0..corners).collect::<Vec<_>>());
@@ -127,7 +128,7 @@ fn raised(mut mesh: Mesh, kind: ElementKind) -> Mesh {
     mesh
 }
 
-/// As [`between`], for a face: its edges in order, then the centre of a quadrilateral of nine nodes.
+/// As [`between`], for a face: its edges in order, then the centre of a quadrilateral with nine nodes.
 fn between_on_face(face: ElementKind) -> Vec<Vec<usize>> {
     let n = face.n_corners();
     let edges = (0..n).map(|i| vec![i, (i + 1) % n]);
@@ -135,7 +136,7 @@ fn between_on_face(face: ElementKind) -> Vec<Vec<usize>> {
     edges.chain(middle).collect()
 }
 
-/// Writes the mesh as text of version 2.2.
+/// Writes the mesh as a text file of .msh version 2.2.
 pub fn write(mesh: &Mesh, path: &Path) -> Outcome<()> {
     let mut text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n".to_owned();
     writeln!(text, "{}", mesh.groups.len())?;

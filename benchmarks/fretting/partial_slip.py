@@ -89,7 +89,7 @@ wear = false
 
 
 def run(program, folder, scene, cells, steps):
-    """Entries of a run. Raises an error if the run does not converge."""
+    """Entries `steps` of the summary of a run. Raises an error if the run does not converge."""
     path = folder / "scene.toml"
     path.write_text(text(scene, cells, steps))
     out = folder / "out"

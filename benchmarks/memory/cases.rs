@@ -39,7 +39,7 @@ const INSIDE: [&str; 2] = [
      points = [60, 60] }]",
 ];
 
-/// Writes no fields.
+/// Override that turns off the output of fields.
 const BARE: &str = "output.fields=[]";
 
 /// Half side length of the plates under mesh frames.
@@ -145,7 +145,7 @@ fn on_plate(n: usize) -> GradedBlock {
     GradedBlock::uniform([PLATE; 2], 1.0, [n, n, 2])
 }
 
-/// A half-space over the faces of a meshed plate.
+/// A half-space on the faces of a meshed plate.
 fn mesh_frames(quick: bool) -> Vec<Case> {
     let scene = "[body1]\nkind = \"fe\"\nmaterial = \"steel\"\nmesh = \"block.msh\"\ncontact = \"contact\"\n\
                  fixed = [{ group = \"base\" }]\n[body2]\nkind = \"half-space\"\nmaterial = \"steel\"\n[frame]\nkind = \"mesh\"\n";

@@ -1,5 +1,5 @@
-//! Error of the load over unknowns and seconds for a rigid sphere on blocks: with the near field of a half-space, and with the same
-//! blocks condensed. Runs the program as a user does. Meshes are made by gmsh.
+//! Error of the load against seconds for a rigid sphere on blocks: with the near field of a half-space, and with the same blocks
+//! condensed. The table also contains the unknowns. Runs the program as a user does. Meshes are made by gmsh.
 //!
 //!     cargo build --release
 //!     cargo run --release --example near_field -- [--out DIR] [--repeats N] [--products]
@@ -61,8 +61,8 @@ approach = 0.02
 fields = []
 "#;
 
-/// Blocks: name, material, half-width and depth (mm), load (N) of an independent program. That program combines a half-space with a
-/// far field of 14³ hexahedra of 27 nodes. The load is accurate to 1e-4 (steel) and 1e-3 (CFRP).
+/// Blocks: name, material, half-width (mm), which equals the depth, and load (N) of an independent program. That program combines a
+/// half-space with a far field of 14³ hexahedra with 27 nodes. The load is accurate to 1e-4 (steel) and 1e-3 (CFRP).
 const BLOCKS: [(&str, &str, f64, f64); 5] = [
     ("steel 3", STEEL, 3.0, 8414.4),
     ("steel 6", STEEL, 6.0, 7138.7),
@@ -71,7 +71,8 @@ const BLOCKS: [(&str, &str, f64, f64); 5] = [
     ("cfrp 6", CFRP, 6.0, 411.69),
 ];
 
-/// Meshes of the far field of a half-space: cells along an edge, order of the elements, size ratio.
+/// Meshes of the far field of a half-space: cells along an edge, order of the elements, ratio of the largest to the smallest cell
+/// size.
 const FAR: [(usize, usize, f64); 8] = [
     (4, 1, 1.0),
     (8, 1, 3.0),
@@ -289,7 +290,7 @@ fn mesh(folder: &Path, script: &str, numbers: &[(&str, f64)]) -> Outcome<()> {
     if status.success() { Ok(()) } else { Err("gmsh failed".into()) }
 }
 
-/// Median of the runs by seconds.
+/// Load and seconds of the run whose seconds are the median.
 fn sample(folder: &Path, what: String, settings: &[String], repeats: usize) -> Outcome<Sample> {
     let mut runs = Vec::new();
     for _ in 0..repeats.max(1) {

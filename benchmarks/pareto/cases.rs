@@ -7,7 +7,7 @@ use super::layer::{self, Mesh};
 /// Names of all cases.
 pub const NAMES: [&str; 5] = ["hertz", "cattaneo-mindlin", "cfrp", "wear", "layer"];
 
-/// Cells along the frame, and requested accuracies. The quick form leaves out the last values of both.
+/// Numbers of cells along the frame. The quick form uses fewer values of CELLS and of ACCURACIES, the requested relative errors.
 pub const CELLS: [usize; 10] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450];
 const ACCURACIES: [&str; 6] = ["3e-2", "1e-2", "3e-3", "1e-3", "3e-4", "1e-4"];
 const QUICK: usize = 5;
@@ -49,7 +49,7 @@ pub struct Case {
     pub known: f64,
     /// Scene file, relative to the project folder.
     pub scene: &'static str,
-    /// Largest allowed error of the unchanged scene, and the reason.
+    /// Largest allowed error of the unchanged scene, and the reason for this value.
     pub allowed: (f64, &'static str),
     pub truths: Vec<Truth>,
     pub configurations: Vec<Configuration>,
@@ -66,7 +66,8 @@ fn accuracy(relative: &str, table: &str) -> Configuration {
     Configuration { asked, ..configuration("accuracy", format!("accuracy {relative}"), &[set]) }
 }
 
-/// Relative deficit of Hertz's mean pressure over a cell next to the centre, from the peak: (h / a)^2 / 3 (cell side h, radius a).
+/// 1 - p / p0 = (h / a)^2 / 3, with the peak p0 of Hertz's pressure and its mean p over a cell beside the centre. h is the side of
+/// the cell, a the contact radius.
 pub fn sampled(half_width: f64, cells: f64, a: f64) -> f64 {
     (2.0 * half_width / cells / a).powi(2) / 3.0
 }

@@ -21,10 +21,10 @@ polynomial in x^2 through Gauss points. The kernel is integrated by Gauss quadra
 
 Checks: the table of a flat punch, Hertz for a thick layer, and doubling the resolution (none of nine digits changes).
 
-Influence of the sides of a block of half-width W: displacement of the layer's surface by the force at distance 2 W, over the
-approach. The first images for rollers at the sides are at this distance. The ratio is below 1e-6 for the benchmark's W = 4. The
-block's free sides make it softer than the infinite layer, as clamped sides make it stiffer. With W = 4 both forces differ by
-1.6e-5, with W = 3 by 1.2e-4.
+Influence of the sides of a block of half-width W: the displacement of the layer's surface at the distance 2 W from the force is
+divided by the approach. The first images for rollers at the sides are at this distance. The ratio is below 1e-6 for the
+benchmark's W = 4. Free sides make the block softer than the infinite layer, clamped sides make it stiffer. Between free and
+clamped sides, the force differs by 1.6e-5 for W = 4, and by 1.2e-4 for W = 3.
 """
 
 import numpy as np
@@ -83,7 +83,7 @@ class Layer:
 
     def sphere(self, approach, radius):
         """(contact radius, force, peak pressure) at an approach."""
-        # Secant method, from the contact radius of a half-space and a smaller one.
+        # Secant method. It starts from the contact radius of a half-space, and from 0.8 times this radius.
         ends = [np.sqrt(approach * radius), 0.8 * np.sqrt(approach * radius)]
         errors = [self.sphere_of_radius(a, radius)[0] - approach for a in ends]
         while abs(ends[1] - ends[0]) > 1e-12 * ends[1] and errors[1] != errors[0]:
@@ -97,7 +97,7 @@ class Layer:
         return np.sum(w * phi[:, 0]) / a
 
     def point(self, r):
-        """Approach of the surfaces at distance r from a unit force, minus the displacement of the second body."""
+        """Displacement of the layer's surface at the distance r from a unit force."""
         x, w = leggauss(400)
         k = 12.5 / self.thickness * (x + 1)
         w = 12.5 / self.thickness * w

@@ -9,7 +9,7 @@ use super::cases::{CELLS, Case, Configuration, OWN, configuration, sampled, valu
 /// A mesh of the layer, made by gmsh from layer.geo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mesh {
-    /// Cells along the patch under the frame. The numbers over the depth and beside the patch follow from it.
+    /// Number of cells along the patch under the frame. It determines the numbers over the depth and beside the patch.
     cells: usize,
     nodes: Nodes,
     /// Whether cells have one size from top to base. Otherwise they are small at the top.
@@ -36,7 +36,7 @@ impl Mesh {
             return Ok(file);
         }
         let n = self.cells as f64;
-        // Cells over the depth: cubes, or cells that grow downward by a factor of about 1.2.
+        // Cells over the depth: cells of one height, or cells that grow downward by a factor of about 1.2.
         let first = if self.even { DEPTH / n } else { PATCH / n };
         let down = if self.even { n } else { ((1.0 + 0.2 * DEPTH / first).ln() / 1.2f64.ln()).ceil() };
         let beside = if self.even { n } else { (n / 3.0).ceil() + 2.0 };
@@ -104,7 +104,7 @@ fn configurations(quick: bool) -> Vec<Configuration> {
             let label = format!("near field, {name} nodes, {n} along the patch");
             let mesh = Some(near(*n, nodes));
             all.push(Configuration { mesh, ..configuration("mesh of the near field", label, &[]) });
-            // Cells so fine that the error of the mesh dominates.
+            // With 200 cells along the frame the error of the mesh dominates.
             if !quick {
                 let set = ["frame.cells=[200, 200]".to_owned()];
                 let label = format!("near field, {name} nodes, {n} along the patch, 200 cells");
@@ -125,7 +125,7 @@ fn configurations(quick: bool) -> Vec<Configuration> {
     all
 }
 
-/// The case.
+/// The case "layer".
 pub fn case(quick: bool) -> Case {
     Case {
         name: "layer",

@@ -1,4 +1,4 @@
-//! Error over run time for the settings of a user, scene by scene, with the Pareto front.
+//! Error against run time for the settings of a user, scene by scene, with the Pareto front.
 //!
 //!     cargo build --release
 //!     cargo run --release --example pareto -- [--quick] [--repeats N] [SCENE ...]
@@ -32,7 +32,7 @@ use places::{program, root};
 
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Runs longer than the first value (s) are not repeated. Runs shorter than the second value are repeated three times as often.
+/// Runs of LONG seconds and more are not repeated. Runs of less than SHORT seconds are repeated three times as often as other runs.
 const LONG: f64 = 10.0;
 const SHORT: f64 = 0.5;
 
@@ -109,7 +109,7 @@ fn checked(names: &[String], folder: &Path) -> Outcome<()> {
     }
 }
 
-/// Description of an error that is too large, if it is.
+/// Message if a run has not converged or its error is too large.
 fn complaint(case: &Case, configuration: &Configuration, error: Option<f64>) -> Option<String> {
     let place = format!("{} {}", case.name, configuration.label);
     let Some(error) = error else { return Some(format!("{place}: not converged")) };
@@ -139,8 +139,8 @@ fn all(names: &[String], repeats: usize, folder: &Path, whole: bool) -> Outcome<
 }
 
 /// Runs all configurations of a case in several rounds, each starting with another configuration. Temporary disturbances, and
-/// effects of the preceding run, are then spread evenly. The first round gives the errors. Its times do not count if a run was
-/// repeated.
+/// effects of the preceding run, are then spread evenly. The first round gives the errors. If a run is repeated, its time in the
+/// first round does not count.
 fn measured(case: &Case, repeats: usize, folder: &Path) -> Outcome<Vec<Sample>> {
     let mut samples: Vec<Sample> = Vec::new();
     for configuration in &case.configurations {
@@ -170,7 +170,7 @@ fn measured(case: &Case, repeats: usize, folder: &Path) -> Outcome<Vec<Sample>> 
     Ok(samples)
 }
 
-/// Seconds and error of a run, no error if it did not converge.
+/// Seconds and error of a run. The error is `None` if the run did not converge.
 fn run(case: &Case, configuration: &Configuration, folder: &Path) -> Outcome<(f64, Option<f64>)> {
     let out = folder.join("results");
     let mut program = Command::new(program()?);

@@ -57,7 +57,7 @@ fields = []
 
 
 def orthowear(target, folder, n, threads):
-    """Seconds of all stages, seconds of the process and operator applications, in a run without fields."""
+    """Seconds of set-up, solution and process, and iterations, of a run without fields. Another run gives the pressures."""
     scene = folder / "hertz.toml"
     scene.write_text(SCENE.format(young=hertz.YOUNG, poisson=hertz.POISSON, half_width=repr(hertz.WIDTH / 2), cells=n,
                                   radius=hertz.RADIUS, force=hertz.FORCE, tolerance=hertz.TOLERANCE), encoding="utf-8")
@@ -113,7 +113,7 @@ def measure(run, programs, repeats):
 
 
 def row(n, threads, program, runs, reference):
-    """A row of the table: medians, and the errors of the last run."""
+    """A row of the table (medians of the times, errors of the last run), and the median of the seconds."""
     seconds = [one["set_up"] + one["solve"] for one in runs]
     median = statistics.median(seconds)
     solve = statistics.median(one["solve"] for one in runs)

@@ -30,7 +30,7 @@ def gap(n):
 
 
 def love(n):
-    """Displacement of a cell by unit pressure on the cell at the origin, by offset; [2n, 2n], circular (Love 1929)."""
+    """Displacements around a cell under unit pressure, by offset; [2n, 2n], circular (Love 1929)."""
     h = WIDTH / n
     d = np.fft.fftfreq(2 * n, 1 / (2 * n)) * h
     x, y = np.meshgrid(d, d, indexing="ij")
@@ -46,7 +46,7 @@ def love(n):
 
 def natural_residual(pressure):
     """Natural residual max |p - max(0, p - g / S_ii)| / p_max, with the gap g and the displacement S_ii of a cell by its own unit
-    pressure. The approach is the mean gap with elastic displacement in cells with pressure.
+    pressure. The approach is the mean, over the cells with pressure, of elastic displacement plus undeformed gap.
     """
     n = pressure.shape[0]
     kernel = love(n)

@@ -57,7 +57,7 @@ def contact_mechanics(n, _threads):
         return NonSmoothContactSystem(substrate, surface)
 
     def solve(system):
-        # ContactMechanics takes the penetration relative to the approach, forces relative to the mean force of a cell.
+        # The tolerance of the penetration is relative to the approach, the tolerance of the forces to the mean force of a cell.
         result = system.minimize_proxy(
             external_force=hertz.FORCE, pentol=hertz.TOLERANCE * hertz.APPROACH,
             forcetol=hertz.TOLERANCE * hertz.FORCE / n**2, thermotol=hertz.TOLERANCE)

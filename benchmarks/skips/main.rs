@@ -118,7 +118,7 @@ fn rows(title: &str, scene: (&str, &[&str]), repeats: usize) -> Outcome<String> 
         for _ in 0..repeats.max(1) {
             with.push(run(scene, None)?);
             without.push(run(scene, Some(&choice))?);
-            // Runs of more than a minute are not repeated.
+            // A scene is not repeated if it takes more than a minute without the omission.
             if without[0].whole > 60.0 {
                 break;
             }
@@ -152,7 +152,8 @@ fn names(summary: &Value) -> Vec<String> {
     entries.iter().filter_map(|entry| entry["skip"].as_str().map(str::to_owned)).collect()
 }
 
-/// Largest difference of forces, wear volumes and peak pressures between two runs, relative to the largest value of their kind.
+/// Largest difference of forces, wear volumes and peak pressures at the end of two runs. It is relative to the largest value of the
+/// same kind in run `a`.
 fn apart(a: &Value, b: &Value) -> Outcome<f64> {
     let steps = |summary: &Value| summary["steps"].as_array().cloned().ok_or("no steps");
     let (a, b) = (steps(a)?, steps(b)?);

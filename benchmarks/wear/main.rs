@@ -1,6 +1,6 @@
-//! Wear depth after 100 000 fretting cycles: error over run time of the integrators at equal and at controlled jumps, and number of
-//! contact solves. Compares the solver for sliding contacts with the solver for all unknowns. Writes tables and a chart per tilt to
-//! docs/benchmarks.
+//! Wear depth after 100 000 fretting cycles: error against run time, and number of contact solves, of each integrator with equal
+//! jumps and with a tolerance. Compares the solver for sliding contacts with the solver for all unknowns. Writes tables, and a
+//! chart per tilt, to docs/benchmarks.
 //!
 //!     cargo run --release --example wear -- [--cells N] [--repeats N] [--sliding]
 //!
@@ -36,7 +36,7 @@ impl Observer for Silent {
     }
 }
 
-/// Median time and results of the runs of one setting.
+/// The run with the median time, of several runs with one setting.
 #[derive(Clone)]
 struct Run {
     seconds: f64,
@@ -46,7 +46,7 @@ struct Run {
     last: IncrementRecord,
 }
 
-/// Runs the scene with overrides, `repeats` times.
+/// Runs the scene with overrides `repeats` times. Returns the run with the median time.
 fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
     let plan = scene::read(&path, overrides).map_err(|mistakes| mistakes.to_error().to_string())?;
@@ -76,7 +76,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / deepest
 }
 
-/// One row of the table and point of the chart: the run, and its error (rms over the largest depth).
+/// One row of the table and point of the chart: the run, and its error as in [`difference`].
 struct Row {
     integrator: &'static str,
     jumps: String,
@@ -161,7 +161,8 @@ fn integrators(tilt: f64, cells: usize, repeats: usize) -> Outcome<()> {
     Ok(fs::write(out(&format!("wear-tilt{tilt}.svg")), chart.svg())?)
 }
 
-/// Compares two solvers: all unknowns, and normal unknowns only where the contact slides. Neither uses windows of the frame.
+/// Compares "newton", which solves for all unknowns, with "auto", which solves for pressures alone where the contact slides. From
+/// 60 x 60 cells on, "auto" may also solve on windows of the frame.
 fn sliding(repeats: usize) -> Outcome<()> {
     let mut text = machine::comment();
     writeln!(
@@ -210,7 +211,7 @@ fn main() -> Outcome<()> {
         }
     };
     let (cells, repeats) = (value("--cells", 64)?, value("--repeats", 3)?.max(1));
-    // One thread, as in the program. Otherwise each parallel part waits for another thread.
+    // The pool has only the current thread. Otherwise each parallel part would wait for another thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     if !words.iter().any(|word| word == "--sliding") {
         for tilt in [0.0, 90.0] {

@@ -246,7 +246,7 @@ class Steps(Iterator[Entry]):
 
     @property
     def summary(self) -> dict[str, Any] | None:
-        """Summary of the completed run. None before its end, and after `close`."""
+        """Summary of the completed run. None before its end, and if `close` has stopped the run."""
         return self._core.summary()
 
     def close(self) -> None:

@@ -110,7 +110,8 @@ class Study:
         return numbers
 
     def collect(self, out: str | os.PathLike[str] | None = None) -> StudyResult:
-        """Writes the table from the run folders in `out`, whatever program computed them. Runs without a folder have no status."""
+        """Writes the table from the run folders in `out`, which any program may have filled. Runs without a folder have no status.
+        """
         folder = (self.path.with_suffix(".study") if out is None else Path(out)).resolve()
         return StudyResult(folder, *self._core.collect(folder, True))
 

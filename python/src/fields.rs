@@ -13,7 +13,7 @@ pub struct Fields {
     pub state: FrameState,
 }
 
-/// Transposes planes `[k, N]` to an array (N, k).
+/// Array (N, k) of values that are stored component by component, `[k, N]`.
 pub fn by_cell<'py>(py: Python<'py>, planes: &[f64], k: usize) -> PyResult<Bound<'py, PyAny>> {
     let n = planes.len() / k;
     let values = (0..n).flat_map(|i| (0..k).map(move |c| planes[c * n + i])).collect();

@@ -53,7 +53,7 @@ struct FieldCollector<'a> {
 }
 
 impl FieldCollector<'_> {
-    /// Waits for a request of the entry. Returns false if the run is stopped or no more requests can arrive.
+    /// Waits until the next entry is requested. Returns false if the run is stopped or no more requests can arrive.
     fn wait_for_request(&self, asks: &Receiver<()>) -> bool {
         loop {
             match asks.recv_timeout(PAUSE) {

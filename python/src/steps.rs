@@ -20,7 +20,7 @@ type Entry<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 pub struct Steps {
     plan: Arc<Plan>,
     work: BackgroundTask<Message, RunOutput>,
-    /// `None` after the end of the run.
+    /// Sends a request for each entry. `None` after the end of the run, and after `close`.
     requests: Option<Sender<()>>,
     ended: Option<RunOutput>,
 }
@@ -60,7 +60,7 @@ impl Steps {
                 let (record, fields) = *entry;
                 Ok(Some((convert::to_python(py, &record)?, fields.to_python(py)?)))
             }
-            // Not sent: `RunRequest::progress` is false.
+            // This message is not sent, because `RunRequest::progress` is false.
             Ok(Some(Message::Progress(..))) => Ok(None),
             Ok(None) => {
                 self.requests = None;

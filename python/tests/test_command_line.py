@@ -9,7 +9,7 @@ from conftest import ROOT, small
 
 import orthowear
 
-#: Entries that differ from run to run.
+#: Keys whose values differ from run to run.
 CLOCKS = ("seconds", "timings", "peak_memory_bytes", "files", "saved")
 
 
@@ -41,7 +41,7 @@ def test_summary_and_fields(name, program, tmp_path):
 
 
 def test_files_are_written(scene, program, tmp_path):
-    """Truth: the program writes the same files, byte by byte."""
+    """Truth: the program writes files of the same names. The VTU and PVD files are the same byte for byte."""
     scene.run(tmp_path / "a")
     path = tmp_path / "scene.toml"
     path.write_text(toml(scene))
@@ -54,7 +54,7 @@ def test_files_are_written(scene, program, tmp_path):
 
 
 def toml(scene) -> str:
-    """Writes a scene of plain values as inline tables. JSON strings, numbers, lists and dicts are nearly TOML."""
+    """TOML text of a scene of plain values, with inline tables. JSON strings, numbers, lists and dicts are nearly TOML."""
 
     def value(part) -> str:
         if isinstance(part, dict):
@@ -88,7 +88,7 @@ def test_mistakes_are_those_of_the_program(program, tmp_path):
 
 
 def test_missing_file_and_wrong_values(tmp_path):
-    """Truth: docs/command-line.md: wrong input has exit code 2, insufficient memory 4."""
+    """Truth: docs/command-line.md: wrong input raises InputError, insufficient memory raises ResourcesError with exit code 4."""
     with pytest.raises(orthowear.InputError, match="cannot read the scene"):
         orthowear.Scene.load(tmp_path / "none.toml")
     with pytest.raises(orthowear.InputError, match=r"gap\.radius: this is not a value of a scene \(Python type complex\)"):
@@ -101,7 +101,7 @@ def test_missing_file_and_wrong_values(tmp_path):
 
 
 def test_values_of_numpy_and_paths():
-    """Truth: a scene with values of NumPy equals the scene with plain numbers."""
+    """Truth: a scene with NumPy values, a path and None equals the scene with plain values."""
     scene = small()
     scene["frame"]["half_width"] = np.array([0.4, 0.4])
     scene["gap"]["radius"] = np.float64(10.0)

@@ -60,8 +60,8 @@ def test_blocks(folder):
 
 
 def test_picture_is_current(folder):
-    """Truth: a block of the page makes the picture. Results of machines may differ in the last digits: numbers must agree within
-    0.01, maps within 1 of 255 levels on average.
+    """Truth: the picture in docs/ equals the picture that a block of the page makes. Machines may differ in the last digits, so
+    numbers in the SVG must agree within 0.01, and maps within 1 of 255 levels on average.
     """
     version = re.search(r"^matplotlib==(\S+)", (ROOT / "scripts" / "requirements.txt").read_text(), re.M)[1]
     if needed("matplotlib").__version__ != version:

@@ -153,7 +153,7 @@ def test_mesh_frames(pyplot):
 
 
 def test_curved_frames_are_told(pyplot):
-    """Truth: the faces of a hole over 180° overlap in the frame's plane. Over the arc length they do not."""
+    """Truth: the faces of a hole over 180° overlap in the frame's plane. Against the arc length they do not overlap."""
     result = orthowear.Scene.load(ROOT / "scenes" / "pin-in-hole.toml").run()
     with pytest.warns(UserWarning, match="give their positions with xy="):
         plot.field(result)
@@ -182,8 +182,8 @@ def test_histories(pyplot, result):
 
 
 def test_loops_and_cycles(pyplot):
-    """Truth: the area enclosed by a loop of force over displacement is the dissipation that the run reports. The trapezoidal rule
-    over 32 points agrees to 5 %.
+    """Truth: the area enclosed by a loop of force against displacement is the dissipation that the run reports. The trapezoidal
+    rule with 32 points agrees to 5 %.
     """
     scene = orthowear.Scene.load(
         ROOT / "scenes" / "sphere-wear.toml",

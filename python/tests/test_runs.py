@@ -98,7 +98,7 @@ def test_check(scene):
     plan = scene.check()
     assert (plan["cells"], plan["contact_problems"]) == (256, 5)
     assert plan["memory_bytes"] > 0 and len(plan["bodies"]) == 2
-    # The scene has no wear. This is the error of `orthowear check` (docs/accuracy.md).
+    # The scene has no wear. `orthowear check` reports the same error (docs/accuracy.md).
     with pytest.raises(orthowear.InputError, match=r"accuracy\.of"):
         scene.replace({"accuracy": {"relative": 1e-3, "of": ["worn_volume"]}}).check()
 
@@ -130,7 +130,7 @@ except KeyboardInterrupt:
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("work", ["scene.run()", "list(scene.steps())"])
 def test_interrupt(work):
-    """Truth: Ctrl-C raises KeyboardInterrupt within a fraction of a second, and does not stop later runs."""
+    """Truth: Ctrl-C raises KeyboardInterrupt, and a later run in the same process converges. Both together take less than 2 s."""
     path = ROOT / "scenes" / "hertz.toml"
     child = subprocess.Popen([sys.executable, "-c", SLOW % work, path], stdout=subprocess.PIPE, text=True)
     assert child.stdout.readline() == "ready\n"
@@ -189,7 +189,7 @@ def test_places_that_an_outline_leaves_out(scene):
     ],
 )
 def test_settings_of_wrong_types(scene, settings, message):
-    """Truth: each method with the setting raises a message with its name, the wrong value and the allowed values."""
+    """Truth: each method with the setting raises TypeError with the name of the setting, the wrong value and the allowed values."""
     with pytest.raises(TypeError, match=message):
         scene.run(**settings)
     if "progress" in settings:

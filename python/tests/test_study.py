@@ -150,8 +150,8 @@ def client():
 
 
 def test_workers_that_die(folder, client):
-    """Truth: the table equals the table of the study in one process, byte by byte. No run is lost and none is computed twice,
-    although workers are killed during their runs.
+    """Truth: the table equals the table of the study in one process, byte by byte. No run is lost, although workers are killed
+    during their runs. At most one finished run is computed again.
     """
     (folder / "scene.toml").write_text((folder / "scene.toml").read_text().replace("[24, 24]", "[96, 96]"))
     study = Study(folder / "study.toml")

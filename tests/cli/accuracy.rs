@@ -147,8 +147,8 @@ fn true_errors_stay_below_what_is_asked_for() {
     assert!(2 * near > peaks.len(), "{near} of {}: {peaks:?}", peaks.len());
 }
 
-/// Truth: wear volumes after 100 000 cycles of one increment per stroke equal an independent program's wear volumes to 1e-2 and
-/// 1e-3 (tests/data/sphere-on-frp.json, accurate to 6e-5).
+/// Truth: wear volumes after 100 000 cycles equal an independent program's wear volumes to 1e-2 and 1e-3
+/// (tests/data/sphere-on-frp.json, accurate to 6e-5). Each stroke has one increment.
 #[test]
 fn worn_volumes() {
     let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
@@ -207,8 +207,8 @@ fn a_peak_that_does_not_converge() {
     assert_eq!(code, Some(0), "{said}");
 }
 
-/// Truth: docs/scene.md: if no finer cells fit into the memory, the best results so far are written, with exit code 3 and the
-/// reason.
+/// Truth: docs/scene.md: if no finer cells fit into the memory, the best results so far are written. The exit code is 3, and the
+/// reason is given.
 #[test]
 fn what_is_not_reached_is_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -232,8 +232,8 @@ fn what_is_not_reached_is_told() {
     assert!(record["results"][0]["relative"].as_f64().unwrap() > 1e-5, "{record}");
 }
 
-/// Truth: docs/scene.md, docs/command-line.md: refusals give the key and the fix. An option of the command line replaces the key of
-/// the scene.
+/// Truth: docs/scene.md, docs/command-line.md: refusals give the key and the fix. The option `--accuracy` replaces the key of the
+/// scene.
 #[test]
 fn what_is_refused() {
     let with = |accuracy: &str| format!("accuracy = {accuracy}\n{SOUND}");

@@ -1,4 +1,4 @@
-//! `accuracy` on cases of the catalogue other than spheres: the requested error against closed forms.
+//! `accuracy` on further cases of the catalogue: the requested error against closed forms.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -128,7 +128,7 @@ fn lines() -> Vec<Case> {
 }
 
 /// Mindlin and Deresiewicz's loading and unloading (equal bodies with nu = 0), Spence's indentation with friction, and wear in
-/// sliding under a force. The wear has Archard's volume and the approach of the catalogue (wear-sphere-elastic, four digits).
+/// sliding under a force. The wear has Archard's volume and the approach of the catalogue (wear-sphere-elastic, four decimals).
 fn friction_and_wear() -> Vec<Case> {
     let sphere = |star: f64| {
         let a = f64::cbrt(0.75 * 1000.0 * 10.0 / star);
@@ -146,7 +146,7 @@ fn friction_and_wear() -> Vec<Case> {
         known("back", "approach", depth),
     ];
     let loop_ = Case { bodies: (0.0, true), ..indenter("unloading", [0.5; 2], SPHERE, &pulls, shifts) };
-    // Load over Hertz's load at this approach: kappa / sqrt(DR) of the catalogue (`spence-self-similar`), nu = 0.3, mu = 0.3.
+    // Load divided by Hertz's load at this approach: kappa / sqrt(DR) of the catalogue (`spence-self-similar`), nu = 0.3, mu = 0.3.
     let load = 1.0243 / 1.01948f64.sqrt() * 4.0 / 3.0 * STAR * 10f64.sqrt() * 1e-3;
     let spence = indenter(
         "spence",

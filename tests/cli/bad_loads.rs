@@ -11,7 +11,7 @@ fn repeated_bodies_do_not_turn() {
     let turned = |periodic: &str, control: &str| {
         let scene = SOUND
             .replace("cells = [16, 16]", &format!("cells = [16, 16]\nperiodic = {periodic}"))
-            // Less than the distance of the mean planes.
+            // This approach is less than the distance of the mean planes.
             .replace("approach = 0.02", &format!("approach = 0.005\n{control}"));
         check(&scene, &[])
     };

@@ -47,7 +47,7 @@ fn place(mesh: &str) -> tempfile::TempDir {
     folder
 }
 
-/// The mesh with its elements changed by `change`, which removes those it maps to `None`.
+/// The mesh with its elements changed by `change`. Elements for which `change` returns `None` are removed.
 fn elements(mesh: &str, change: impl Fn(usize, &str) -> Option<String>) -> String {
     let (head, rest) = mesh.split_once("$Elements\n").unwrap();
     let list: Vec<String> = rest
@@ -75,8 +75,8 @@ fn grids(folder: &Path) -> Vec<String> {
 }
 
 /// Truth: the same block of finite elements (with the near field of a half-space, docs/theory-hybrid.md) gives the same forces to 3
-/// %. The boundary elements are constant, three across the contact. The surface alone gives the forces of the solids to 1e-6, and a
-/// warning reports reversed faces.
+/// %. The boundary elements are constant, with sides of about a third of the contact radius. The surface alone gives the forces of
+/// the solids to 1e-6, and a warning reports reversed faces.
 #[test]
 fn the_block_of_finite_elements() {
     let folder = place(&block());

@@ -11,7 +11,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
 }
 
-/// Fibre of body 1, and near field of the mesh, which takes a hundredth of the time of the default.
+/// Fibre of body 1. The near field of body 1 is computed with the mesh, in a hundredth of the time of the default.
 const FIBRE: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"";
 
 const STEEL: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"\n[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3";

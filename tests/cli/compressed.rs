@@ -1,4 +1,4 @@
-//! Half-spaces over many faces of a mesh, with a compressed operator.
+//! Half-spaces on many faces of a mesh, with a compressed operator.
 
 use std::fmt::Write;
 use std::fs;
@@ -19,7 +19,7 @@ fn plate() -> String {
                     $EndPhysicalNames\n$Nodes\n"
         .to_owned();
     writeln!(text, "{}", 2 * nodes * nodes).unwrap();
-    // Finer in the middle.
+    // The faces are smaller in the middle.
     let along = |i: usize| {
         let x = 2.0 * i as f64 / FACES as f64 - 1.0;
         x * (0.6 + 0.4 * x * x)

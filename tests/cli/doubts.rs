@@ -32,7 +32,7 @@ fn call(verb: &str, scene: &Path) -> (Option<i32>, String, Vec<String>) {
 }
 
 /// Truth: the contact faces of the block are quadrangles, one per node. They do not respond to tractions that alternate from face
-/// to face. Cells around nodes, the default against a rigid body, are resolved.
+/// to face. `check` gives no warning for cells around nodes, the default against a rigid body.
 #[test]
 fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
     let grid = "kind = \"grid\"\nhalf_width = [1.2, 1.2]\ncells = [4, 4]";

@@ -73,7 +73,8 @@ fn cells(path: &Path) -> usize {
 
 const LARGE: [&str; 4] = ["--set", "frame.half_width=[2.025, 2.025]", "--set", "frame.cells=[36, 36]"];
 
-/// Truth (rel-contact-reaches-frame): the results equal those of a run on the large frame. Each file has the frame of its time.
+/// Truth (rel-contact-reaches-frame): the results equal the results of a run on the large frame. Each field file has the frame of
+/// its entry.
 #[test]
 fn frames_grow() {
     let folder = tempfile::tempdir().unwrap();

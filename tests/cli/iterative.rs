@@ -39,10 +39,11 @@ fn call(command: &str, scene: &Path, limit: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// Memory limit that suffices for conjugate gradients with two threads, not for a factorisation, and its part for frame and
-/// program, bytes. The limit is the memory that a refusal gives for conjugate gradients, plus this part.
+/// Memory limit, and its part for frame and program, bytes. With this limit, conjugate gradients with two threads fit, but a
+/// factorisation does not fit. The error message under a smaller limit gives the bytes that conjugate gradients need and the bytes
+/// that are left for them.
 fn limit(scene: &Path) -> [u64; 2] {
-    // Under one of these limits the assembled body fits, but no solver.
+    // One of the limits from 20 to 79 MB suffices for the assembled body, but not for any solution of its equations.
     let refusal = |limit: u64| {
         let (code, text) = call("check", scene, &limit.to_string());
         (code == Some(4) && text.contains("by conjugate gradients")).then_some((limit, text))
@@ -62,9 +63,9 @@ fn tractions(scene: &Path, limit: u64) -> Vec<Vec<f64>> {
     seen.0
 }
 
-/// Truth: the flexibility is the same matrix, whichever way it is computed. Forces and tractions agree to 1e-8 of the largest. The
-/// contact solver has a tolerance of 1e-11, and columns have errors of 1e-11 in energy. `check` and summary.json report the method,
-/// the reason and the bytes.
+/// Truth: conjugate gradients and a factorisation give the same flexibility. Forces and tractions agree to 1e-8 of the largest. The
+/// contact solver has a tolerance of 1e-11, and columns of the flexibility have errors of 1e-11 in energy. `check` and summary.json
+/// report the method, the reason and the bytes.
 #[test]
 fn a_small_memory_limit_changes_no_result() {
     let (folder, path) = scene();

@@ -121,7 +121,8 @@ fn folders_are_no_meshes() {
     refused("mesh = 'MESH'", &format!("mesh = '{folder}'"), &["body1.mesh", "is a folder"]);
 }
 
-/// Truth: docs/theory-contact.md: the load path matters with any friction. Fibres are named only if they are tilted.
+/// Truth: docs/theory-contact.md: the load path matters with any friction. Coulomb's law does not depend on the fibres, so the
+/// warning does not name them.
 #[test]
 fn path_dependence_names_tilted_fibres_only() {
     let (_folder, path) = block("[4, 4]", "[4, 4]");
@@ -155,7 +156,7 @@ fn names_given_twice_or_not_at_all() {
     noted("approach = 0.02", second, "two steps are named", true);
 }
 
-/// A scene of the repository with one text replaced by another and absolute paths of meshes.
+/// A scene of the repository with one text replaced, and with absolute paths of the meshes.
 fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let scene = fs::read_to_string(root.join("scenes").join(name)).unwrap();
@@ -269,7 +270,7 @@ fn memory_is_refused_beforehand() {
     for word in ["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"] {
         assert!(text.contains(word), "lacks \"{word}\":\n{text}");
     }
-    // The first limit suffices for the frame, not for a stiffness matrix. The second suffices for the matrix, not for a solver of
+    // The first limit suffices for the frame, but not for a stiffness matrix. The second limit suffices for the matrix, but not for
     // its condensation.
     let [frame, ..] = refusal(&text);
     let [assembling, _, rest] = refusal(&told(&format!("{}", frame + 1.0)));

@@ -321,8 +321,8 @@ fn heights_beyond_all_sizes() {
     );
 }
 
-/// Truth: docs/scene.md: an outline is given in the axes of the frame, so an isotropic half-space gives the same result on a
-/// rotated frame (1e-9). The cells inside satisfy the equation of the ellipse.
+/// Truth: docs/scene.md: an outline is given in the axes of the frame. An isotropic half-space therefore gives the same result on a
+/// rotated frame (1e-9). `check` counts the cells whose centres lie inside the ellipse.
 #[test]
 fn outlines_turn_with_the_frame() {
     let folder = tempfile::tempdir().unwrap();
@@ -391,7 +391,7 @@ fn moments_without_lever() {
     }
 }
 
-/// Truth: Coulomb's law: without pressure there is no friction, whatever the coefficient. The warning gives this reason.
+/// Truth: Coulomb's law: without pressure there is no friction, for any coefficient. The warning gives this reason.
 #[test]
 fn a_pull_on_bodies_that_do_not_touch() {
     let folder = tempfile::tempdir().unwrap();

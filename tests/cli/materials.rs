@@ -171,8 +171,9 @@ fn one_direction_runs_the_same_in_every_way() {
     }
 }
 
-/// Truth: docs/scene.md: fibres wound around an axis along y below the block point along x at its top, to within the spread over
-/// the elements. If the directions vary too much for the friction law, the error asks for `friction.fibre`.
+/// Truth: docs/scene.md: fibres are wound around an axis parallel to y, below the block. At the top of the block they point along
+/// x, to within their spread over the elements. If the directions vary too much for the friction law, the error asks for
+/// `friction.fibre`.
 #[test]
 fn friction_of_directions_that_vary() {
     let near = "fibre = { cylindrical = { axis = \"y\", origin = [0, 0, -20], angle = 90.0 } }";
@@ -282,7 +283,7 @@ fn an_indefinite_material_is_named_with_its_group_and_bound() {
 }
 
 /// Truth: in double precision these materials cannot be distinguished from singular ones. Each message names the constants
-/// responsible, whichever body has the material.
+/// responsible, for a material of body 1 as for a material of body 2.
 #[test]
 fn nearly_singular_materials_are_refused() {
     let orthotropic = |g12: &str, g13: &str, g23: &str, nu: &str| {

@@ -46,8 +46,8 @@ fn what_is_no_amount_of_memory() {
     assert!(!folder.path().join("scene.out").exists());
 }
 
-/// Truth: docs/command-line.md: the option overrides the key, whichever is larger. A run that exceeds the limit is refused with
-/// exit code 4. The message gives the estimate, the limit that applies, and how to raise it.
+/// Truth: docs/command-line.md: the option overrides the key, even if the option is the larger limit. A run that exceeds the limit
+/// is refused with exit code 4. The message gives the estimate, the limit that applies, and how to raise it.
 #[test]
 fn the_option_wins_over_the_key() {
     let raised = "or raise solver.memory_limit";
@@ -89,8 +89,8 @@ fn the_option_wins_over_the_key() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` reports the allowed memory: 80 % of the available memory, or the value of the option.
-/// Defaults: docs/keys.md.
+/// Truth: docs/command-line.md: `check` reports the allowed memory: 80 % of the available memory, or the value of the option. It
+/// also reports the defaults of docs/keys.md.
 #[test]
 fn check_says_what_is_allowed() {
     let (_folder, path) = scene("");
@@ -117,8 +117,8 @@ fn confined(kibibytes: usize, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// Truth: docs/command-line.md: the refusal precedes any allocation. It needs no more than an address space of a thirtieth of the
-/// refused memory.
+/// Truth: docs/command-line.md: the refusal precedes any allocation. The program needs at most about a thirtieth of the refused
+/// memory as address space.
 #[test]
 fn refused_before_anything_is_allocated() {
     let (folder, path) = scene("");
@@ -159,7 +159,7 @@ fn foretold_and_held(path: &Path, sets: &[&str]) -> [f64; 2] {
     [foretold, held]
 }
 
-/// Truth: docs/memory.md: the estimate is within a fifth of the peak memory that the kernel reports.
+/// Truth: docs/memory.md: the estimate is within a fifth of the peak memory that the operating system reports.
 #[test]
 fn estimates_are_within_a_fifth_of_what_is_held() {
     if !cfg!(target_os = "linux") {

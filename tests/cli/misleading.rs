@@ -237,8 +237,8 @@ fn contact_that_a_plane_of_symmetry_closes() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: the faces of the pin are 0.64 mm long, those of the bore 1.31 mm. Cells on the faces of the pin are finer than the faces
-/// of the bore. A plate 58 times as stiff as the pin hardly deforms, so its faces do not matter.
+/// Truth: the faces of the pin are 0.64 mm long, the faces of the bore 1.31 mm. Cells on the faces of the pin are finer than the
+/// faces of the bore. A plate 58 times as stiff as the pin hardly deforms, so its faces do not matter.
 #[test]
 fn coarse_partner_of_a_fine_mesh() {
     let warned = "WARNING: the contact faces of body1 are coarser than the cells of the frame";

@@ -212,9 +212,9 @@ fn unmoved(summary: &Value) -> Value {
 #[test]
 fn meshes_that_do_not_wear_deep_enough() {
     let folder = of_layer(1);
-    // Both runs report the same reason for the near field of the mesh.
+    // With this setting both runs use the near field of the mesh, and report the same reason for it.
     let mesh = "body1.near_field=\"mesh\"";
-    // Wear depth of 0.3 mm in elements of 1 mm.
+    // The wear depth is 0.3 mm, in elements of 1 mm.
     let (code, text, moving) = run(folder.path(), "moving", &["wear.move_mesh=0.31", mesh]);
     assert_eq!(code, Some(0), "{text}");
     let (_, _, still) = run(folder.path(), "still", &[mesh]);
@@ -227,8 +227,8 @@ fn meshes_that_do_not_wear_deep_enough() {
     }
 }
 
-/// Truth: an element that would lose more than nine tenths of its height keeps the shape of the last move. A warning is given and
-/// the run continues with the compression of this shape, p (H - d) / M as above.
+/// Truth: an element that would lose more than nine tenths of its height keeps the shape of the last move. A warning is given. The
+/// run continues with the compression of this shape, p (H - d) / M, as in `a_worn_layer_is_stiffer`.
 #[test]
 fn meshes_that_would_get_too_flat() {
     let folder = of_layer(1);
@@ -248,7 +248,8 @@ fn meshes_that_would_get_too_flat() {
     assert_eq!(entries(&summary)[6]["name"], "hold");
 }
 
-/// Truth: docs/scene.md: only the mesh of a body that wears can move, at a wear depth of up to half the element size.
+/// Truth: docs/scene.md: only the mesh of a body that wears can move. The wear depth that causes a move is at most half the element
+/// size.
 #[test]
 fn moves_that_make_no_sense() {
     let folder = of_layer(1);

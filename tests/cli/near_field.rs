@@ -153,8 +153,8 @@ fn no_place_for_a_half_space() {
     assert_eq!(summary["near_fields"][0]["reason"], "near_field is \"mesh\"");
 }
 
-/// Truth: docs/theory-hybrid.md: if an indicator fails, the mesh is condensed and a warning says so. The result equals that of
-/// `near_field = "mesh"`.
+/// Truth: docs/theory-hybrid.md: if an indicator fails, the mesh is condensed and a warning says so. The forces equal the forces
+/// with `near_field = "mesh"`.
 #[test]
 fn a_correction_that_is_not_used() {
     // A single element cannot represent the far field.

@@ -39,7 +39,7 @@ fn warning<'a>(summary: &'a Value, words: &str) -> Option<&'a str> {
 }
 
 /// Truths: the load equals the load with the exact sphere as gap, to 1e-2. The sag of a chord of length h on a circle of radius R
-/// is h^2 / 8R: faces of 0.5 mm cut off 1.6e-3 mm along an edge. Flat facets would bear a third less.
+/// is h^2 / 8R. Faces of 0.5 mm therefore cut off 1.6e-3 mm along an edge. Flat facets would bear a third less.
 #[test]
 fn flat_faces_are_bowed_under_a_half_space() {
     let place = cap(20.0, 12);
@@ -166,7 +166,7 @@ fn a_frame_that_outgrows_its_half_space() {
     assert!(!warnings.contains("tractions are not determined"), "{warnings}");
 }
 
-/// Truth: a frame that has grown under the loads of a body gives the results of a frame of the final size from the start.
+/// Truth: if a frame grows under the loads of a body, the results equal the results on the final frame from the start, to 1e-3.
 #[test]
 fn frames_grow_under_own_loads() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -200,8 +200,8 @@ fn frames_grow_under_own_loads() {
     }
 }
 
-/// Truths: the surface displacement due to a body's loads is linear in the loads, and so is its estimated error. A warning is given
-/// if the error matters relative to the overlap. Without loads nothing is reported.
+/// Truths: the displacement of a body's surface is proportional to the loads of the body, and so is its estimated error. A warning
+/// is given if the error matters relative to the overlap. Without loads nothing is reported.
 #[test]
 fn surfaces_that_loads_move() {
     let place = place([3.0, 3.0], 3.0, [6, 6, 6]);

@@ -54,7 +54,7 @@ fn block() -> tempfile::TempDir {
     place([4.0, 4.0], 4.0, [8, 8, 8])
 }
 
-/// The near field of a half-space is valid for the unchanged scene. The other tests change this scene.
+/// Truth: the near field of a half-space is valid for the scene that the other tests change.
 #[test]
 fn nothing_is_wrong_with_the_block() {
     assert_eq!(run(block().path(), &["frame.cells=[4, 4]"])["near_fields"][0]["near_field"], "half-space");

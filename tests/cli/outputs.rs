@@ -121,8 +121,8 @@ fn a_dropped_run_leaves_no_trace() {
     assert!(names(dir.path()).is_empty());
 }
 
-/// Truth: docs/checkpoints.md: a run that ends before it has resumed, even repeatedly, keeps the files needed to resume and its
-/// entries in the summary. Files that were moved or set aside meanwhile are found by their content.
+/// Truth: docs/checkpoints.md: if a run ends again before it has resumed, it keeps the files needed to resume, and its entries in
+/// the summary. Files that were moved or set aside meanwhile are found by their content.
 #[test]
 fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -162,7 +162,7 @@ fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     assert_eq!(missing.expect("readable files"), ["frame_0001.vtu"]);
 }
 
-/// Truth: docs/results.md: a summary is written whatever the outcome, even if staged files have vanished.
+/// Truth: docs/results.md: a summary is written after every outcome, even if staged files have vanished.
 #[test]
 fn vanished_files_fail_the_run() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -194,8 +194,7 @@ fn numbers_that_are_not_finite_are_never_written_silently() {
     assert_eq!(names(dir.path()), ["summary.json"]);
 }
 
-/// Truth: exit code 2 (an input error) for an output path that is a file, 4 (lack of resources) for a directory that cannot be
-/// created.
+/// Truth: an output path that is a file gives an input error. A directory that cannot be created gives a resource error.
 #[test]
 fn places_that_cannot_be_written_are_named() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -378,7 +377,8 @@ fn output_that_does_not_fit_is_a_lack_of_resources() {
     assert!(code == Some(4) && errors.contains("File too large"), "{errors}");
 }
 
-/// Truth: docs/command-line.md: exit code 4. 1024 threads with stacks of 8 MiB and more do not fit into an address space of 3 GB.
+/// Truth: docs/command-line.md: threads that cannot be started give exit code 4. 1024 threads with stacks of 8 MiB and more do not
+/// fit into an address space of 3 GB.
 #[cfg(target_os = "linux")]
 #[test]
 fn threads_that_cannot_be_started_are_a_lack_of_resources() {

@@ -40,7 +40,7 @@ fn scene(folder: &Path) -> PathBuf {
     path
 }
 
-/// A tetrahedral mesh of the block, by size or by a size field.
+/// A tetrahedral mesh of the block, with uniform elements or with a size field.
 fn mesh(folder: &Path, name: &str, arguments: &[&str]) -> Option<PathBuf> {
     let out = folder.join(name);
     let geo = root().join("meshes/cfrp-tets.geo");
@@ -62,7 +62,8 @@ fn solve(folder: &Path, scene: &Path, mesh: &Path) -> (usize, f64, f64) {
 }
 
 /// Truths: a conforming mesh is too stiff. Of two loads for one approach (on the same frame) the smaller is therefore nearer to the
-/// true load. Three rounds of refinement bring load and estimated error below those of a uniform mesh of more unknowns.
+/// true load. After three rounds of refinement, load and estimated error are below the values of a uniform mesh with at least as
+/// many unknowns.
 #[test]
 fn the_size_field_beats_uniform_refinement() {
     let folder = tempfile::tempdir().unwrap();

@@ -33,7 +33,7 @@ const PRESS: &str = "[[steps]]\nnormal_force = 10.0\n[[steps]]\n";
 
 /// Truth: flat periodic surfaces bear the force P on the area A as a uniform pressure P / A. Nothing deforms under it
 /// (docs/scene.md: the mean displacement is zero). Friction carries the prescribed tangential force, or 0.3 P against a motion, to
-/// the solver's 1e-8. The numbers of the certificate exist and are small.
+/// 1e-7. The numbers of the certificate exist and are small.
 #[test]
 fn level_surfaces_bear_a_uniform_pressure() {
     let flat = "kind = \"flat\"";
@@ -75,7 +75,7 @@ fn level_surfaces_approach_under_no_pressure() {
     }
     let (code, text, _) = call("run", &scene("0.0"));
     assert_eq!(code, Some(0), "{text}");
-    // Only sliding produces wear that makes room for more.
+    // Only sliding produces wear, which would make room for a further approach.
     let wear = "[wear]\nlaw = \"archard\"\ni = 1e-6\n";
     let (code, text, _) = call("check", &scene("0.001").replace("[output]", &format!("{wear}[output]")));
     assert!(code == Some(2) && text.contains("mean gap"), "{text}");
@@ -100,7 +100,7 @@ fn a_thin_period_is_no_narrow_frame() {
 
 /// Truth: statics: the pressures inside an outline carry the force, on any frame. docs/scene.md: cells outside an outline stay
 /// open, so contact is not complete and an approach is possible. On a periodic frame the approach is relative to the mean plane,
-/// which the load moves too. It takes more force than without periodicity.
+/// which the load moves too. The same approach takes more force than without periodicity.
 #[test]
 fn outlines_on_repeated_frames() {
     let frame = |periodic: &str| {

@@ -129,7 +129,7 @@ fn pages_of_earlier_results_go_when_there_are_new_ones() {
     assert_eq!(page(folder.path(), "run"), "mine");
 }
 
-/// Truth: each damaged file is reported with the reason, on the page too, and the others are shown.
+/// Truth: each damaged file is reported with the reason, on the page too, and the other files are shown.
 #[test]
 fn damaged_files_are_named_and_the_rest_is_shown() {
     let folder = tempfile::tempdir().unwrap();

@@ -78,8 +78,9 @@ fn hertz(more: &str) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Truth: Hertz (Johnson 1985, chapter 4). Approach to 2e-3 and peak pressure to 1e-2, the usual error of constant cells with 50
-/// cells across the contact. The ring of cells at the contact edge has 8 % of the contact area. The area agrees to half of this.
+/// Truth: Hertz (Johnson 1985, chapter 4). The approach agrees to 2e-3 and the peak pressure to 1e-2, the usual error of constant
+/// cells with 50 cells across the contact. The ring of cells at the contact edge has 8 % of the contact area. The area agrees to
+/// half of this share.
 #[test]
 fn hertz_scene() {
     let summary = converged(&scene("hertz.toml"), &["--set", "output.fields=[]"]);
@@ -209,7 +210,7 @@ fn an_interrupted_run_keeps_its_results() {
     }
 }
 
-/// `delay` in ms from the creation of the output directory to the interrupt.
+/// Interrupts a run `delay` ms after it has created its output directory, once or twice. The run must end with exit code 130.
 #[cfg(unix)]
 fn assert_keeps_results(delay: u64, twice: bool) {
     let (folder, path) = hertz("");
@@ -220,7 +221,7 @@ fn assert_keeps_results(delay: u64, twice: bool) {
         .arg(&path)
         .arg("--out")
         .arg(&out)
-        // Far more than can be computed before the signal.
+        // The increments take far longer than the time to the signal.
         .args(["--quiet", "--set", "frame.cells=[256, 256]", "--set", "steps.press.increments=100000"])
         .spawn()
         .unwrap();

@@ -15,7 +15,7 @@ pub fn scene(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
 }
 
-/// Runs `scene` with `--set` of each of `settings`. The run must converge.
+/// Runs `scene` with an option `--set` for each of `settings`. The run must converge.
 pub fn run(scene: &Path, settings: &[&str]) -> Value {
     let out = tempfile::tempdir().unwrap();
     let output = command("run", scene, settings).arg("--out").arg(out.path()).output().unwrap();
@@ -57,8 +57,8 @@ fn sphere_on_block() {
 }
 
 /// Truth: an independent program, CalculiX 2.20, gives 443.37 N on indentation with 20 elements along the patch and a friction
-/// coefficient of 0.5 (docs/benchmarks/calculix.csv). The forces agree to 2 %, because this mesh is twice as coarse and its
-/// friction depends on the fibre. Both bodies are meshed.
+/// coefficient of 0.5 (docs/benchmarks/calculix.csv). The forces agree to 2 %, because the mesh of this test is twice as coarse and
+/// the friction of the scene depends on the fibre. Both bodies are meshed.
 #[test]
 fn cap_on_block() {
     let scene = scene("steel-cap-on-cfrp-block.toml");

@@ -61,8 +61,8 @@ fn skips_are_named() {
     assert!(text.contains("solver.skip") && text.contains("cold-starts"), "{text}");
 }
 
-/// Truth: a start from the previous tractions is no worse than a cold start. In a growing contact with friction, it takes at most a
-/// fifth more iterations, because cells may change state along another path.
+/// Truth: in a growing contact with friction, starts from the previous tractions take at most a fifth more iterations than cold
+/// starts. More iterations are possible, because cells may change state along another path.
 #[test]
 fn warm_starts_are_no_longer_than_cold_ones() {
     let settings = [

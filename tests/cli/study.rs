@@ -47,7 +47,7 @@ collect = ["indent.normal_force", "fretting.worn_volume", "fretting.stroke_ends.
 curves = ["fretting.worn_volume"]
 "#;
 
-/// Truth: docs/study.md: every run is computed, whatever `study.symmetry` says. A note says that the key has no effect.
+/// Truth: docs/study.md: every run is computed, for any value of `study.symmetry`. A note says that the key has no effect.
 #[test]
 fn symmetric_runs_are_computed() {
     let axis = "[[axes]]\nkeys = [\"body1.fibre.azimuth\"]\nvalues = [30, -30]\n";
@@ -289,8 +289,8 @@ collect = ["indent.normal_force"]
     assert_eq!(fs::read(out.join("study.csv")).unwrap(), table);
 }
 
-/// Truth: docs/command-line.md: runs that do not converge are reported with the reason, and the others are computed. The exit code
-/// is the worst of all runs.
+/// Truth: docs/command-line.md: runs that do not converge are reported with the reason, and the other runs are computed. The exit
+/// code is the worst of all runs.
 #[test]
 fn runs_that_fail_do_not_stop_the_others() {
     let study = r#"

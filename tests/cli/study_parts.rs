@@ -1,4 +1,4 @@
-//! Studies that are interrupted or run in parts: table and files equal those of whole runs.
+//! Studies that are interrupted or run in parts give the table and files of uninterrupted studies.
 
 use std::fs;
 use std::path::Path;
@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::study::{TWO_AXES, folder, json, orthowear};
 
-/// Truth: table and curves equal those of the uninterrupted study bit by bit, after SIGKILL with some runs finished, one begun and
-/// others not begun. Finished runs stay unchanged, and the begun run resumes from its checkpoint.
+/// Truth: table and curves equal the table and curves of the uninterrupted study bit by bit, after SIGKILL. Some runs are then
+/// finished, one has begun, and others have not begun. Finished runs stay unchanged, and the begun run resumes from its checkpoint.
 #[test]
 #[cfg(unix)]
 fn killed_studies_go_on() {
@@ -254,8 +254,8 @@ fn collected_runs_have_the_exit_code_they_ended_with() {
     assert_eq!(code, Some(4), "{errors}");
 }
 
-/// Truth: a result is drawn over each of three axes, with either other axis as family, and a panel for each value of the third. For
-/// 2, 2 and 7 values this gives 2 (2 + 2 + 7) = 22 panels.
+/// Truth: a result is drawn against each of three axes, once for each choice of the axis that distinguishes the curves. The
+/// remaining axis gives a panel for each of its values. For 2, 2 and 7 values this gives 2 (2 + 2 + 7) = 22 panels.
 #[test]
 fn pictures_say_how_many_panels_are_missing() {
     let axis = |key: &str, values: &str| format!("[[axes]]\nkeys = [\"{key}\"]\nvalues = {values}\n");

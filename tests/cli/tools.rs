@@ -94,8 +94,8 @@ pub fn foretold(said: &str) -> f64 {
     words[0].parse::<f64>().unwrap() * f64::from(1 << 20)
 }
 
-/// Bytes in the refusal of a run for lack of memory: needed, allowed without the rest of the scene, and taken by this rest. The
-/// last number is exact to 0.05 MiB, and 0 if the message omits it.
+/// Bytes in the message of a run that is refused for lack of memory: needed, allowed, and rest of the scene. The allowed bytes are
+/// the limit without this rest. The last number is exact to 0.05 MiB, and 0 if the message omits it.
 pub fn refusal(said: &str) -> [f64; 3] {
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     let exactly = |text: &str| {

@@ -59,8 +59,8 @@ fn beside_the_exact_half_space() {
     assert!((of("compliance") / of("exact_compliance") - 1.0).abs() < 0.03);
 }
 
-/// Truth: docs/scene.md: the frame must be a grid without periodicity, and the surface larger than the frame. Points inside and
-/// rolling need the exact half-space.
+/// Truth: docs/scene.md: the frame must be a grid without periodicity, and the surface larger than the frame. Points inside need
+/// the exact half-space.
 #[test]
 fn what_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -14,8 +14,8 @@ fn notes(options: &[&str]) -> String {
     text.lines().filter(|line| line.contains("possible unit error:")).collect::<Vec<_>>().join("\n")
 }
 
-/// Truth: ordinary materials and the sizes of the scene: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh 1 mm high.
-/// Each case gives one number in another unit, which the warning names.
+/// Truth: the scene has ordinary materials and sizes: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh 1 mm high. Each
+/// case gives one number in another unit, which the warning names.
 #[test]
 fn each_mixed_up_number_is_named() {
     assert_eq!(notes(&[]), "");
@@ -79,7 +79,7 @@ fn a_material_that_nothing_is_made_of_is_noted() {
     );
 }
 
-/// Truth: the scenes of the repository are consistent, and so are the scenes of its studies.
+/// Truth: the scenes of the repository are consistent. Its studies are valid and have runs.
 #[test]
 fn ready_scenes_are_not_warned_about() {
     // Only scenes of the repository are listed, because a user's own scenes may lie beside them.
@@ -105,7 +105,7 @@ fn ready_scenes_are_not_warned_about() {
 }
 
 /// Truth: Hertz: the contact area is π R δ for the radius R and the approach δ, here 3.14e-13 m². The unit of stress of N and m is
-/// Pa. Tolerance: 3 %, due to cells at the edge.
+/// Pa. The area agrees to 3 %, because of the cells at its edge.
 #[test]
 fn results_in_metres_are_shown() {
     let scene = r#"

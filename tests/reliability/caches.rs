@@ -49,7 +49,7 @@ impl Place {
         Self { cache, key, entry, list, paths, _folder: folder }
     }
 
-    /// Replaces both files by `bytes`. Checks that the cache refuses them or returns the original values.
+    /// Replaces both files by `bytes` and reads them. Returns the outcomes. Unless `sealed`, a hit must have the original values.
     fn examine(&self, bytes: &[u8], sealed: bool) -> String {
         self.paths.iter().for_each(|path| put(path, bytes));
         let _found =

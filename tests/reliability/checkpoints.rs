@@ -114,8 +114,8 @@ fn every_damage_of_a_checkpoint_is_found() {
     assert!(found.number == number(newest) && found.warnings.is_empty());
 }
 
-/// Truth (rel-corrupt-checkpoint, rel-no-panics): files other than written checkpoints are refused. A file with the right checksum
-/// over wrong bytes is refused or read. There is no panic and no allocation of the sizes that the file announces.
+/// Truth (rel-corrupt-checkpoint, rel-no-panics): files other than written checkpoints are refused. A file of wrong bytes with the
+/// right checksum is refused or read. There is no panic and no allocation of the sizes that the file announces.
 #[test]
 fn checkpoint_files() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -133,7 +133,8 @@ fn whole() -> &'static (BTreeMap<String, Vec<u8>>, u64) {
     })
 }
 
-/// Makes every operation fail, or a subset with the smallest stride that gives at most `most` runs.
+/// Runs the program with the fault `mode` at every operation, or at a subset with the smallest stride that gives at most `most`
+/// runs. Each run is then resumed.
 fn at_each(mode: &str, most: u64, check: impl Fn(&Job, u64, Ended)) {
     let n = whole().1;
     let all = std::env::var_os("ORTHOWEAR_FUZZ_SECONDS").is_some();
@@ -146,7 +147,7 @@ fn at_each(mode: &str, most: u64, check: impl Fn(&Job, u64, Ended)) {
     }
 }
 
-/// Resumes a run that has ended. The results must be those of the undisturbed run.
+/// Resumes a run that has ended. The results must equal the results of the undisturbed run.
 fn resumed(job: &Job, what: &str) {
     let (code, text) = job.run(&["--resume"]);
     assert!(code == Some(0) && !text.contains("damaged"), "{what}: {text}");
@@ -187,8 +188,8 @@ fn told(job: &Job, at: u64, (code, text): Ended) {
     assert!(found.is_none_or(|found| found.warnings.is_empty()), "operation {at}: a damaged checkpoint");
 }
 
-/// Truth (rel-disk-full): any failing file operation, once or permanently, is reported with path, reason and exit code 4, or has no
-/// effect. No file is incomplete, checkpoints stay intact, and `--resume` ends with the results of the undisturbed run.
+/// Truth (rel-disk-full): a file operation that fails once, permanently or halfway is reported with path, reason and exit code 4,
+/// or has no effect. No file is incomplete, checkpoints stay intact, and `--resume` ends with the results of the undisturbed run.
 #[test]
 fn each_operation_fails() {
     for mode in ["once", "ever", "half"] {

@@ -1,4 +1,4 @@
-//! Feeds a reader with inputs and reports those that fail.
+//! Feeds a reader with inputs and reports the inputs that fail.
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashSet};
@@ -16,7 +16,7 @@ const STACK: usize = 8 << 20;
 const POOL: usize = 600;
 /// Limit of processor time for an input, s (catalogue: rel-no-panics).
 const SECONDS: f64 = 10.0;
-/// Memory limit for an input: a constant and a multiple of its length.
+/// Memory limit for an input of n bytes: BYTES + TIMES * n bytes.
 const BYTES: u64 = 64 << 20;
 const TIMES: u64 = 400;
 

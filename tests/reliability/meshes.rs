@@ -105,7 +105,7 @@ fn groups_of(mesh: &Mesh, cell: CellRef) -> Vec<i64> {
     of_cell.map(|group| group.tag).collect()
 }
 
-/// A mesh in gmsh's format 4.1. Each run of cells with the same groups is one entity.
+/// A mesh in gmsh's format 4.1. Each sequence of cells with the same groups is one entity.
 fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "4.1");
     file.names(mesh);

@@ -153,7 +153,7 @@ fn is_of_number(byte: u8) -> bool {
     byte.is_ascii_digit() || b"+-.eE".contains(&byte)
 }
 
-/// Start and end of each run of bytes for which `class` is true.
+/// Start and end of each maximal sequence of bytes for which `class` is true.
 fn tokens(bytes: &[u8], class: impl Fn(u8) -> bool) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut start = None;

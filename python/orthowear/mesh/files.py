@@ -69,8 +69,8 @@ def _clear(pid: int) -> None:
         shutil.rmtree(_folders[pid], ignore_errors=True)
 
 
-#: Prefix of the folders, and name of the lock file in them. A folder whose lock file is not locked is stale after this time,
-#: because its process was killed.
+#: Prefix of the folders, and name of the lock file in them. A folder whose lock file is not locked is stale after
+#: STALE_AFTER_SECONDS, because its process was killed.
 PREFIX, LOCK, STALE_AFTER_SECONDS = "orthowear-meshes-", "lock", 60.0
 
 
@@ -146,7 +146,7 @@ def _paths(value: Any) -> Iterator[str]:
 
 
 def mesh_files_of(scene: Mapping[str, Any]) -> tuple[MeshFile, ...]:
-    """Files of the meshes made from objects that a scene's dict names."""
+    """Files of those meshes in a scene's dict that were made from objects."""
     found = (_files.get(path) for path in set(_paths(scene)))
     return tuple(file for file in found if file is not None)
 

@@ -34,8 +34,8 @@ def from_meshio(mesh: Any) -> Mesh:
     """Reads a `meshio.Mesh` with physical groups.
 
     Groups are its cell sets, and its integer cell data `gmsh:physical` (0: none), named by `field_data`. Float cell data of 3
-    or 9 components are fields, for fibres along a field: `fibre = {"field": NAME}`. The order of the elements and of their
-    nodes is kept, also of second-order elements (nodes in meshio's order, that of VTK).
+    or 9 components are fields, for fibres along a field: `fibre = {"field": NAME}`. The order of the elements is kept. Nodes of
+    second-order elements must be in meshio's order, that is, in the order of VTK.
     """
     if not is_meshio(mesh):
         refuse(f"a {type_of(mesh)} is not a meshio.Mesh with points, cells, cell_sets and cell_data")
@@ -52,7 +52,7 @@ def from_meshio(mesh: Any) -> Mesh:
         if len(wrong):
             refuse(f"an element of the type {block.type} refers to node {wrong[0]}, but the mesh has {len(points)} nodes, counted from 0")
         nodes = _gmsh_order(block.type, nodes, points)
-        # One block per run of elements in the same groups. The order of the elements is kept.
+        # One block for each sequence of elements in the same groups. The order of the elements is kept.
         ends = np.flatnonzero(np.diff(places)) + 1
         for start, end in zip([0, *ends], [*ends, len(places)], strict=True):
             if end > start:

@@ -90,7 +90,7 @@ def loop(
     ax: Axes | None = None,
     **options: Any,
 ) -> Axes:
-    """Draws the tangential force on body 1 over the tangential displacement (`shift`) of body 2.
+    """Draws the tangential force on body 1 against the tangential displacement (`shift`) of body 2.
 
     Results with resolved cycles (`output.fields` with "loops") give a closed loop per cycle, other results the path through the
     entries. step: draws this step only. component: x or y, by default the direction in which body 2 moves further. options:

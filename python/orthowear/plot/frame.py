@@ -112,8 +112,8 @@ def section(
 ) -> Axes:
     """Draws a field in a row of cells along x or y. `at`: position of the row on the other axis (default: middle).
 
-    name, component, xy: as in `field`. options: options of matplotlib's plot. By default the label of the line gives the position
-    of the row. On frames that are not grids, the cells that the line crosses are drawn.
+    name, component, xy: as in `field`. options: options of matplotlib's plot. By default the label of the line gives the
+    position of the row. On frames that are not grids, the cells on the line at `at` are drawn.
     """
     if along not in ("x", "y"):
         raise ValueError(f"along {along!r}: allowed are 'x' and 'y'")
