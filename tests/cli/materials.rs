@@ -256,6 +256,11 @@ fn contradictions_are_named() {
     );
     let taken = "fibre = {}\n[body1.regions.block]\nmaterial = \"im7\"\nfibre = { tilt = 0.0 }";
     let layup = "layup = { plies = [{ thickness = 1.0, angle = 0.0 }] }";
+    let unknown = folder(layup, "", &[]);
+    let scene = unknown.path().join("scene.toml");
+    let text = fs::read_to_string(&scene).unwrap().replacen("material = \"im7\"", "material = \"im9\"", 1);
+    fs::write(&scene, text).unwrap();
+    refused(&unknown, &["body1.material: the material `im9` is not defined"]);
     refused(
         &folder(&taken.replace("fibre = {}", layup), "", &[]),
         &["body1.layup", "no elements are left for this layup"],

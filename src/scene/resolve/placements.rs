@@ -35,7 +35,11 @@ pub(super) fn resolve(
         None => Some(Orientation::Uniform(Matrix3::identity())),
     };
     let own = match &body.layup {
-        Some(layup) => whole.layup(r, &format!("{key}.layup"), layup, &body.material, None),
+        Some(layup) => {
+            // Plies and regions do not report the material that they take from the body.
+            find_material(r, key, &body.material, None, materials);
+            whole.layup(r, &format!("{key}.layup"), layup, &body.material, None)
+        }
         None => own_fibre.clone().and_then(|fibre| whole.single(r, key, &body.material, fibre)),
     };
     let mut regions = vec![own.clone().map(|own| (None, own))];
