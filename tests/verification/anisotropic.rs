@@ -1,4 +1,4 @@
-//! Anisotropic half-spaces: tabulated admittances and Green's functions, an independent formalism, Hertz ellipses.
+//! Anisotropic half-spaces: admittances, Green's functions, Hertz ellipses and flat punches.
 
 mod green;
 mod hertz;

@@ -6,19 +6,19 @@ use orthowear::laws::friction::FrictionEllipse;
 /// Largest violations of the contact and friction laws over all cells.
 #[derive(Debug)]
 pub struct Audit {
-    /// Violation of g >= 0 for the normal gap g, over the largest pressure times the flexibility scale `unit` (mm/MPa).
+    /// Violation of g >= 0 for the normal gap g, divided by the largest pressure and the flexibility scale `unit` (mm/MPa).
     pub gap: f64,
-    /// Violation of p >= 0 for the pressure p, over the largest pressure.
+    /// Violation of p >= 0 for the pressure p, divided by the largest pressure.
     pub tension: f64,
-    /// Violation of p g = 0, over the largest pressure squared times `unit`.
+    /// Violation of p g = 0, divided by the squared largest pressure and `unit`.
     pub complementarity: f64,
-    /// Violation of |q|_mu <= p, over the largest pressure. |q|_mu is the norm of (q1 / mu1, q2 / mu2) in the ellipse's axes.
+    /// Violation of |q|_mu <= p, divided by the largest pressure. |q|_mu is the norm of (q1 / mu1, q2 / mu2) in the ellipse's axes.
     pub cone: f64,
-    /// Slip of cells inside their friction ellipse, over the largest pressure times `unit`.
+    /// Slip of cells inside their friction ellipse, divided by the largest pressure and `unit`.
     pub stick: f64,
     /// Angle between slip and the inward normal of a cell's ellipse, degrees, if pressure and slip exceed 1e-3 of their scales.
     pub angle: f64,
-    /// Smallest dissipation of a cell (traction times slip), over the largest pressure squared times `unit`.
+    /// Smallest dissipation of a cell (minus traction times slip), divided by the squared largest pressure and `unit`.
     pub dissipation: f64,
 }
 

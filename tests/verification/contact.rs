@@ -71,9 +71,9 @@ fn friction_and_shift_match_the_independent_program() {
     }
 }
 
-/// Truth: Hertz under a prescribed force. Approach delta and peak pressure p0 of case `hertz-circular` (E 210 GPa, nu 0.3, R 10,
-/// P 1000) at 20, 40 and 80 cells across the contact. At 40 cells the catalogue's tolerances are 2e-3 for delta and 1e-2 for p0.
-/// The order of convergence of delta is at least 1.
+/// Truth: Hertz's solution under a prescribed force, with the approach delta and the peak pressure p0 of case `hertz-circular` (E
+/// 210 GPa, nu 0.3, R 10, P 1000). The contact has 20, 40 and 80 cells across. At 40 cells the catalogue's tolerances are 2e-3 for
+/// delta and 1e-2 for p0. The order of convergence of delta is at least 1.
 #[test]
 fn hertz_circular() {
     let (delta, p0, a) = (0.010_184_09, 4688.341, 0.319_125_2);
@@ -132,9 +132,9 @@ fn hertz_elliptic() {
     }
 }
 
-/// Truth: Cattaneo-Mindlin for nu = 0, where the solution is exact. Equal spheres, R 10, P 1000, mu 0.3, E 210 GPa. At tangential
-/// forces Q = 0.3 and 0.9 mu P the displacement agrees with the closed form to 5e-3 at 40 cells per diameter. Q changes the
-/// pressures by less than 1e-8. The traction at the centre is right to 1e-2 of mu p0.
+/// Truth: the solution of Cattaneo and Mindlin, which is exact for nu = 0, for equal spheres (R 10, P 1000, mu 0.3, E 210 GPa). At
+/// tangential forces Q = 0.3 and 0.9 mu P the displacement agrees with the closed form to 5e-3 at 40 cells per diameter. Q changes
+/// the pressures by less than 1e-8. The traction at the centre is right to 1e-2 of mu p0.
 #[test]
 fn cattaneo_mindlin() {
     let (e, radius, load, mu) = (210e3_f64, 10.0, 1000.0, 0.3);
@@ -159,7 +159,7 @@ fn cattaneo_mindlin() {
         assert!(relative(after.approach, before.approach) < 1e-8);
         let stick = (after.stick_area / std::f64::consts::PI).sqrt();
         let c = a * (1.0_f64 - share).cbrt();
-        // At the centre q = mu p0 (1 - c / a) for the radii c of the stick zone and a of the contact. Both are smooth there.
+        // At the centre q = mu p0 (1 - c / a) for the radii c of the stick zone and a of the contact. Near the centre q is smooth.
         let (n, middle) = (model.frame.n_cells(), 25 * 50 + 25);
         let peak = 3.0 * load / (2.0 * std::f64::consts::PI * a * a);
         let q = -result.state.tractions[middle];
@@ -183,7 +183,8 @@ fn cattaneo_mindlin_with_lateral_contraction() {
     }
 }
 
-/// Truth: both methods converge to the same state (docs/theory-contact.md), to 1e-7 of the largest pressure at residual 1e-9.
+/// Truth: Uzawa's method and Barzilai-Borwein steps converge to the same state (docs/theory-contact.md), to 1e-7 of the largest
+/// pressure at residual 1e-9.
 #[test]
 fn uzawa_and_barzilai_borwein_agree() {
     let model = sphere_on_frp(30.0, 1.2, 16);
@@ -253,8 +254,8 @@ fn gross_sliding_is_reported() {
     }
 }
 
-/// Truth: approach and tangential force are prescribed together, the force below mu P of the final state. An equilibrium exists for
-/// any frame width, although the first iterates carry much less load than the final state.
+/// Truth: approach and tangential force are prescribed together. If the force is below mu P of the final state, an equilibrium
+/// exists for any frame width. The first iterates, however, carry much less load than the final state.
 #[test]
 fn a_wide_frame_does_not_slide_by_itself() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");

@@ -58,7 +58,7 @@ pub fn patch_test(
 
 /// Truth: a strain of 1e-3 in all six components gives normal stresses of 2000 and shear stresses of 400 (catalogue
 /// patch-macneal-harder; MacNeal and Harder 1985). Every consistent element represents this strain on the seven distorted
-/// hexahedra. Tolerance: rounding.
+/// hexahedra. The tolerance covers rounding.
 #[test]
 fn patch_macneal_harder() {
     let strain = [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3];
@@ -78,7 +78,7 @@ fn patch_macneal_harder() {
 
 /// Truth: a constant strain in a rotated orthotropic material gives the stress 66.07146, 16.66125, .. and the energy density
 /// 0.03919764. Source: catalogue patch-orthotropic-rotated, independent computation, 7 digits. The distorted meshes cover all
-/// element kinds. Tolerance of the elements: rounding.
+/// element kinds. The tolerance of the elements covers rounding.
 #[test]
 fn patch_orthotropic_rotated() {
     let strain = [0.001, 0.0005, -0.0003, 0.0004, -0.0002, 0.0005];
@@ -114,7 +114,7 @@ fn patch_slender() {
 
 /// Truth: sigma_xx = 100 as the only stress gives the strain 100 S'[:,0], with the compliance S' in mesh axes, and the apparent
 /// modulus 14390.32. Supports are statically determinate. Source: catalogue uniaxial-rotated-orthotropic, independent computation.
-/// Tolerance: rounding of a solve with condition number 1e6, and 7 published digits.
+/// The tolerance covers rounding of a solve with condition number 1e6, and the 7 published digits.
 #[test]
 fn uniaxial_rotated_orthotropic() {
     let published = [0.006949115, -0.001998917, -0.002226602, 0.0001867743, 0.005359313, -0.002276476];
@@ -143,7 +143,7 @@ fn uniaxial_rotated_orthotropic() {
 }
 
 /// Truth: rigid-body motions R cause no internal forces, K R = 0 with the stiffness matrix K. One mesh is distorted, another one
-/// graded (1000:1). The material is rotated orthotropic. Tolerance: rounding relative to |K| |R|.
+/// graded (1000:1). The material is rotated orthotropic. The tolerance covers rounding relative to |K| |R|.
 #[test]
 fn rigid_motions_cause_no_forces() {
     let graded = |x: [f64; 3]| x.map(|c| (1000f64.powf(c) - 1.0) / 999.0);
@@ -168,7 +168,7 @@ fn rigid_motions_cause_no_forces() {
 }
 
 /// Truth: for nu = 0 the top of a column of height L moves by w(L) = -rho g L^2 / (2 E) = -0.0005 under its weight. The reactions
-/// sum to the weight. Linear elements are exact at the nodes of a column. Tolerance: rounding.
+/// sum to the weight. Linear elements are exact at the nodes of a column. The tolerance covers rounding.
 #[test]
 fn self_weight_column() {
     for formulation in HexFormulation::ALL {
@@ -187,7 +187,7 @@ fn self_weight_column() {
 
 /// Truth: a uniform pressure p loads each node of a flat quadrilateral with a quarter of the force. A triangle's node carries a
 /// third (docs/theory-finite-elements.md). On a curved distorted closed surface the forces balance. Their work on the displacement
-/// u = x is -3 p V for the volume V (Gauss's theorem). Tolerance: rounding.
+/// u = x is -3 p V for the volume V (Gauss's theorem). The tolerance covers rounding.
 #[test]
 fn pressurised_faces() {
     for (kind, weight) in [(Hex8, 0.25), (Tet4, 1.0 / 3.0)] {
@@ -225,7 +225,7 @@ fn pressurised_faces() {
 }
 
 /// Truth: a bar of two layers with thicknesses L1, L2 and moduli E1, E2 shortens by p (L1/E1 + L2/E2) under the pressure p. (nu =
-/// 0; setup of the catalogue's contact-patch, without contact.) Tolerance: rounding.
+/// 0; setup of the catalogue's contact-patch, without contact.) The tolerance covers rounding.
 #[test]
 fn regions_have_their_own_stiffness() {
     let mut mesh = block(Hex8, [1, 1, 4], [1.0, 1.0, 4.0], |x| x);

@@ -249,8 +249,8 @@ fn conjugate_gradients_give_what_the_factor_gives() {
     }
 }
 
-/// Truth: with a coarse space of rigid-body motions the condition number is bounded for any mesh (Nicolaides 1987). Twice the cells
-/// along each edge need less than half as many iterations more. The moduli of the material differ by a factor of 15.
+/// Truth: with a coarse space of rigid-body motions the condition number is bounded for any mesh (Nicolaides 1987). With twice the
+/// cells along each edge the number of iterations grows by less than half. The moduli of the material differ by a factor of 15.
 #[test]
 fn iterations_do_not_grow_with_the_mesh() {
     let counts = [6, 12].map(|cells| {

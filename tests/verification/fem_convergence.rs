@@ -86,8 +86,8 @@ fn solve_mms(
 }
 
 /// Truth: errors of elements of degree p have orders p + 1 in L2 and p in H1, and the energy tends to 1.304876 (Roache 1998). The
-/// meshes are smoothly distorted, in a thorough test also straight. Tolerance: the catalogue's 0.15 of the order over the finest
-/// pair of three meshes. The error of the energy decreases with order 2 p and ends below 6 %.
+/// meshes are smoothly distorted, in a thorough test also straight. Over the finest pair of three meshes the orders agree to 0.15,
+/// the catalogue's tolerance. The error of the energy decreases with order 2 p and ends below 6 %.
 #[test]
 fn mms_isotropic() {
     let maps: [fn([f64; 3]) -> [f64; 3]; 2] = [wavy, |x| x];
@@ -138,7 +138,7 @@ fn cantilever(kind: ElementKind, formulation: HexFormulation, n: usize) -> f64 {
 
 /// Truth: the end deflection of the clamped cantilever is 1.9066 +- 0.0002 mm (three-dimensional solution). Enhanced hexahedra
 /// agree to 1 % from two cells across the height. Standard hexahedra lock. Their error decreases with the square of the cell
-/// length. It is about (cell length / height)^2 / 2 of the bending part, several per cent here.
+/// length. The error is about (cell length / height)^2 / 2 of the bending part, several per cent here.
 #[test]
 fn cantilever_end_shear() {
     let exact: f64 = 1.9066;

@@ -1,4 +1,4 @@
-//! Directions of the material axes in all input forms. Windings and laminates against closed forms.
+//! Directions of the material axes in all input forms, and windings and laminates against closed forms.
 
 use std::sync::Arc;
 
@@ -44,8 +44,9 @@ fn by_element(mesh: &Mesh, axes: impl Fn(u64) -> Matrix3<f64>) -> Orientation {
     Orientation::PerElement(Arc::new(table))
 }
 
-/// Truth: a fibre direction gives the same stiffness in all input forms: the fibre of the body, a table with or without a second
-/// direction, one ply. Tolerance: rounding in the normalisation of the direction, 1e-14 of the largest entry.
+/// Truth: a fibre direction gives the same stiffness in all input forms. These are the fibre of the body, a table with or without a
+/// second direction, and one ply. The tolerance of 1e-14 of the largest entry covers rounding in the normalisation of the
+/// direction.
 #[test]
 fn one_direction_is_the_same_in_every_way() {
     let (tilt, azimuth) = (0.0f64, 0.35f64);
@@ -75,7 +76,7 @@ fn one_direction_is_the_same_in_every_way() {
 }
 
 /// Truth: invariance under rotation. A body that is rotated with its loads and material directions has the rotated displacement.
-/// Directions differ between elements. Tolerance: rounding in the factorisation.
+/// Directions differ between elements. The tolerance covers rounding in the factorisation.
 #[test]
 fn a_turned_body_with_turned_directions_gives_the_turned_answer() {
     let turn = fibre_axes(0.6, -1.2);
@@ -191,7 +192,7 @@ fn reduced_stiffness(angle: f64) -> Matrix3<f64> {
 
 /// Truth: classical lamination theory. Under a uniform in-plane strain the mean stress of a laminate is the strain times the
 /// thickness-weighted mean of its plies' reduced stiffnesses. The exact displacement is linear in each ply, including thickness
-/// changes, and the elements represent it. Tolerance: rounding.
+/// changes, and the elements represent it. The tolerance covers rounding.
 #[test]
 fn laminates_have_the_stiffness_of_classical_lamination_theory() {
     let cross_ply = vec![(0.2, 0.0), (0.3, 90.0), (0.3, 90.0), (0.2, 0.0)];
@@ -258,7 +259,7 @@ fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3
 }
 
 /// Truth: the numbers of elements, derived by hand. The check finds elements outside all plies, plies without elements and elements
-/// across an interface. An element without a fibre in the table is refused by its number.
+/// across an interface. The message on an element without a fibre in the table names its number.
 #[test]
 fn plies_that_do_not_fit_the_mesh_are_found() {
     let mesh = || block(Hex8, [2, 2, 4], [1.0; 3], |x| x);

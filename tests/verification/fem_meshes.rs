@@ -198,7 +198,7 @@ pub fn bulging([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x + 0.06 * inside, y + 0.05 * inside * x, z - 0.04 * inside * (0.5 - y)]
 }
 
-/// An irregular distortion of the inner nodes, with a curved boundary.
+/// An irregular distortion of the whole unit cube, which makes its boundary curved.
 pub fn rough(x: [f64; 3]) -> [f64; 3] {
     let [a, b, c] = x;
     [

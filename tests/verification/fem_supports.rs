@@ -20,7 +20,7 @@ fn solved(spec: FeSpec) -> (CondensedBody, Vec<[f64; 3]>) {
 
 /// Truth: a block of height h and modulus E is on springs k per area under a pressure p. It sinks by p / k at its base and by p /
 /// k + p h / E at its top. The mesh does not matter, because every element represents uniform stress. Normal springs leave x, y and
-/// the rotation about z unconstrained. Tolerance: rounding of the solve (1e-10).
+/// the rotation about z unconstrained. The tolerance covers rounding of the solve (1e-10).
 #[test]
 fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
     let (p, k, h, e) = (3.0, 250.0, 2.0, 210e3);

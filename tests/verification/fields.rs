@@ -142,8 +142,8 @@ fn one_cell(kind: ElementKind, corners: &[[f64; 3]], edges: &[(usize, usize)]) -
     Mesh { source: "by hand".into(), points, blocks: vec![block], ..Default::default() }
 }
 
-/// Truth: a state stores components in planes, component k of cell i at index 6 k + i. The grid stores the components of each cell
-/// together. A global vector is the local one turned by the azimuth of the frame.
+/// Truth: a state of six cells stores component k of cell i at index 6 k + i. The grid stores the components of each cell together.
+/// A global vector is the local one turned by the azimuth of the frame.
 #[test]
 fn frame_fields_are_the_planes_by_cell() {
     let (frame, state) = (frame(), state(6));

@@ -1,4 +1,4 @@
-//! All shapes of gaps against the closed forms of axisymmetric indenters.
+//! Shapes of gaps against closed forms of indenters.
 
 use std::f64::consts::PI;
 
@@ -62,8 +62,9 @@ fn a_quartic() {
     assert!((radius(found) - a).abs() < 2.5 * a / cells as f64);
 }
 
-/// Truth: case `sphere-exact-profile` (Segedin 1957), contact radius over sphere radius 0.4. The force of the exact sphere agrees
-/// to 5e-3. The paraboloid at the same contact radius has 7 % less. An ellipsoid with three equal semi-axes is the same sphere.
+/// Truth: case `sphere-exact-profile` (Segedin 1957), where the contact radius is 0.4 times the sphere radius. The force of the
+/// exact sphere agrees to 5e-3. The force on the paraboloid at the same contact radius is 7 % smaller. An ellipsoid with three
+/// equal semi-axes is the same sphere.
 #[test]
 fn an_exact_sphere() {
     for gap in [GapShape::Sphere { radius: 10.0 }, GapShape::SemiAxes { semi_axes: [10.0; 3], angle: 0.4 }] {
@@ -82,7 +83,7 @@ fn a_ball_in_a_socket() {
     let (a, cells) = (0.880_442_270_8, 50);
     let mut model = half_spaces(&steel(), Some(&steel()), (1.25 * a, cells), |_, _| 0.0);
     let n = model.frame.n_cells();
-    // The exact surfaces instead of their paraboloids: height of the ball minus height of the socket.
+    // The gap uses the exact surfaces, not their paraboloids: height of the ball minus height of the socket.
     for (cell, center) in model.frame.centers.iter().enumerate() {
         let height = |r: f64| r - (r * r - center.x * center.x - center.y * center.y).sqrt();
         model.initial_gap[2 * n + cell] = height(10.0) - height(10.5);

@@ -1,4 +1,4 @@
-//! Problems with known solutions. Each test names its truth and the reason for its tolerance.
+//! Problems with known solutions. The tests name the source of the expected values as their truth.
 mod anisotropic;
 mod audit;
 mod bem;

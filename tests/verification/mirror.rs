@@ -51,8 +51,8 @@ fn hertz() {
     }
 }
 
-/// Truth: as above. Equal bodies are pulled along x or y in partial slip, by force and by displacement. The friction law is
-/// isotropic, given in rotated axes.
+/// Truth: mirror symmetry, as in [`hertz`]. Equal bodies are pulled along x or y in partial slip, by force and by displacement. The
+/// friction law is isotropic, given in rotated axes.
 #[test]
 fn partial_slip() {
     for (cells, across) in [(24, 1), (64, 1), (24, 0)] {
@@ -63,8 +63,8 @@ fn partial_slip() {
     }
 }
 
-/// Truth: as above, with coupled pressures and tangential tractions. Fibres are tilted in the plane of the mirror. Controls are
-/// approach, displacement and forces.
+/// Truth: mirror symmetry, as in [`hertz`], with coupled pressures and tangential tractions. Fibres are tilted in the plane of the
+/// mirror. Controls are approach, displacement and forces.
 #[test]
 fn tilted_fibres() {
     for cells in [24, 64] {
@@ -74,8 +74,8 @@ fn tilted_fibres() {
     }
 }
 
-/// Truth: as above, for the wear depths of cycles in gross and in partial slip. In partial slip the stick zone results from strokes
-/// with residuals of only 1e-6 (src/evolution/fretting/cycle_state.rs).
+/// Truth: mirror symmetry, as in [`hertz`], of the wear depths of cycles in gross and in partial slip. In partial slip the stick
+/// zone results from strokes with residuals of only 1e-6 (src/evolution/fretting/cycle_state.rs).
 #[test]
 fn wear() {
     let mut model = sphere_on_frp(30.0, 1.4, 24);
@@ -86,7 +86,7 @@ fn wear() {
     }
 }
 
-/// Truth: as above, for steady rolling along x.
+/// Truth: mirror symmetry, as in [`hertz`], of steady rolling along x.
 #[test]
 fn rolling() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.6, 32), sphere(10.0));

@@ -202,8 +202,8 @@ wear = false
     check(&half_spaces("half_width = [1.5, 1.5]\ncells = [64, 64]", steps), None);
 }
 
-/// Truth: the same for jumps with error control under a changed load, for ellipses, strokes in increments and cyclic forces, and
-/// for steady sliding.
+/// Truth: the uninterrupted run, for jumps with error control under a changed load, for ellipses, strokes in increments and cyclic
+/// forces, and for steady sliding.
 #[test]
 fn cycles_and_sliding_of_all_kinds() {
     let steps = r#"
@@ -237,7 +237,7 @@ shift = { distance = 0.0, angle = 0.0 }
     );
 }
 
-/// Truth: the same where the windows of a frame shrink. The uninterrupted run reuses the grids of earlier windows.
+/// Truth: the uninterrupted run, where the windows of a frame shrink. This run reuses the grids of earlier windows.
 #[test]
 fn windows_that_shrink() {
     let steps = r#"
@@ -253,7 +253,7 @@ increments = 5
     check(&half_spaces("half_width = [1.5, 1.5]\ncells = [96, 96]", steps), None);
 }
 
-/// Truth: the same for sliding without friction, where pressures cause tangential displacements of the surfaces.
+/// Truth: the uninterrupted run, for sliding without friction, where pressures cause tangential displacements of the surfaces.
 #[test]
 fn sliding_without_friction() {
     let steps = r#"
@@ -277,7 +277,7 @@ sliding = { distance = 20.0, angle = 30.0, jumps = 4 }
     }
 }
 
-/// Truth: the same for rolling, where worn volume and distance accumulate from increment to increment.
+/// Truth: the uninterrupted run, for rolling, where worn volume and distance accumulate from increment to increment.
 #[test]
 fn rolling() {
     let steps = r#"
@@ -292,7 +292,7 @@ increments = 3
     check(&half_spaces("half_width = [1.2, 1.2]\ncells = [24, 24]", steps), None);
 }
 
-/// Truth: the same for rotations and moments, with loading and unloading.
+/// Truth: the uninterrupted run, for rotations and moments, with loading and unloading.
 #[test]
 fn turns() {
     let steps = r#"
@@ -314,7 +314,8 @@ increments = 2
     check(&half_spaces("half_width = [1.4, 1.4]\ncells = [20, 20]", steps), None);
 }
 
-/// Truth: the same for a meshed body. Its flexibility is known at first for the middle cells only and grows with the contact.
+/// Truth: the uninterrupted run, for a meshed body. Its flexibility is known at first for the middle cells only and grows with the
+/// contact.
 #[test]
 fn growing_contact_of_a_meshed_body() {
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");

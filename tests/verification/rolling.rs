@@ -97,9 +97,9 @@ fn ball(stiffness: &Stiffness, cells: usize) -> Model {
 }
 
 /// Truth: catalogue case `kalker-circle` (Kalker 1990, table E.3, three digits), to 2.5 % (nu = 0.4999 for 0.5). The force for the
-/// creepage ξ is Q = G a² C11 ξ, and so on. Forces on body 1 have signs opposite to Kalker's. Creepages are a hundredth of the
-/// creepage at full sliding, which lowers the forces by 0.5 %. Tractions and slips are half a cell (h / 2) apart, which changes the
-/// coupling C23 by C22 h / 4a, here 0.9 %.
+/// creepage ξ is Q = G a² C11 ξ, and C22, C23 and C33 have similar formulas. Forces on body 1 have signs opposite to Kalker's.
+/// Creepages are a hundredth of the creepage at full sliding, which lowers the forces by 0.5 %. Tractions and slips are half a cell
+/// (h / 2) apart, which changes the coupling C23 by C22 h / 4a, here 0.9 %.
 #[test]
 fn kalker_circle() {
     let (load, e) = (300.0, 210e3);

@@ -52,7 +52,7 @@ fn iterations(run: &Run) -> usize {
     run.records.iter().map(|record| record.iterations).sum()
 }
 
-/// Largest difference between the forces of two runs, record by record, over the normal force.
+/// Largest difference between the forces of two runs, record by record, divided by the normal force of `b`.
 fn apart(a: &Run, b: &Run) -> f64 {
     assert_eq!(a.records.len(), b.records.len());
     let pairs = a.records.iter().zip(&b.records);

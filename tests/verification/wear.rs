@@ -56,8 +56,8 @@ fn reference_cycles() {
     }
 }
 
-/// Truth: docs/theory-wear.md. Backward Euler is first order, SDIRK2 with the slip at the stages second order. The error of the
-/// largest wear depth is measured against a fine run.
+/// Truth: docs/theory-wear.md. Backward Euler is first order, and SDIRK2 with the slip at the stages is second order. The error of
+/// the largest wear depth is measured against a fine run.
 #[test]
 fn orders_of_the_integrators() {
     let depth = |jumps, integrator| {
@@ -235,8 +235,8 @@ fn explicit_agrees_below_the_critical_jump() {
     assert!(errors[0] < 2e-2 && errors[1] < 0.65 * errors[0], "{errors:?}");
 }
 
-/// Truth: reversal points equal the ends of the last of 24 strokes computed one after the other. Tangential forces agree to 0.2 %
-/// of their range. The last strokes have converged to less than 0.1 % of this range. Stick depends on the loading history, and
+/// Truth: reversal points equal the ends of the last two of 24 strokes computed one after the other. Tangential forces agree to 0.2
+/// % of their range. The last strokes have converged to less than 0.1 % of this range. Stick depends on the loading history, and
 /// tilted fibres couple it with the pressures.
 #[test]
 fn stroke_ends_follow_from_strokes() {
@@ -267,9 +267,9 @@ fn stroke_ends_follow_from_strokes() {
     }
 }
 
-/// Truth: reversal points equal the ends of the last of 12 strokes computed one after the other. Tangential forces agree to 1 % of
-/// their range, normal forces to 0.3 %. Some cells slip by only a thousandth of the amplitude. The reversal points converge only if
-/// these cells are released.
+/// Truth: reversal points equal the ends of the last two of 12 strokes computed one after the other. Tangential forces agree to 1 %
+/// of their range, normal forces to 0.3 %. Some cells slip by only a thousandth of the amplitude. The reversal points converge only
+/// if these cells are released.
 #[test]
 fn cells_that_creep_are_let_go() {
     let model = sphere_on_frp(30.0, 1.5, 24);

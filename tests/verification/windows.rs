@@ -41,7 +41,8 @@ fn windows_change_nothing_with_friction() {
     same(&model, &steps, Method::Newton);
 }
 
-/// Truth: as above, for two distant spots. The second one gets into contact in the second step, outside the window of the first.
+/// Truth: the unique solution on the whole frame, for two distant spots. The second one gets into contact in the second step,
+/// outside the window of the first.
 #[test]
 fn windows_grow_to_spots_that_touch_later() {
     let spots = |x: f64, y: f64| {
@@ -58,8 +59,8 @@ fn pull(force: [f64; 2], increments: usize) -> Step {
     Step { tangential: Some(Tangential::Force(force)), increments, ..step("pull") }
 }
 
-/// Truth: as above, for equal bodies. Pressures are solved before tangential tractions, at first on coarser cells. Partial slip is
-/// reversed under force and displacement, under rising and falling load, with an elliptic law.
+/// Truth: the unique solution on the whole frame, for equal bodies. Pressures are solved before tangential tractions, at first on
+/// coarser cells. Partial slip is reversed under force and displacement, under rising and falling load, with an elliptic law.
 #[test]
 fn pressures_first_change_nothing() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.8, 64), sphere(10.0));
@@ -82,7 +83,7 @@ fn pressures_first_change_nothing() {
     assert_eq!([told(&apart), told(&whole)], [1, 0]);
 }
 
-/// Truth: as above, for a contact on almost the whole frame. No window is smaller than the frame.
+/// Truth: the unique solution on the whole frame, for a contact on almost the whole frame. No window is smaller than the frame.
 #[test]
 fn wide_contacts_begin_on_coarser_cells() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.39, 64), sphere(10.0));
@@ -91,8 +92,8 @@ fn wide_contacts_begin_on_coarser_cells() {
     same(&model, &steps, Method::Newton);
 }
 
-/// Truth: as above. The second step has no equilibrium on the window of the first step. Contact has to spread far beyond this
-/// window to carry the moment, the spin moment or the force.
+/// Truth: the unique solution on the whole frame. The second step has no equilibrium on the window of the first step. Contact has
+/// to spread far beyond this window to carry the moment, the spin moment or the force.
 #[test]
 fn a_window_too_small_is_no_verdict() {
     let tipping = |moment| Step { tilt: Some(Tilt::Moment(moment)), friction: false, ..press(100.0) };
@@ -109,8 +110,8 @@ fn a_window_too_small_is_no_verdict() {
     same(&model, &[press(1.0), spun], Method::BarzilaiBorwein);
 }
 
-/// Truth: as above, for rolling. The slip of a cell refers to the cell ahead, which lies outside the contact at the leading edge.
-/// 96 cells allow coarser grids, 97 cells do not.
+/// Truth: the unique solution on the whole frame, for rolling. The slip of a cell refers to the cell ahead, which lies outside the
+/// contact at the leading edge. 96 cells allow coarser grids, 97 cells do not.
 #[test]
 fn rolling_on_a_window_is_rolling_on_the_frame() {
     for cells in [96, 97] {

@@ -18,13 +18,14 @@ pub fn about_y(stiffness: &Stiffness, degrees: f64) -> Stiffness {
     stiffness.rotated(Rotation3::from_axis_angle(&Vector3::y_axis(), degrees.to_radians()).matrix())
 }
 
-/// Indentation modulus: 2 over the mean of the normal admittance W_nn over all directions.
+/// Indentation modulus 2 / w, where w is the mean of the normal admittance W_nn over 512 directions in the surface.
 fn modulus(stiffness: &Stiffness) -> f64 {
     let green = green(stiffness, Side::Lower);
     2.0 * 512.0 / (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>()
 }
 
-/// Truth: the indentation moduli of case `indentation-modulus-orthotropic` (Vlassak et al. 2003), 10 digits. Tolerance 1e-9.
+/// Truth: the indentation moduli of case `indentation-modulus-orthotropic` (Vlassak et al. 2003), published with 10 digits.
+/// Relative tolerance 1e-9.
 #[test]
 fn indentation_moduli_of_orthotropic_half_spaces() {
     for (name, stiffness, published) in [
@@ -37,7 +38,7 @@ fn indentation_moduli_of_orthotropic_half_spaces() {
     }
 }
 
-/// Truth: case `surface-admittance-orthotropic-closed-form`: Re W along and across the fibre. The published values have 10 digits,
+/// Truth: case `surface-admittance-orthotropic-closed-form`, Re W along and across the fibre. The published values have 10 digits,
 /// so the tolerance is 1e-9 of the largest entry, not the catalogue's 1e-10. `bem` tests the closed forms to 1e-12.
 #[test]
 fn admittance_along_and_across_the_fibre() {
@@ -53,7 +54,7 @@ fn admittance_along_and_across_the_fibre() {
     }
 }
 
-/// Truth: cases `half-space-green-cfrp` and `half-space-green-zinc-axis-in-surface` (Willis 1966; Barnett and Lothe 1975): G(x) at
+/// Truth: cases `half-space-green-cfrp` and `half-space-green-zinc-axis-in-surface` (Willis 1966; Barnett and Lothe 1975), G(x) at
 /// unit distance along x and y. The tolerance is 1e-8 of the largest entry. Reciprocity: G(x) = G(-x)^T.
 #[test]
 fn point_forces_along_the_axes() {
@@ -94,9 +95,9 @@ fn point_forces_along_the_axes() {
     }
 }
 
-/// Truth: case `barnett-lothe-identities`: the tensors S, H and L depend only on the plane of the direction m (at angle w in the
-/// surface) and the normal n. Hence L(w) = L(w + pi) and H(w) = H(w + pi). A turn of the body about m x n turns the tensors with
-/// it. Tolerance 1e-11 as published, and 1e-9 for H(w).
+/// Truth: case `barnett-lothe-identities`. The tensors S, H and L depend only on the plane that contains the normal n and the
+/// direction m (at angle w in the surface). Hence L(w) = L(w + pi) and H(w) = H(w + pi). A turn of the body about m x n turns the
+/// tensors with it. Tolerance 1e-11 as published, but 1e-9 for H(w) = H(w + pi).
 #[test]
 fn barnett_lothe_tensors_belong_to_the_plane() {
     let materials = [cfrp_of_tables(), zinc(1.0), cubic(165.7, 63.9, 79.6), topaz()];

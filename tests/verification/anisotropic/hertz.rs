@@ -87,8 +87,9 @@ fn between(a: f64, b: f64) -> f64 {
 }
 
 /// Truth: the exact ellipses of the cases `aniso-hertz-cfrp` and `aniso-hertz-zinc-copper` under a rigid sphere of R = 10 mm. The
-/// catalogue's tolerances are 5e-3 for the approach and one cell for the semi-axes. Their direction holds to 1 degree, or 5 degrees
-/// where a / b < 1.05. Semi-axes come from the second moments of the pressures. Peak pressure to 1e-2.
+/// catalogue's tolerances are 5e-3 for the approach and one cell for the semi-axes. The direction of the long axis holds to 1
+/// degree, or to 5 degrees where a / b < 1.05. The semi-axes come from the second moments of the pressures. The peak pressure holds
+/// to 1e-2.
 #[test]
 fn spheres_on_crystals_and_cfrp() {
     for case in cases() {
@@ -113,8 +114,8 @@ fn spheres_on_crystals_and_cfrp() {
 }
 
 /// Truth: case `swanson-vs-average-modulus`. With the mean modulus 10919.77 MPa the contact on CFRP would be a circle of radius
-/// 0.40953 mm. The exact semi-axes differ from this radius by 6 %. Those computed on 64 x 64 cells are within 1 % of the exact
-/// ones. The approach is that of the mean modulus to 5e-3.
+/// 0.40953 mm. The exact semi-axes differ from this radius by 6 %. The semi-axes computed on 64 x 64 cells are within 1 % of the
+/// exact ones. The computed approach equals the approach for the mean modulus to 5e-3.
 #[test]
 fn the_mean_modulus_is_not_the_answer() {
     let model = half_spaces(&cfrp_of_tables(), None, (0.52, 64), sphere(10.0));
@@ -126,10 +127,11 @@ fn the_mean_modulus_is_not_the_answer() {
     assert!(relative(result.records[0].approach, 0.01677123538) < 5e-3);
 }
 
-/// Truth: case `indentation-modulus-cubic`: F = 2 M a delta under a flat circular punch of radius a at the approach delta, to 1e-2.
+/// Truth: case `indentation-modulus-cubic`, F = 2 M a delta under a flat circular punch of radius a at the approach delta, to 1e-2.
 /// The moduli M are those of the (100) and (111) faces of copper and the (110) face of silicon, in GPa. The punch covers all cells
 /// with centres inside a circle, and a is the radius of a circle of their total area. The singular pressure at the edge causes an
-/// error of first order in the cell size, which two grids confirm.
+/// error of first order in the cell size. On half the cell size the error is therefore below 0.75 times the error on the coarser
+/// grid.
 #[test]
 fn flat_punches_on_crystals() {
     let copper = cubic(168.4, 121.4, 75.4);
@@ -155,7 +157,7 @@ fn flat_punches_on_crystals() {
     }
 }
 
-/// Truth: case `str-modulus-ratio`: the ratio of the semi-axes under a sphere increases with E1 / E2 (1 to 1e4). The solver takes
+/// Truth: case `str-modulus-ratio`. The ratio of the semi-axes under a sphere increases with E1 / E2 (1 to 1e4). The solver takes
 /// less than five times as many iterations as for E1 = E2.
 #[test]
 fn extreme_ratios_make_longer_ellipses() {

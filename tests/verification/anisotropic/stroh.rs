@@ -1,4 +1,4 @@
-//! The admittance by Stroh's eigenvectors, independent of the integrals of the program.
+//! The admittance from Stroh's eigenvectors, independent of the integrals in the library.
 
 use nalgebra::{Complex, Matrix3, Matrix6, Rotation3, Vector3};
 use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
@@ -17,8 +17,8 @@ fn contract(c: &Matrix6<f64>, a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> 
     })
 }
 
-/// Admittance H = i A B⁻¹ of the solid x3 > 0 for waves along (cos w, sin w, 0) (Ting 1996). A and B are the upper and lower halves
-/// of the eigenvectors of Stroh's matrix [N1 N2; N3 N1ᵀ] whose eigenvalues p have Im p > 0.
+/// Admittance H = i A B⁻¹ of the solid x3 > 0 for waves along (cos w, sin w, 0) (Ting 1996). Stroh's matrix [N1 N2; N3 N1ᵀ] has
+/// three eigenvalues p with Im p > 0. A and B are the upper and lower halves of the three eigenvectors.
 fn admittance(stiffness: &Stiffness, w: f64) -> Matrix3<C> {
     let scale = stiffness.voigt().amax();
     let c = stiffness.voigt() / scale;
@@ -54,8 +54,9 @@ fn distance(a: &Matrix3<C>, b: &Matrix3<C>) -> f64 {
     (a - b).map(|x| x.norm()).amax() / b.map(|x| x.norm()).amax()
 }
 
-/// Truth: case `barnett-lothe-identities`: the admittance from Stroh's eigenvectors, to 1e-9 away from degenerate roots as in the
-/// catalogue. The tensors of single directions and the series of the Green's function must give it, in 36 directions of two cuts.
+/// Truth: case `barnett-lothe-identities`, the admittance from Stroh's eigenvectors. In 36 directions of two cuts, the tensors of
+/// the direction and the series of the Green's function agree with it to 1e-9. As in the catalogue, no direction is close to
+/// degenerate roots.
 #[test]
 fn eigenvectors_agree_with_the_integrals() {
     let materials = [
@@ -80,7 +81,8 @@ fn eigenvectors_agree_with_the_integrals() {
     }
 }
 
-/// Truth: case `str-modulus-ratio`: Stroh's eigenvectors give the same admittance to 1e-7 for E1 / E2 up to 1e4.
+/// Truth: case `str-modulus-ratio`, the admittance from Stroh's eigenvectors. The series of the Green's function agrees to 1e-7 for
+/// E1 / E2 up to 1e4.
 #[test]
 fn eigenvectors_agree_for_extreme_ratios() {
     for ratio in [10.0, 100.0, 1e3, 1e4] {

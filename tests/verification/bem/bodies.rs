@@ -125,14 +125,14 @@ fn column_between_smooth_walls() {
     }
 }
 
-/// Truth: a finite-element body of the same shape with the near field of a half-space, on cells of a quarter of the side. The error
-/// of this body is below 1e-3 (docs/theory-hybrid.md). The test compares the works of pressures and shear.
+/// Truth: the work of the tractions on a finite-element body of the same shape with the near field of a half-space. This body has
+/// cells a quarter as wide, and the error of its work is below 1e-3 (docs/theory-hybrid.md). The tractions are pressures and shear.
 #[test]
 #[ignore = "26 s; usual: cli boundary::the_block_of_finite_elements and bem::finite::anisotropic_sphere_under_uniform_stress"]
 fn the_block_of_finite_elements() {
     let w = 2.0;
     let stiffness = blocks::cfrp();
-    // The cells are element faces: those in the middle half of the top along x and y.
+    // The cells are the element faces in the middle half of the top along x and y.
     let on_faces = |n: usize| {
         let frame = ContactFrame::grid([0.5 * w; 2], [n / 2; 2], [0.0; 2], 0.0).unwrap();
         let cells = frame.n_cells();
@@ -191,8 +191,8 @@ pub(super) fn graded(size: f64, up: f64) -> Mesh {
     })
 }
 
-/// Truth: a body that is large compared with its contact tends to a half-space. Its relative difference from the half-space is
-/// proportional to 1 / size. The size is doubled twice here.
+/// Truth: a body that is large compared with its contact tends to a half-space. The relative difference of the work from the
+/// half-space is proportional to 1 / size. The size is doubled twice here.
 #[test]
 fn large_bodies_become_half_spaces() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();

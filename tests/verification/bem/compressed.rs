@@ -128,8 +128,8 @@ fn largest(cells: &Cells, operator: &dyn Flexibility) -> f64 {
 }
 
 /// Truth: the dense operator of the same cells, which integrates in another way. The error of a product, relative to the largest
-/// eigenvalue times the norm of the tractions, is below the tolerance and falls with it. Tractions are smooth or random, bodies
-/// isotropic or of CFRP with tilted fibres. Diagonal blocks are integrated separately and agree to 1e-12.
+/// eigenvalue times the norm of the tractions, is below the tolerance and falls with it. Tractions are uniform or random. The
+/// bodies are steel, or CFRP with tilted fibres under steel. Diagonal blocks are integrated separately and agree to 1e-12.
 #[test]
 fn products_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(27);
@@ -166,8 +166,8 @@ fn products_are_those_of_the_dense_operator() {
     }
 }
 
-/// Truth: Betti's theorem, v·A S w = w·A S v with the areas A, and S positive definite, for a coarse tolerance too. Direct sums
-/// over the cells equal the product with the dense operator.
+/// Truth: Betti's theorem, v·A S w = w·A S v with the areas A, and S positive definite, also at the coarse tolerance 1e-3. Direct
+/// sums over the cells equal the product with the dense operator.
 #[test]
 fn compressed_operators_are_symmetric_and_sums_direct() {
     let cells = Cells::irregular(25);
@@ -292,7 +292,7 @@ fn the_approximate_inverse_makes_eigenvalues_alike() {
     }
 }
 
-/// Model of a steel sphere over CFRP on the cells, with the given operator.
+/// Model of a sphere of radius 20 with friction on the cells, with the given operator.
 pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
     let n = cells.n();
     let mut initial_gap = vec![0.0; 3 * n];

@@ -48,7 +48,7 @@ pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> V
 
 /// The sides of the cube, projected onto a sphere.
 pub(super) fn sphere(n: usize, radius: f64, triangles: bool) -> Vec<Panel> {
-    // The tangent spaces the nodes by equal angles instead of equal lengths.
+    // The tangent puts the nodes at equal angles instead of equal lengths.
     let even = |x: Point| x.map(|c| (c * std::f64::consts::FRAC_PI_4).tan());
     cube(n, triangles, |x| even(x).normalize() * radius)
 }
@@ -101,7 +101,7 @@ pub(super) fn off(elements: &BoundaryElements, state: &SurfaceState, exact: impl
     apart.fold(0.0, f64::max) / size
 }
 
-/// Error of the nodal displacements as a root mean square over the surface, relative to the exact displacement.
+/// Root mean square error of the nodal displacements over the surface, divided by the root mean square of the exact displacement.
 fn off_in_the_mean(
     elements: &BoundaryElements,
     state: &SurfaceState,
@@ -146,9 +146,9 @@ fn displacement_at(elements: &BoundaryElements, state: &SurfaceState, y: &Point)
 }
 
 /// Truth: a linear field, which linear elements represent exactly. Its displacements are given on one side of the cube and its
-/// tractions on the others. In tension by p: u_x = p x / E, u_y = -ν p y / E (be-cube-tension). The tolerance 1e-6 is the accuracy
-/// of the integrals. Somigliana's identity gives the field inside, up to 0.001 from the surface, and zero outside. The stress
-/// inside agrees too.
+/// tractions on the others. Under a tension p, u_x = p x / E and u_y = -ν p y / E (be-cube-tension). The tolerance 1e-6 is the
+/// accuracy of the integrals. Somigliana's identity gives the field inside, up to 0.001 from the surface, and zero outside. The
+/// stress inside agrees too.
 #[test]
 fn uniform_strain_in_a_cube() {
     let any = Matrix3::new(1e-3, 2e-4, -3e-4, -5e-4, 7e-4, 1e-4, 4e-4, -2e-4, -9e-4);
@@ -231,9 +231,9 @@ fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Doma
     off_in_the_mean(&elements, &state, exact)
 }
 
-/// Truth: Lamé. A solid sphere under pressure shrinks by p R (1 - 2ν) / E, the wall of a cavity moves by p R / (4 G). Errors fall
-/// with order 1 for constant elements, 2 for linear and quadratic ones (their geometry is of order 2 at the corners of the cube).
-/// With 384 linear elements they are below 1e-3.
+/// Truth: Lamé's solutions. Under a pressure p the radius R of a solid sphere shrinks by p R (1 - 2ν) / E, and the wall of a cavity
+/// moves by p R / (4 G). Errors fall with order 1 for constant elements and order 2 for linear and quadratic ones. The geometry of
+/// quadratic elements is of order 2 at the corners of the cube. With 384 linear elements the errors are below 1e-3.
 #[test]
 fn spheres_under_pressure() {
     for domain in [Domain::Interior, Domain::Exterior] {
@@ -283,7 +283,8 @@ fn anisotropic_sphere_under_uniform_stress() {
     assert!(error < 1e-3, "{error:e}");
 }
 
-/// Truth: rigid motions cause no tractions: translations by construction, rotations to the accuracy of the integrals.
+/// Truth: rigid motions cause no tractions. Translations cause none by construction, rotations none within the accuracy of the
+/// integrals.
 #[test]
 fn rigid_motions() {
     let stiffness = cfrp();

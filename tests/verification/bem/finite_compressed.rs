@@ -45,9 +45,9 @@ fn solved(
     problem.solve_by(equations, Par::Seq).unwrap()
 }
 
-/// Truth: the dense equations of the same body with loads. Displacements are known at its base along all axes and at a wall along
-/// its normal. Displacements, tractions and responses to unit tractions differ by less than 10 times the tolerance, relative to
-/// their largest.
+/// Truth: the solution of the dense equations of the same body with loads. Displacements are known at its base along all axes and
+/// at a wall along its normal. Displacements, tractions and responses to unit tractions differ by less than 10 times the tolerance,
+/// each relative to its largest value.
 #[test]
 fn the_dense_equations() {
     let elements = body(usual_or_finest(8, 10), Constant, &cfrp());
@@ -123,7 +123,7 @@ fn uniform_strain() {
     }
 }
 
-/// Truth: the same bits with one thread and with several.
+/// Truth: one thread and several threads give the same bits.
 #[test]
 fn threads_do_not_change_bits() {
     let elements = body(6, Constant, &steel());

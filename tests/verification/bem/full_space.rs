@@ -110,8 +110,8 @@ fn isotropic_limit() {
 }
 
 /// Truth: the integrals over directions, from which the table is made. At random directions the table agrees with them within twice
-/// its stated error, which is below 1e-8. Finite differences of the displacement confirm its derivatives. One material has a fibre
-/// a hundred times stiffer than its matrix.
+/// its stated error, which is below 1e-8. Finite differences of the displacement confirm its derivatives. One material is a hundred
+/// times stiffer along its fibre than across.
 #[test]
 fn tables() {
     let stiff_fibre = Stiffness::transversely_isotropic(500e3, 5e3, 4e3, 0.25, 0.4).unwrap();

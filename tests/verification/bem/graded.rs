@@ -28,7 +28,7 @@ fn graded(m: usize, ratio: f64) -> Cells {
 }
 
 /// Truth: the dense operator, which chooses the Gauss points of each distant cell by the size of this cell. Cell sides differ by
-/// factors of 1e3 and 1e5. Entries differ by a fifth of the tolerance, products by up to three tolerances of the largest gap.
+/// factors of 1e3 and 1e5. Products differ by less than 3 × tolerance × the largest gap.
 #[test]
 fn cells_of_unlike_size_keep_the_tolerance() {
     for ratio in [1e3, 1e5] {
@@ -86,10 +86,10 @@ fn fan(n: usize) -> Cells {
     Cells::of((0..n).map(|k| vec![[0.0; 2], corner(k), corner(k + 1)]).collect())
 }
 
-/// Truth: pressures with the dense operator under a sphere. A gap error of the tolerance changes the pressure of a cell by the
-/// tolerance times contact size over cell size. This ratio is at most 28 for cells of mean size. The bound of 112 tolerances allows
-/// four times this value for cells just too large for a tighter tolerance. The smallest cells, with sides 1e5 times smaller, do not
-/// need more. The lower bound shows that the operator is not exact.
+/// Truth: pressures with the dense operator under a sphere. A gap error of the tolerance changes the pressure of a cell by
+/// tolerance × contact size / cell size. This ratio of sizes is at most 28 for cells of mean size. The bound of 112 tolerances
+/// allows four times this value for cells just too large for a tighter tolerance. The smallest cells, with sides 1e5 times smaller,
+/// do not need more. The lower bound shows that the operator is not exact.
 #[test]
 #[ignore = "11 s; usual: bem::compressed::contacts_are_those_of_the_dense_operator"]
 fn pressures_follow_the_tolerance() {
@@ -117,8 +117,8 @@ fn pressures_follow_the_tolerance() {
 }
 
 /// Truth: the bytes of the operator. For cells of similar size, or if no cells are far apart, the estimate from the cells alone is
-/// 0.75 to 1.33 times the true size. For cells of different size it is at most twice the true size. A memory limit of half the
-/// estimate is refused before anything is built. The message recommends a larger tolerance.
+/// 0.75 to 1.33 times the true size. For cells of different size it is at most twice the true size. With a memory limit of half the
+/// estimate, the operator is refused before anything is built. The message names the tolerance of compression.
 #[test]
 fn memory_is_told_by_the_cells() {
     let (one, two) = (green(&steel(), Side::Lower), pair(30.0));
@@ -152,7 +152,7 @@ fn memory_is_told_by_the_cells() {
 }
 
 /// Sectors of rings around the origin, out to a polygon with the area of the unit circle. The widths of the rings fall
-/// geometrically from the middle to the edge. The last is a thousandth of the first.
+/// geometrically from the middle to the edge. The last ring has a thousandth of the width of the first.
 fn rings(n_rings: usize, n_sectors: usize) -> Cells {
     let fall = 1e-3f64.powf(1.0 / (n_rings - 1) as f64);
     let widths: Vec<f64> = (0..n_rings).map(|k| fall.powi(k as i32)).collect();
@@ -178,10 +178,10 @@ fn rings(n_rings: usize, n_sectors: usize) -> Cells {
     Cells::of(cells)
 }
 
-/// Truth: catalogue `str-graded-mesh`: F = 2 E* a delta under a rigid flat punch of radius a at the approach delta (Boussinesq), on
+/// Truth: catalogue `str-graded-mesh`, F = 2 E* a delta under a rigid flat punch of radius a at the approach delta (Boussinesq), on
 /// cells that get a thousand times smaller towards the edge. The catalogue's tolerance is 1e-4, for values extrapolated with second
-/// order in the angle of a sector and the growth of a ring. Every influence and every pressure is positive, and pressures grow from
-/// ring to ring.
+/// order in the angle of a sector and the growth of a ring. All pressures and the influences of every fifth cell are positive.
+/// Along a sector, pressures grow from ring to ring.
 #[test]
 fn flat_punch_on_graded_rings() {
     let modulus = 210e3 / 0.91;

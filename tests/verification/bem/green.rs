@@ -11,8 +11,9 @@ use orthowear::material::Stiffness;
 use serde_json::Value;
 use std::f64::consts::PI;
 
-/// Truth: an independent program (tests/data/half-space-table.json, 12 digits): the admittance M, the Green's function H on the
-/// unit circle and cell integrals K. Tolerance 1e-9 of the largest entry of each matrix, where the program truncated its series.
+/// Truth: the admittance M, the Green's function H on the unit circle and cell integrals K of an independent program, with 12
+/// digits (tests/data/half-space-table.json). The tolerance is 1e-9 of the largest entry of the matrix (for Im M of Re M), because
+/// that program truncated its series.
 #[test]
 fn kernels_agree_with_an_independent_program() {
     let table: Value = serde_json::from_str(include_str!("../../data/half-space-table.json")).expect("JSON");
@@ -42,8 +43,8 @@ fn kernels_agree_with_an_independent_program() {
     }
 }
 
-/// Truth: Boussinesq and Cerruti, in the form of docs/theory-half-space.md (all nine components, both sides). Tolerance 1e-13:
-/// rounding of the closed form.
+/// Truth: the solutions of Boussinesq and Cerruti, in the form of docs/theory-half-space.md (all nine components, both sides). The
+/// tolerance 1e-13 covers the rounding of the closed form.
 #[test]
 fn isotropic_limit_is_boussinesq_and_cerruti() {
     let (e, nu) = (210e3, 0.3);
@@ -86,8 +87,8 @@ fn mean_normal_admittance(green: &SurfaceGreen) -> f64 {
     (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>() / 512.0
 }
 
-/// Truth: Γ as a principal-value integral of the admittance from Barnett-Lothe tensors, by a staggered trapezoidal rule, which is
-/// exact for trigonometric polynomials (docs/theory-half-space.md). The series must give the same Γ. Tolerance 1e-12: rounding.
+/// Truth: Γ as a principal-value integral of the admittance from Barnett-Lothe tensors. The staggered trapezoidal rule is exact for
+/// trigonometric polynomials (docs/theory-half-space.md). The series must give the same Γ to 1e-12, which covers rounding.
 #[test]
 fn gamma_is_the_principal_value_integral() {
     for (tilt, side) in [(10.0, Side::Lower), (45.0, Side::Upper), (80.0, Side::Lower)] {
@@ -108,7 +109,7 @@ fn gamma_is_the_principal_value_integral() {
 }
 
 /// Truth: identities of the tensors S, H, L (Barnett and Lothe 1973, Chadwick and Smith 1977) for 50 random rotations per material:
-/// H L - S S = I, L S + S^T L = 0, S H + H S^T = 0, H and L positive definite. Tolerance 1e-11, that of the published check.
+/// H L - S S = I, L S + S^T L = 0, S H + H S^T = 0, H and L positive definite. Tolerance 1e-11, as in the published check.
 #[test]
 fn barnett_lothe_identities() {
     let mut random = Random(7);
@@ -126,9 +127,9 @@ fn barnett_lothe_identities() {
     }
 }
 
-/// Truth: the admittance along the fibre in closed form (Ting 1996), and published values at 0, 30 and 90 degrees. They hold for a
-/// solid x3 > 0 in its own axes, which is the upper side here. Tolerance 1e-12 for the closed form, 1e-9 for values of 10 digits,
-/// 1e-8 for one of 8 digits.
+/// Truth: the admittance along the fibre in closed form (Ting 1996), and published values at 0, 30 and 90 degrees. These values
+/// hold for a solid x3 > 0 in its own axes, which is the upper side here. Tolerance 1e-12 for the closed form, 1e-9 for values of
+/// 10 digits, 1e-8 for one of 8 digits.
 #[test]
 fn orthotropic_surface_admittance() {
     let green = green(&cfrp_of_tables(), Side::Upper);
@@ -157,8 +158,8 @@ fn orthotropic_surface_admittance() {
     assert!((green.symbol(PI / 2.0)[(1, 2)].im / 5.9204783e-05 - 1.0).abs() < 1e-8);
 }
 
-/// Truth: point-force tensors of Willis (1966) and Barnett and Lothe (1975) for a solid x3 > 0, computed by an
-/// independent program. Tolerance 1e-8 of the largest entry, that of the published check.
+/// Truth: point-force tensors of Willis (1966) and Barnett and Lothe (1975) for a solid x3 > 0, computed by an independent program.
+/// Tolerance 1e-8 of the largest entry, as in the published check.
 #[test]
 fn point_force_on_cfrp_and_zinc() {
     let cfrp = green(&cfrp_of_tables(), Side::Upper);
@@ -203,7 +204,8 @@ fn point_force_on_cfrp_and_zinc() {
 }
 
 /// Truth: `ti-axis-normal-zinc`, the indentation modulus M in closed form for a transversely isotropic half-space with its axis
-/// along the normal (Elliott 1949; Delafargue and Ulm 2004). For zinc M = 69.61813335 GPa. Tolerance 1e-10, for this value 1e-9.
+/// along the normal (Elliott 1949; Delafargue and Ulm 2004). For zinc M = 69.61813335 GPa. Tolerance 1e-10 for the closed form,
+/// 1e-9 for the value.
 #[test]
 fn indentation_modulus_of_zinc() {
     let modulus = modulus_along_the_axis(&zinc(1.0));

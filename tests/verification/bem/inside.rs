@@ -95,10 +95,10 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     }
 }
 
-/// Truth: Lamé (be-cavity-pressure, be-sphere-uniform-pressure). Around a cavity of radius a under pressure p, σ_r = -p a³/r³ and
-/// σ_t = p a³/(2 r³), which is p/2 on the wall. In a sphere the stress is -p everywhere. Errors at the corners of linear elements
-/// fall with order 1.5 (the corners of the cube are not regular). With 216 elements the mean of σ_t over the surface is right to
-/// 1.2 % of p.
+/// Truth: Lamé's solutions (be-cavity-pressure, be-sphere-uniform-pressure). Around a cavity of radius a under pressure p, σ_r = -p
+/// a³/r³ and σ_t = p a³/(2 r³), which is p/2 on the wall. In a sphere all normal stresses are -p. Errors at the corners of linear
+/// elements fall with order 1.5 (the corners of the cube are not regular). With 216 elements the mean of σ_t over the surface is
+/// right to 1.2 % of p.
 #[test]
 fn spheres_and_cavities() {
     for domain in [Domain::Interior, Domain::Exterior] {
@@ -115,8 +115,8 @@ fn spheres_and_cavities() {
     }
 }
 
-/// Truth: Lamé (be-cavity-pressure): the tangential stress is σ_t = p/2 on the wall. Quadratic elements give its mean over the wall
-/// to 1e-3. The errors at their corners fall at least with order 1.5.
+/// Truth: Lamé's solution (be-cavity-pressure). The tangential stress on the wall is σ_t = p/2. Quadratic elements give its mean
+/// over the wall to 1e-3. The errors at their corners fall at least with order 1.5.
 #[test]
 fn the_wall_of_a_cavity() {
     let [coarse, fine] = [2, 3].map(|n| errors(n, Interpolation::Quadratic, Domain::Exterior));
@@ -124,9 +124,9 @@ fn the_wall_of_a_cavity() {
     assert!(coarse.corners / fine.corners > 1.5_f64.powf(1.5), "{} {}", coarse.corners, fine.corners);
 }
 
-/// Truth: Hertz (Johnson 3.45, 4.2). The stresses on the axis under the pressure p0 √(1 - r²/a²) are, with ζ = z / a, σ_z = -p0 /
-/// (1 + ζ²), σ_r = -p0 ((1 + ν)(1 - ζ atan(1/ζ)) - 1/(2 (1 + ζ²))). The largest shear stress is 0.310 p0 at 0.48 a for ν = 0.3. 64
-/// x 64 cells carry the pressure at their centres, on both bodies.
+/// Truth: Hertz's solution (Johnson 3.45, 4.2). The stresses on the axis under the pressure p0 √(1 - r²/a²) are, with ζ = z / a,
+/// σ_z = -p0 / (1 + ζ²), σ_r = -p0 ((1 + ν)(1 - ζ atan(1/ζ)) - 1/(2 (1 + ζ²))). The largest shear stress is 0.310 p0 at 0.48 a for
+/// ν = 0.3. On either body, 64 x 64 cells carry the pressure at their centres.
 #[test]
 fn below_a_circular_contact() {
     let frame = ContactFrame::grid([1.05; 2], [64; 2], [0.3, -0.2], 0.4).unwrap();
@@ -178,9 +178,9 @@ fn tractions_below_the_surface() {
     }
 }
 
-/// Truth: a block that is large compared with the pressed square tends to a half-space. It extends over 16 half-widths of the
-/// square, whose sides have four constant elements each. From a depth of half an element on, stresses differ from the half-space by
-/// less than 5 % of the pressure. Both bodies are tested, under pressure and shear.
+/// Truth: a block that is large compared with the pressed square tends to a half-space. The block extends over 16 half-widths of
+/// the square, whose sides have four constant elements each. From a depth of half an element on, stresses differ from the
+/// half-space by less than 5 % of the pressure. Both bodies are tested, under pressure and shear.
 #[test]
 fn a_large_block_beside_the_half_space() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -207,7 +207,8 @@ fn a_large_block_beside_the_half_space() {
 }
 
 /// Truth: the same block of finite elements (hexahedra of 20 nodes), under the same tractions on faces in the middle of its top.
-/// Stress agrees to 2 % of the largest pressure, at nodes inside and on its sides, two elements from the edges.
+/// Stress agrees to 2 % of the largest pressure, at nodes inside and at nodes of the sides that are two elements or more from the
+/// edges.
 #[test]
 fn a_block_of_finite_elements() {
     let n = 6;

@@ -11,7 +11,7 @@ use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
 use std::f64::consts::PI;
 
-/// Truth: direct summation of the same kernels. Tolerance 1e-13 of the largest entry: rounding of the transforms.
+/// Truth: direct summation of the same kernels. The tolerance of 1e-13 of the largest entry covers rounding of the transforms.
 #[test]
 fn fft_equals_direct_sum() {
     for (cells, spacing) in [([7, 5], [0.1, 0.1]), ([12, 9], [0.2, 0.05]), ([1, 6], [1.0, 1.0])] {
@@ -176,7 +176,8 @@ fn dense_operator_on_a_grid_is_the_fft_operator() {
 }
 
 /// Truth: A S, with the areas A of the cells, is symmetric and positive definite on an irregular frame (a distorted grid split into
-/// triangles). A uniform pressure on all cells gives Love's displacement of a loaded square to 5e-3 (asymmetry of collocation).
+/// triangles). A uniform pressure on all cells gives Love's displacement of a loaded square. The tolerance 5e-3 covers the change
+/// of the collocation matrix that makes A S symmetric.
 #[test]
 fn dense_operator_on_triangles() {
     let green = green(&steel(), Side::Lower);

@@ -10,8 +10,9 @@ use std::f64::consts::PI;
 
 const SQUARE: [[f64; 2]; 4] = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]];
 
-/// Truth: `load-uniform-square`: Love's displacement (1929) under a uniform pressure on a 4 x 4 square. Points: centre, corner,
-/// middle of a side, one outside. Tolerance 1e-13: rounding of the closed form. 1e-9 for the published values (10 digits).
+/// Truth: Love's displacement (1929) under a uniform pressure on a 4 x 4 square, case `load-uniform-square`. The points are the
+/// centre, a corner, the middle of a side and one outside. Tolerance 1e-13 for the closed form (rounding), 1e-9 for the published
+/// values (10 digits).
 #[test]
 fn uniform_pressure_on_a_square() {
     let green = green(&steel(), Side::Lower);
@@ -91,7 +92,7 @@ fn uniform_pressure_on_a_disc() {
 }
 
 /// Truth: the multipole expansion F / (π E* r) (1 + L^2 / (24 r^2)) of a square of side L under the force F. At r = 1e3 L and 1e6 L
-/// on an axis it holds to 1e-10, where the exact edge formula has lost digits. For CFRP at 1e6 L: Γ(φ) / r.
+/// on an axis it holds to 1e-10, where the exact edge formula has lost digits. For CFRP at 1e6 L, Γ(φ) F / r holds to 1e-11.
 #[test]
 fn far_targets_do_not_cancel() {
     let reduced = 210e3 / (1.0 - 0.09);
@@ -114,8 +115,8 @@ fn far_targets_do_not_cancel() {
     assert!(relative(&aniso.polygon(&square, [r * phi.cos(), r * phi.sin()]), &point) < 1e-11);
 }
 
-/// Truth: the integral over a polygon is the sum over its parts for any target: inside, outside, on an edge, on a vertex, next to
-/// an edge. Tolerance 1e-13 of the largest entry: rounding.
+/// Truth: the integral over a polygon is the sum over its parts for any target. Targets are inside, outside, on an edge, on a
+/// vertex and next to an edge. Tolerance 1e-13 of the largest entry.
 #[test]
 fn parts_of_a_polygon_add_up() {
     let green = pair(35.0);
@@ -183,7 +184,8 @@ fn integrate_over(
 }
 
 /// Truth: quadrature of G(x - y) itself, point by point, over random triangles with targets outside. This checks that Γ is
-/// transposed correctly. Tolerance 1e-9: a rule of degree 5 on 4^5 parts, at a distance of about the size of the triangle.
+/// transposed correctly. The tolerance 1e-9 covers the error of a rule of degree 5 on 4^5 parts, at a distance of about the size of
+/// the triangle.
 #[test]
 fn random_polygons_against_quadrature() {
     let green = pair(30.0);

@@ -37,8 +37,8 @@ fn taper(distance: f64, reach: f64) -> f64 {
     falling / (falling + rising)
 }
 
-/// Truth: catalogue case `aniso-sinusoidal-load`, published to ten digits: amplitudes of u3 and u1 under a normal sinusoidal
-/// traction on CFRP. A harmonic that the grid resolves is exact. 5e-10 is the rounding of the printed values.
+/// Truth: the amplitudes of u3 and u1 under a normal sinusoidal traction on CFRP, published to ten digits (catalogue case
+/// `aniso-sinusoidal-load`). A harmonic that the grid resolves is exact. 5e-10 is the rounding of the printed values.
 #[test]
 fn sinusoidal_load_on_cfrp() {
     let below = green(&cfrp_of_tables(), Side::Lower);
@@ -57,9 +57,10 @@ fn sinusoidal_load_on_cfrp() {
     }
 }
 
-/// Truth: the sum over images in space. An oblique wave of tractions is cut off smoothly at a distance of six frame lengths, so
-/// that its tail cancels. Tractions are constant on thin cells, and the load is divided by the harmonic factors of a cell. Higher
-/// harmonics of the thin cells change the odd entries by (π² / 6) / 80² = 2.6e-4. Tolerance: 5e-4 of the largest entry.
+/// Truth: the sum over images in space. An oblique wave of tractions is cut off smoothly at the distance 6, six times the length of
+/// the frame along x, so that its tail cancels. Tractions are constant on thin cells, and the load is divided by the harmonic
+/// factors of a cell. Higher harmonics of the thin cells change the odd entries by (π² / 6) / 80² = 2.6e-4. The tolerance is 5e-4
+/// of the largest entry.
 #[test]
 fn oblique_wave_equals_the_sum_over_images() {
     let green = pair(30.0);
@@ -98,8 +99,8 @@ fn oblique_wave_equals_the_sum_over_images() {
     }
 }
 
-/// Cosine and sine parts of the displacements of the cells ix = d due to a load cos(k y) on the cells ix = 0. The operator is open
-/// along x, and k is 2π `harmonic` over the period.
+/// Cosine and sine parts of the displacements of the cells ix = d due to a load cos(k y) on the cells ix = 0, with k = 2π
+/// `harmonic` / period. The operator is open along x.
 fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d: usize) -> [Matrix3<f64>; 2] {
     let n = cells[0] * cells[1];
     let mut parts = [Matrix3::zeros(); 2];
@@ -297,8 +298,8 @@ fn single_harmonics_have_the_exact_admittance() {
 }
 
 /// Truth: plain sums over all pairs of cells, without a Fourier transform of the tractions. The columns of the operator are shifted
-/// columns of the first cell: cyclic in periodic directions, transposed by Betti's theorem for backward offsets in open ones.
-/// Tolerance 1e-13 per cell.
+/// columns of the first cell. Shifts are cyclic in periodic directions. In open directions, Betti's theorem gives backward offsets
+/// as transposed blocks. The tolerance is 1e-13 × the number of cells × the largest entry of a diagonal block.
 #[test]
 fn products_are_plain_convolutions() {
     let cases = [

@@ -27,7 +27,7 @@ fn odd() -> Stiffness {
     .rotated(Rotation3::from_euler_angles(0.4, 0.9, -1.3).matrix())
 }
 
-/// Materials with their tables. A table takes about a second.
+/// Materials with the tables of their point-force fields. A table takes about a second to compute.
 static TABLES: LazyLock<Vec<(String, Stiffness, PointForceField)>> = LazyLock::new(|| {
     let azimuth = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.6);
     let tilts = usual_or_finest(&[30.0, 90.0][..], &[0.0, 30.0, 80.0, 90.0]);
@@ -49,7 +49,7 @@ fn direct(stiffness: &Stiffness) -> PointForceIntegral {
     PointForceIntegral::new(stiffness, &green(stiffness, Side::Lower))
 }
 
-/// Random direction at the depth `z`.
+/// Unit vector of random azimuth that points to the depth `z`.
 fn direction(random: &mut Random, z: f64) -> Vector3<f64> {
     let (phi, sin) = (2.0 * PI * random.next(), (1.0 - z * z).sqrt());
     Vector3::new(sin * phi.cos(), sin * phi.sin(), -z)
@@ -63,8 +63,8 @@ fn apart(a: &GreenTensor, b: &GreenTensor) -> f64 {
     steepest(&[0, 1, 2].map(|k| a.gradient[k] - b.gradient[k]))
 }
 
-/// Truth: for isotropic materials, the direct integral over directions, which does not use Boussinesq and Cerruti. On the surface:
-/// Γ(φ) / r, to 1e-12. Tolerance 1e-10: the integral loses up to 1e-11 near the surface.
+/// Truth: for isotropic materials, the direct integral over directions, which does not use the solutions of Boussinesq and Cerruti.
+/// The tolerance 1e-10 covers the integral, which loses up to 1e-11 near the surface. On the surface, Γ(φ) / r holds to 1e-12.
 #[test]
 fn closed_forms_are_the_direct_integral() {
     for nu in [0.3, 0.0, 0.45] {
@@ -100,7 +100,7 @@ fn gradients_are_limits_of_differences() {
     }
 }
 
-/// Truth: the direct integral at random points. A third of them lies next to the surface, a third next to the inner axis. Bound:
+/// Truth: the direct integral at random points. A third of them lies next to the surface, a third next to the inward normal. Bound:
 /// twice the error that the table states, which is a maximum over other points.
 #[test]
 fn tables_are_the_direct_integral() {
@@ -204,8 +204,8 @@ fn legendre(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Truth: the direct integral at random points, half of them within 0.03 of the fibre, for E1/E2 = 3000. Bound: twice the error
-/// that the table states.
+/// Truth: the direct integral at random points, half of them within 0.03 of the direction of the fibre, for E1/E2 = 3000. Bound:
+/// twice the error that the table states.
 #[test]
 fn stiff_fibres_have_the_error_that_their_table_states() {
     let tilt = 29_f64.to_radians();

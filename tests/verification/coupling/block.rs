@@ -71,8 +71,8 @@ pub fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling)
 }
 
 /// Truth: eliminating the bodies from the block system is algebra. The block system and the Schur complement give the same gaps for
-/// the same tractions, loads and prescribed displacements. Wear depth and initial gap add to the normal gap only. Tolerance 1e-10
-/// relative: different factorisations of the same matrices, and FFT against dense products.
+/// the same tractions, loads and prescribed displacements. Wear depth and initial gap add to the normal gap only. The relative
+/// tolerance 1e-10 covers different factorisations of the same matrices, and the difference between FFT and dense products.
 #[test]
 fn both_paths_give_the_same_gaps() {
     let frame = frame();
@@ -131,7 +131,8 @@ impl ElasticBody for Closed {
     }
 }
 
-/// Truth: the documented refusals: no elastic body, a body without equations, a system that is too large.
+/// Truth: the documentation names three refusals. These are two rigid bodies, a body without equations, and a system that is too
+/// large.
 #[test]
 fn what_the_block_system_cannot_do_is_refused() {
     let frame = frame();

@@ -20,7 +20,8 @@ fn within(radius: f64) -> ContactFrame {
 }
 
 /// Truth: eliminating a body is algebra. For the same tractions, the condensed flexibility and a solution of the whole body without
-/// loads give the same gap. For half-spaces: direct sums over the cells. 1e-11: rounding of solves with the factor.
+/// loads give the same gap. For half-spaces the gap is compared with direct sums over the cells. The tolerance 1e-11 covers
+/// rounding of solves with the factor.
 #[test]
 fn operators_agree_with_bodies_solved_afresh() {
     let frame = frame();
@@ -40,7 +41,7 @@ fn operators_agree_with_bodies_solved_afresh() {
 }
 
 /// Truth: the operator of all cells. With tractions on candidates only, `complete_gap` must give the gap of this operator. Once all
-/// cells are formed, in two portions, the operators agree. 1e-11: rounding of solves with the factor.
+/// cells are formed, in two portions, the operators agree. The tolerance 1e-11 covers rounding of solves with the factor.
 #[test]
 fn what_is_not_formed_is_completed_or_grown() {
     let (whole, part) = (frame(), within(0.5));
@@ -79,8 +80,9 @@ fn what_is_not_formed_is_completed_or_grown() {
     }
 }
 
-/// Truth: a history with all cells formed. Only cells within 0.15 of the middle are candidates. Indentation, tangential
-/// displacement and wear must form the rest and end in the same states (1e-8: certificates of 1e-12, condition number of S < 1e4).
+/// Truth: the history with all cells formed. At first only cells within 0.15 of the middle are candidates. Indentation, tangential
+/// displacement and wear must form the cells that they need and end in the same states. The tolerance 1e-8 follows from
+/// certificates of 1e-12 and a condition number of S below 1e4.
 #[test]
 fn contact_grows_beyond_its_candidates() {
     let (whole, part) = (frame(), within(0.15));

@@ -1,5 +1,5 @@
-//! Pairs of finite-element bodies with curved surfaces: a pin in its hole, a roller on a block. Also cells that a body does not
-//! cover, or covers twice.
+//! Pairs of finite-element bodies with curved surfaces: a pin in its hole, a roller on a block. Two tests treat cells that a body
+//! does not cover, or covers twice.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -44,8 +44,8 @@ const MIRROR: [bool; 3] = [true, false, false];
 const ALL: [bool; 3] = [true; 3];
 const HALF: [(&str, [bool; 3]); 4] = [("low2", PLANE), ("high2", PLANE), ("low0", MIRROR), ("high0", MIRROR)];
 
-/// Presses half a pin down into half a plate by `approach`. Returns the load of the whole pin per thickness, and the angles of the
-/// cells with their pressures.
+/// Presses half a pin down into half a plate by `approach`. Returns the load of the whole pin per thickness, and the angle and the
+/// pressure of each cell.
 fn pressed_pin(frame_body: usize, approach: f64) -> (f64, Vec<(f64, f64)>) {
     let [around, inside] = [[60, 120], [120, 60]][frame_body];
     let (hole, pin) = (plate(PI, around), pin(PI, inside));
@@ -79,9 +79,9 @@ fn persson_angle(stiffness: f64) -> f64 {
 /// cylindrical elastic bodies in contact, 1964; M. Ciavarella, P. Decuzzi, The state of stress induced by the plane frictionless
 /// cylindrical contact I, 2001). For the half-angle of contact let b = tan(angle / 2). The clearance is c, the load per thickness
 /// Q, the radius R. Then E* c / Q = (2 - ln(b^2 + 1) - 2 b^4) / (pi (b^4 + b^2)). The peak pressure is p(0), with R p(0) / Q = 2 b
-/// / (pi sqrt(1 + b^2)) + ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)). A Fourier series outside this
-/// program confirms both: for harmonic n of the pressure, p_n, the radial displacements of disc and hole add up to 4 n / (E* (n^2 -
-/// 1)) p_n R.
+/// / (pi sqrt(1 + b^2)) + ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)). A Fourier series, computed outside
+/// the library, confirms both. For the harmonic n of the pressure, p_n, the radial displacements of disc and hole add up to 4 n /
+/// (E* (n^2 - 1)) p_n R.
 ///
 /// The angle holds to within one face (3 degrees), the pressure to 4 %. The core of 0.1 R and the plate of 10 R change the fields
 /// by 1 % each. The clearance of 0.02 R changes them by 2 %, because the theory has one radius. The middle of a flat face of 3
@@ -106,10 +106,10 @@ fn pin_in_hole() {
     }
 }
 
-/// Truth: turning the frame normal n about the axis turns the result. The force along n is also the tangential force if n stays
-/// vertical and the pin is lifted to the middle, then shifted along x. Both motions start from first touch, whose distance is the
-/// clearance of the circles, not of their chords (to 2 %). The far side of the full circles carries no pressure. 1e-7 at a solver
-/// tolerance of 1e-8.
+/// Truth: turning the frame normal n about the axis of the pin turns the result. If n stays vertical, the pin is lifted to the
+/// middle and then shifted along x. The tangential force is then the force along the turned n. Both motions start from first touch,
+/// whose distance is the clearance of the circles (to 2 %), not of their chords. The far side of the full circles carries no
+/// pressure. The relative tolerance is 1e-7 at a solver tolerance of 1e-8.
 #[test]
 fn pin_pressed_sideways() {
     let (hole, pin) = (plate(2.0 * PI, 48), pin(2.0 * PI, 72));
@@ -145,8 +145,8 @@ fn pin_pressed_sideways() {
     assert!(error < 1e-7 * down.0, "{shifted:?} {down:?}");
 }
 
-/// Slices with x >= 0, one element thick along y: half a block, and half of the lower part of a roller of radius 50. Element size
-/// `h` out to x = `patch`.
+/// Slices with x >= 0, one element thick along y: half a block, and half of the lower part of a roller of radius 50. Out to x =
+/// `patch` the elements have the size `h`.
 fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
     let n = (patch / h).round() as usize;
     let across = |end: f64, outer: usize| {
@@ -165,13 +165,13 @@ fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
     [block, roller]
 }
 
-/// Factor by which friction of 0.1 raises the peak pressure of the roller between two half-planes, from an independent program. The
-/// program has constant pressures and shear tractions on 400 strips of the contact, coupled by Dundurs' β = 1/7. It uses active
-/// sets and 80 load increments. Its stick zone reaches to 0.381 a with 10 increments and to 0.391 a with 80.
+/// Factor by which friction of 0.1 raises the peak pressure under the roller, both bodies taken as half-planes, from an independent
+/// program. That program has constant pressures and shear tractions on 400 strips of the contact, coupled by Dundurs' β = 1/7. It
+/// uses active sets and 80 load increments. Its stick zone reaches to 0.381 a with 10 increments and to 0.391 a with 80.
 const RAISED: f64 = 1.01912;
 
 /// Truth: [`RAISED`] and the stick zone of the same program. The bodies are boundary-element half-spaces with cells of 2 m along
-/// the roller. 5e-4: cells of 0.03 a, with half the contact width a. The stick zone holds to a cell.
+/// the roller. The tolerance 5e-4 covers cells of 0.03 a, where a is half the contact width. The stick zone holds to a cell.
 #[test]
 fn friction_raises_the_pressure_of_a_roller() {
     let materials = [Stiffness::isotropic(70e3, 0.3).unwrap(), steel()];

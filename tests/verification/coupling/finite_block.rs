@@ -72,7 +72,7 @@ pub fn block(
     FeBody::new(spec, "contact", Side::Lower, frame).expect("a finite-element body")
 }
 
-/// Truth: the load of a clamped block differs from that of the half-space by a term in contact radius / size (Saint-Venant: the far
+/// Truth: the load of a clamped block differs from the load of the half-space by a term in contact radius / size (Saint-Venant, far
 /// field of a point force). Doubling the size from 6 to 12 mm therefore halves the relative difference d. The quadratic term and
 /// the elements of 0.15 mm leave ratios of 0.44 to 0.56. 2 d(12) - d(6) has no first-order term and is below 1 %.
 #[test]
@@ -90,7 +90,7 @@ fn blocks_tend_to_the_half_space() {
     }
 }
 
-/// Truth: catalogue `fe-tends-to-half-space`: local quantities converge faster than the load. On a block of 20 contact radii the
+/// Truth: catalogue `fe-tends-to-half-space`. Local quantities converge faster than the load. On a block of 20 contact radii the
 /// peak pressure is Hertz's value (6 P E*^2 / (pi^3 R^2))^(1/3) for the computed load P, to 1 %.
 #[test]
 fn local_quantities_converge_faster() {
@@ -135,8 +135,8 @@ impl Flexibility for Spoilt {
     }
 }
 
-/// Truth: by definition the certificate's `operator_defect` is the relative error of the flexibility in use against a solve of the
-/// body. For the body's own flexibility it is rounding (1e-11). With and without friction.
+/// Truth: by definition the certificate's `operator_defect` is the relative difference between the flexibility in use and a solve
+/// of the body. For the body's own flexibility it is rounding (1e-11). The cases have Coulomb friction or none.
 #[test]
 fn the_certificate_solves_the_body_afresh() {
     let frame = ContactFrame::grid([1.2; 2], [8; 2], [0.0; 2], 0.0).unwrap();

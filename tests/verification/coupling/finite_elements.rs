@@ -47,7 +47,7 @@ fn bodies(bricks: &[Brick; 2], frame: &ContactFrame, materials: [&Stiffness; 2])
 
 /// Truth: the contact patch test. A constant pressure p on the frame gives the constant stress -p e_z e_z in both bodies. The gap
 /// is p (h1 s33_1 + h2 s33_2) in every cell, with the heights h and the compliances s33 along z of both bodies. Faces, cells and
-/// elements match nowhere. Relative 1e-10: the condition number of the bodies times rounding.
+/// elements match nowhere. The relative tolerance 1e-10 covers rounding times the condition number of the bodies.
 #[test]
 fn constant_pressure_passes_from_body_to_body() {
     let pressure = 3.0;
@@ -90,7 +90,7 @@ fn constant_pressure_passes_from_body_to_body() {
     }
 }
 
-/// Truth: the forces on the two bodies balance, and so do their moments. 1e-12: rounding.
+/// Truth: the forces on the two bodies balance, and so do their moments. The tolerance 1e-12 covers rounding.
 #[test]
 fn forces_on_both_bodies_balance() {
     let frame = ContactFrame::grid([1.1, 0.9], [6, 9], [0.1, -0.2], 0.3).unwrap();
@@ -110,7 +110,8 @@ fn forces_on_both_bodies_balance() {
 }
 
 /// Truth: A S = (A S)^T for the cell areas A, because one map serves forces and displacements. P^T A S P > 0 for tractions P. The
-/// diagonal blocks and the normal part are those of S. The mean displacement of the recovered fields is S P. 1e-12: rounding.
+/// diagonal blocks and the normal part are those of S. The mean displacement of the recovered fields is S P. The tolerance 1e-12
+/// covers rounding.
 #[test]
 fn condensed_flexibility_is_symmetric_and_consistent() {
     let frame = ContactFrame::grid([1.1, 0.9], [4, 5], [0.1, -0.2], 0.3).unwrap();
@@ -149,7 +150,7 @@ fn condensed_flexibility_is_symmetric_and_consistent() {
 }
 
 /// Truth: a rigid translation of a body changes the gap by this translation, in the axes of the frame. Here the base of body 2
-/// moves. A body without loads has no free gap. 1e-11: condition number times rounding.
+/// moves. A body without loads has no free gap. The tolerance 1e-11 covers rounding times the condition number.
 #[test]
 fn moved_supports_open_the_gap() {
     let frame = ContactFrame::grid([1.1, 0.9], [4, 5], [0.1, -0.2], 0.3).unwrap();

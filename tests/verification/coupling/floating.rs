@@ -145,7 +145,8 @@ fn a_free_body_has_six_zero_modes() {
 
 /// Truth: catalogue two-blocks-stack with an unconstrained upper block. A uniform pressure p shortens blocks of height L1 and L2 by
 /// p (L1/E1 + L2/E2). The approach is the mean motion of the upper block, p (L1/E1 + L2/(2 E2)). The elements are exact, hence
-/// 1e-9. Two variants: nodes numbered backwards, which moves the internal supports, and supports that leave z free.
+/// 1e-9. Two variants have nodes numbered backwards, which moves the internal supports, or supports that leave three rigid motions
+/// free.
 #[test]
 fn a_floating_block_on_another() {
     let (p, l1, e1, l2, e2) = (10.0, 5.0, 210e3, 8.0, 70e3);
@@ -217,7 +218,7 @@ fn backwards(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Truth: catalogue incline-block: a block of weight W at an angle carries the forces N = W cos and T = W sin of the angle, to
+/// Truth: catalogue incline-block. A block of weight W at an angle carries the forces N = W cos and T = W sin of the angle, to
 /// 1e-9. Friction holds the block up to atan(0.3) = 16.699 degrees. Beyond this angle the message reports gross sliding down the
 /// slope, with the load factor tan(16.699)/tan(16.8) (1e-3). Forces and moments on the block balance.
 #[test]
@@ -312,9 +313,8 @@ fn an_eccentric_load_tilts_a_block() {
     }
 }
 
-/// Truth: mirror images. An unconstrained lower body below a rigid plane carries the same pressures as an upper body above a rigid
-/// plane, to 1e-9 of the largest, and the opposite tangential force. Under a larger pull the message names the lower body as the
-/// sliding one.
+/// Truth: mirror images. An unconstrained lower body below a rigid plane carries the same pressures as an upper body above it, to
+/// 1e-9 of the largest, and the opposite tangential force. Under a larger pull the message names the lower body as the sliding one.
 #[test]
 fn a_lower_body_floats_as_well() {
     let rest = |side: Side, pull: f64| {

@@ -144,7 +144,7 @@ pub fn raise(mesh: &Mesh, raised: impl Fn(ElementKind) -> ElementKind) -> Mesh {
     Mesh { points, blocks, groups: mesh.groups.clone(), ..mesh.clone() }
 }
 
-/// Element kinds of order 2 with the fewest nodes.
+/// The element kind of order 2 with the fewest nodes that replaces `kind`.
 pub fn serendipity(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Hex8 => ElementKind::Hex20,
@@ -156,7 +156,7 @@ pub fn serendipity(kind: ElementKind) -> ElementKind {
     }
 }
 
-/// Element kinds of order 2 with nodes in the middle of quadrangles.
+/// The element kind of order 2 that replaces `kind`, with nodes in the middle of quadrangles.
 pub fn full(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Hex8 => ElementKind::Hex27,

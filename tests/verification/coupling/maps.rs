@@ -44,8 +44,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
 }
 
 /// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node j and any number of cells
-/// (docs/theory-coupling.md). A_I is the area of cell I, and I_Ij is the mean of the shape function N_j over the cell. 1e-12 of the
-/// face's area: rounding.
+/// (docs/theory-coupling.md). A_I is the area of cell I, and I_Ij is the mean of the shape function N_j over the cell. The
+/// tolerance is 1e-12 of the area of the face (rounding).
 #[test]
 fn weights_sum_to_the_integrals_of_the_shape_functions() {
     for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
@@ -65,7 +65,7 @@ fn weights_sum_to_the_integrals_of_the_shape_functions() {
 }
 
 /// Truth: the shape functions reproduce linear fields, and the cell average of a linear field is its value at the centre of the
-/// cell. 1e-13: rounding.
+/// cell. The tolerance 1e-13 covers rounding.
 #[test]
 fn averages_reproduce_linear_fields() {
     let mesh = brick(true, false);
@@ -81,7 +81,7 @@ fn averages_reproduce_linear_fields() {
 }
 
 /// Truth: on a frame made of the faces, each row of the map is the average over its face (weights of 1/4 on rectangles). The areas
-/// of the frame are those of the faces.
+/// of the cells sum to the area of the contact face.
 #[test]
 fn faces_as_cells() {
     let mesh = brick(false, false);
@@ -96,8 +96,8 @@ fn faces_as_cells() {
     assert_eq!(frame.edge_cells().iter().filter(|rim| !**rim).count(), 6);
 }
 
-/// Truth: force balance requires the transpose of the displacement map. The sums of the nodal forces and of their moments equal
-/// those of the cell tractions. 1e-12: rounding.
+/// Truth: force balance requires the transpose of the displacement map. The sums of the nodal forces and of their moments equal the
+/// sums for the cell tractions. The tolerance 1e-12 covers rounding.
 #[test]
 fn forces_and_moments_are_kept() {
     let mesh = brick(true, false);

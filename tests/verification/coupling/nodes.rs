@@ -30,8 +30,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: the cells tile the plane contact face, 4 x 3, with one cell per node. The cells of border nodes are its edge cells.
-/// 1e-12: rounding.
+/// Truth: the cells tile the plane contact face, 4 x 3, with one cell per node. The cells of border nodes are the edge cells of the
+/// frame. The tolerance 1e-12 covers rounding.
 #[test]
 fn cells_tile_the_faces() {
     for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
@@ -45,9 +45,10 @@ fn cells_tile_the_faces() {
     }
 }
 
-/// Truth: the shape function of a node falls linearly to its neighbours. A cell of a regular mesh therefore takes (1/8, 6/8, 1/8)
-/// of a row of nodes along each direction. Tractions that alternate from node to node give inner nodes (6/8 - 2/8)² = 1/4 of
-/// traction times area. Tractions that alternate from face to face give no force to inner nodes. 1e-13: rounding.
+/// Truth: the shape function of a node falls linearly to its neighbours. Along each direction of a regular mesh, the cell of a node
+/// therefore has the weight 6/8 for this node and 1/8 for each of its two neighbours. Tractions that alternate from node to node
+/// give inner nodes (6/8 - 2/8)² = 1/4 of traction times area. Tractions that alternate from face to face give no force to inner
+/// nodes. The tolerance 1e-13 covers rounding.
 #[test]
 fn a_checkerboard_of_nodal_cells_is_felt() {
     let mesh = mesh(false, false);

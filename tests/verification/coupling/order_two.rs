@@ -55,7 +55,7 @@ fn worst_cell([lower, upper]: [&Mesh; 2], frame: &ContactFrame) -> (f64, f64) {
 
 /// Truth: catalogue `contact-patch-nonmatching` with faces of order 2 against faces that match them nowhere (different numbers,
 /// shifted, turned by 17 degrees). Every cell carries p = 10 MPa, and the blocks approach by p (L1/E1 + L2/E2). Nodes of zero or
-/// negative consistent weight do no harm, as no node has a contact condition. 1e-9: the catalogue's tolerance.
+/// negative consistent weight do no harm, as no node has a contact condition. The tolerance 1e-9 is the catalogue's.
 #[test]
 fn patches_of_order_two() {
     let brick = |z: [f64; 2], n: usize, distortion: fn([f64; 2]) -> [f64; 2], tetrahedra: bool| {
@@ -133,7 +133,7 @@ fn pin_of_few_elements() {
     }
 }
 
-/// Persson's b = tan(half-angle / 2) for E* clearance / load.
+/// Persson's b = tan(half-angle / 2) for `stiffness` = E* clearance / load.
 fn persson(stiffness: f64) -> f64 {
     let (mut low, mut high) = (1e-3f64, 0.9);
     for _ in 0..100 {

@@ -63,7 +63,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
 
 /// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node j (docs/theory-coupling.md). A_I is the
 /// area of cell I, and I_Ij is the mean of the shape function N_j over the cell. The integrals are negative at the corners of quad8
-/// and zero at the corners of tri6. Cells are grids and the faces themselves. 1e-12 of the face's area: rounding.
+/// and zero at the corners of tri6. The cells are those of a grid or the faces themselves. The tolerance is 1e-12 of the area of
+/// the face (rounding).
 #[test]
 fn weights_sum_to_the_consistent_loads() {
     let meshes =
@@ -87,7 +88,8 @@ fn weights_sum_to_the_consistent_loads() {
 }
 
 /// Truth: shape functions of order 2 on straight parallelograms and triangles reproduce quadratic fields. The average of a field
-/// over an a x b rectangle is its value at the centre plus (a² ∂²/∂x² + b² ∂²/∂y²) / 24 of the field. 1e-13: rounding.
+/// over an a x b rectangle is its value at the centre plus (a² ∂²/∂x² + b² ∂²/∂y²) / 24 of the field. The tolerance 1e-13 covers
+/// rounding.
 #[test]
 fn averages_reproduce_quadratic_fields() {
     let field = |x: f64, y: f64| 0.3 + 1.7 * x - 0.6 * y + 0.4 * x * x - 0.9 * x * y + 0.2 * y * y;
@@ -169,8 +171,8 @@ fn gaps_of_curved_faces() {
 }
 
 /// Truth: the cells tile the faces even if the edges of the faces are bent in their plane. A cell is the polygon through all corner
-/// and middle nodes of its face. Rows of the map sum to 1, so that nodal forces balance those of the cells. The rows reproduce
-/// linear fields at the centres of the cells up to the bend. 1e-13: rounding.
+/// and middle nodes of its face. Rows of the map sum to 1 to rounding (1e-13), so that nodal forces balance cell forces. The rows
+/// reproduce linear fields at the centres of the cells up to the bend.
 #[test]
 fn faces_with_bent_edges() {
     let mut mesh = raise(&brick(false), serendipity);
@@ -200,7 +202,7 @@ fn faces_with_bent_edges() {
     let x: Vec<f64> = map.nodes().iter().map(|&node| mesh.points[node][0]).collect();
     map.average(&x, &mut means);
     for (mean, center) in means.iter().zip(&frame.centers) {
-        // Tolerance: four times the square of the bend over the size of a face.
+        // The tolerance is 4 × bend² / face size.
         assert!((mean - center.x).abs() < 0.02 * 0.02 / 0.5 * 4.0, "{mean} {}", center.x);
     }
 }

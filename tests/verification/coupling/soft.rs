@@ -53,8 +53,9 @@ fn active_set(matrix: &DMatrix<f64>, gap: &[f64]) -> Vec<f64> {
     panic!("the active set does not come to rest");
 }
 
-/// Truth: the complementarity problem, solved by elimination with the matrix of the normal flexibility S_nn. 1e-6 of the largest
-/// pressure: a residual of 1e-10 times the condition number of S_nn. The resulting force, prescribed, gives the approach again.
+/// Truth: the complementarity problem, solved by elimination with the matrix of the normal flexibility S_nn. The tolerance 1e-6 of
+/// the largest pressure is the residual 1e-10 times the condition number of S_nn. The resulting force, prescribed, gives the
+/// approach again.
 #[test]
 fn a_plate_on_a_soft_foundation() {
     let frame = ContactFrame::grid([9.8, 1.4], [26, 3], [0.0; 2], 0.0).unwrap();

@@ -195,7 +195,8 @@ fn assert_nothing_across(found: &Found) {
     }
 }
 
-/// Truth: the full model. If body 2 is rigid, only body 1 needs a symmetry plane. 1e-9 at a solver tolerance of 1e-11.
+/// Truth: the full model. If body 2 is rigid, only body 1 needs a symmetry plane. The tolerance is 1e-9 at a solver tolerance of
+/// 1e-11.
 #[test]
 fn a_rigid_partner_needs_no_plane() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
@@ -214,8 +215,8 @@ fn a_rigid_partner_needs_no_plane() {
 
 const METHODS: [&str; 5] = ["auto", "newton", "cg", "bb", "uzawa"];
 
-/// Truth: the full model. 1e-9 at a solver tolerance of 1e-11: the residual bounds the traction error up to the condition number of
-/// the operator.
+/// Truth: the full model. The tolerance is 1e-9 at a solver tolerance of 1e-11: the residual bounds the traction error up to the
+/// condition number of the operator.
 #[test]
 fn half_and_quarter_models_are_parts_of_the_full_one() {
     for domed in [false, true] {
@@ -257,8 +258,8 @@ fn every_method_and_coupling_keeps_to_the_plane() {
 }
 
 /// Truth: the full model, under forces and moments. The moment acts about y, the normal of the plane. The tangential force on the
-/// half model is half of that on the full model, although cells at the plane may carry tractions across it. Tolerance 1e-9, and
-/// 1e-5 for cycles, because strokes are repeated until they change by less.
+/// half model is half of that on the full model, although cells at the plane may carry tractions across it. The tolerance is 1e-9.
+/// For cycles it is 1e-5, because strokes are repeated until they change by less.
 #[test]
 fn prescribed_forces_keep_to_the_plane() {
     let loads = |part: f64| {
@@ -335,7 +336,7 @@ fn drawn(random: &mut Random) -> Pair {
 }
 
 /// Truth: the full model, for three of 30 random scenes. With `ORTHOWEAR_SYMMETRY_SCENES=FOLDER` all 30 run, and each is written to
-/// its own folder. 1e-8 at a solver tolerance of 1e-10.
+/// its own folder. The tolerance is 1e-8 at a solver tolerance of 1e-10.
 #[test]
 fn random_half_models() {
     let folder = std::env::var_os("ORTHOWEAR_SYMMETRY_SCENES");
@@ -449,9 +450,9 @@ fn what_is_symmetric_is_accepted() {
     }
 }
 
-/// Truth: the same boundary conditions give the same tractions in three other forms: written as `fixed`, with zero components
-/// across the plane, or with an almost circular ellipse along it. Planes of both bodies that move together act like planes at rest.
-/// 1e-9, and 1e-6 for the ellipse.
+/// Truth: three other forms of the same boundary conditions give the same tractions. The forms are supports `fixed`, zero
+/// components across the plane, and an almost circular friction ellipse along it. Planes of both bodies that move together act like
+/// planes at rest. The tolerance is 1e-9, for the ellipse 1e-6.
 #[test]
 fn planes_in_other_words() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };

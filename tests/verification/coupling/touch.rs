@@ -74,8 +74,8 @@ fn a_sphere_touches_at_its_vertex() {
 }
 
 /// Truth: two roofs of plane faces, one upside down and across the other. The ridges cross at one point, where they are 0.3 apart.
-/// Neither a node of the meshes nor a corner of a cell lies there. A crease must not count as a curve: exact to rounding, for steep
-/// ridges and for ridges of 3 degrees.
+/// Neither a node of the meshes nor a corner of a cell lies there. A crease must not count as a curve. The distance is exact to
+/// rounding, for steep ridges and for ridges of 3 degrees.
 #[test]
 fn two_ridges_touch_where_they_cross() {
     for slope in [0.05, 0.6] {
@@ -126,8 +126,8 @@ fn a_vertex_touches_within_any_cell_around_a_node() {
     });
 }
 
-/// Points of a cell beside each corner where its outline turns back by more than `least`. They lie behind the line through the edge
-/// before the corner.
+/// Points of a cell beside each corner where its outline turns back: the cross product of the edges is below -`least`. The points
+/// lie behind the line through the edge before the corner.
 fn beside_notches(corners: &[Point], least: f64) -> Vec<Point> {
     let m = corners.len();
     let edge = |i: usize| corners[(i + 1) % m] - corners[i % m];
@@ -135,8 +135,8 @@ fn beside_notches(corners: &[Point], least: f64) -> Vec<Point> {
     notches.map(|i| corners[(i + 1) % m] + 0.3 * (edge(i) + edge(i + 1))).collect()
 }
 
-/// Truth: a flat foot with a bevelled edge touches with all of its flat part at once, because the bevel bends none of its faces.
-/// 1e-14: rounding.
+/// Truth: a flat foot with a bevelled edge touches with all of its flat part at once, because the bevel bends none of the flat
+/// faces. The tolerance 1e-14 covers rounding.
 #[test]
 fn a_bevelled_foot_is_flat() {
     let frame = ContactFrame::grid([1.1; 2], [9; 2], [0.0; 2], 0.0).unwrap();

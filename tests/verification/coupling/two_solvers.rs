@@ -60,7 +60,8 @@ fn every_pair_of_bodies_by_newton() {
     }
 }
 
-/// Truth: as above, under a prescribed normal force. The contact grows from the first cell on, and shrinks again.
+/// Truth: the projected gradient with Barzilai-Borwein steps, under a prescribed normal force. The contact grows from the first
+/// cell on, and shrinks again.
 #[test]
 fn forces_by_newton() {
     let model = sphere_on_frp(30.0, 1.2, 20);
@@ -69,8 +70,8 @@ fn forces_by_newton() {
     same_as_bb("frictionless", &bare, &[press(700.0), press(20.0), indent(0.01)], 1e-9);
 }
 
-/// Truth: `str-friction-large`: tilted fibres, friction coefficients up to 2. The result is certified, or the run reports that it
-/// did not converge. Where the solution is unique (up to 0.5), Barzilai-Borwein steps certify the same result.
+/// Truth: case `str-friction-large`, with tilted fibres and friction coefficients up to 2. The result is certified, or the run
+/// reports that it did not converge. Where the solution is unique (up to 0.5), Barzilai-Borwein steps certify the same result.
 #[test]
 fn any_coefficient_by_newton() {
     for mu in [1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {

@@ -89,9 +89,9 @@ fn sin_cos(angle: f64, force: [f64; 2]) -> f64 {
     c * force[0] + s * force[1]
 }
 
-/// Truth: `ellipse-critical-pull` (Zmitrowicz 1989): the largest force at 30 and 60 degrees from the first axis at which friction
-/// holds the block, to 1e-8. Below this force the block sticks, above it the run reports gross sliding. If the block moves along
-/// the catalogue's direction of slip, its friction force has the direction and size of the critical pull.
+/// Truth: case `ellipse-critical-pull` (Zmitrowicz 1989), the largest force at 30 and 60 degrees from the first axis at which
+/// friction holds the block, to 1e-8. Below this force the block sticks, above it the run reports gross sliding. If the block moves
+/// along the catalogue's direction of slip, its friction force has the direction and size of the critical pull.
 #[test]
 fn a_block_pulled_in_a_given_direction() {
     for (pulled, critical, slips) in [(30.0, 0.1109400392, 8.213210702), (60.0, 0.1511857892, 23.41322445)] {
@@ -164,8 +164,8 @@ fn a_point_with_three_answers() {
     }
 }
 
-/// Truth: `str-friction-large` for the point, mu from 0 to 2, first pressed and then moved. A converged state satisfies the contact
-/// and friction laws. Above mu = 1 the run may report that it did not converge.
+/// Truth: case `str-friction-large` for Klarbring's point, mu from 0 to 2, first pressed and then moved. A converged state
+/// satisfies the contact and friction laws. Above mu = 1 the run may report that it did not converge.
 #[test]
 fn a_point_with_any_coefficient() {
     for mu in [0.0, 1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {

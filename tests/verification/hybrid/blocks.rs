@@ -1,4 +1,5 @@
-//! Blocks with the near field of a half-space: half-width and depth `w`, clamped base, smaller cells towards the edges.
+//! Blocks with the near field of a half-space: half-width and depth `w`, clamped base, smaller cells towards the sides and the
+//! base.
 
 use orthowear::body::HybridBody;
 use orthowear::body::hybrid::HalfSpaceFit;
@@ -33,8 +34,8 @@ fn shrinking(t: f64, n: usize, ratio: f64) -> f64 {
     ends(first) + share * (ends(first + 1.0) - ends(first))
 }
 
-/// A block under z = 0 with `n` cells along each edge. Cells in the middle and at the top are `ratio` times larger than at the
-/// edges of the base.
+/// A block under z = 0 with `n` cells along each edge. Along x and y, the cells in the middle are `ratio` times longer than the
+/// cells at the sides. Along z, the cells at the top are `ratio` times longer than the cells at the base.
 pub fn mesh(kind: ElementKind, w: f64, n: usize, ratio: f64) -> Mesh {
     let across = |x: f64| {
         let from_middle = 2.0 * x - 1.0;
@@ -43,12 +44,12 @@ pub fn mesh(kind: ElementKind, w: f64, n: usize, ratio: f64) -> Mesh {
     block(kind, [n; 3], [1.0; 3], |[x, y, z]| [across(x), across(y), -w * shrinking(1.0 - z, n, ratio)])
 }
 
-/// The same block as a body of one material.
+/// The block `mesh(kind, w, n, ratio)` as a body of one material.
 pub fn body(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> FeSpec {
     spec(mesh(kind, w, n, ratio), stiffness.clone(), HexFormulation::Enhanced, vec![clamp("z0")])
 }
 
-/// The body with the near field of a half-space, under a frame about the middle of its top.
+/// Builds the body `spec` with the near field of a half-space under its contact group `contact`, for the frame `frame`.
 pub fn hybrid(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> HybridBody {
     let site = HalfSpaceFit::find(&spec, contact, side, frame).unwrap().expect("a place for a half-space");
     HybridBody::new(spec, (contact, side), frame, &site, &CondensationResources::default()).unwrap()

@@ -13,7 +13,7 @@ use orthowear::material::Stiffness;
 use super::blocks::{FRAME, body, cfrp};
 use crate::common::{assert_order, steel, usual_or_finest};
 
-/// Points on the patch, four along each side, and one beside the body.
+/// A grid of 4 x 4 points on the patch, and one point beside the body.
 fn places() -> Vec<[f64; 2]> {
     let line: Vec<f64> = (0..4).map(|k| FRAME * f64::from(2 * k - 3) / 4.0).collect();
     let mut places: Vec<[f64; 2]> = line.iter().flat_map(|&x| line.iter().map(move |&y| [x, y])).collect();
@@ -21,7 +21,8 @@ fn places() -> Vec<[f64; 2]> {
     places
 }
 
-/// Relative errors on the patch for a force beside a body of half-width 3: by Betti's theorem, and of the field at the nodes.
+/// Relative errors of the correction at the points on the patch, for a force beside a body of half-width 3. The first is by Betti's
+/// theorem, the second from the mesh displacement.
 fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> [f64; 2] {
     let spec = FeSpec { formulation: HexFormulation::Standard, ..body(kind, (3.0, cells, 1.0), stiffness) };
     let model = FeModel::new(spec).unwrap();
@@ -44,7 +45,7 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
     off.map(|sum| (sum / size).sqrt())
 }
 
-/// Truth: for a force on the plane of the contact beside the body, the correction is exactly minus the field u_hs of the
+/// Truth: for a force on the plane of the contact beside the body, the correction is exactly -u_hs with the field u_hs of the
 /// half-space. Betti's evaluation has the order of the strain energy, twice the order of the energy norm: 2 for trilinear and 4 for
 /// triquadratic elements.
 #[test]

@@ -35,8 +35,8 @@ fn load(body: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     result.records[0].normal_force
 }
 
-/// Relative changes of the load due to the curvatures of the top, with the same gap: for bodies with the near field of a
-/// half-space, and for condensed meshes.
+/// Relative changes of the load that the curvatures of the top cause under the same gap. The first is for bodies with the near
+/// field of a half-space, the second for condensed meshes.
 fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     let frame = frame(24);
     let finite = |curvatures: [f64; 2]| {
@@ -53,16 +53,17 @@ fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     [finite(curvatures) / finite([0.0; 2]) - 1.0, meshed(curvatures) / meshed([0.0; 2]) - 1.0]
 }
 
-/// Truth: condensed meshes. With the same gap a cap of radius 50 carries less than a block, by 1.9e-3 of the load. The correction
-/// of the half-space includes the curved surface beyond the contact, but the contact itself is idealised as plane. The change of
-/// the load differs by less than 1.5e-3.
+/// Truth: the relative change of the load on condensed meshes. With the same gap, the load on a cap of radius 50 mm is smaller than
+/// the load on a block by 1.9e-3 of this load. The correction of the half-space includes the curved surface beyond the contact, but
+/// the contact itself is idealised as plane. The two relative changes differ by less than 1.5e-3.
 #[test]
 fn cap_of_a_sphere() {
     let [finite, meshed] = changes([1.0 / 50.0; 2]);
     assert!(finite < 0.0 && (finite - meshed).abs() < 1.5e-3, "{finite:e} {meshed:e}");
 }
 
-/// Truth: condensed meshes, for a cylinder. It has curvature along x only, and about half the bound of [`cap_of_a_sphere`].
+/// Truth: the relative change of the load on condensed meshes, for a cylinder with curvature along x only. The bound is about half
+/// the bound of [`cap_of_a_sphere`].
 #[test]
 fn back_of_a_cylinder() {
     let [finite, meshed] = changes([1.0 / 50.0, 0.0]);
@@ -98,8 +99,8 @@ fn surfaces_go_on_beyond_the_group() {
     assert!(why.0.contains("an edge or a support of the body"), "{}", why.0);
 }
 
-/// Truth: a frame on a plane face has no rise, however small it is and wherever it lies. On flat faces of a sphere of radius R the
-/// rise is that of the faces. Their nodes lie (x² + y²) / 2R below the apex.
+/// Truth: a frame on a plane face has no rise, however small it is and wherever it lies. On a mesh of a sphere of radius R the
+/// nodes lie (x² + y²) / 2R below the apex. The rise is then the rise of the flat faces between the nodes.
 #[test]
 fn small_frames_on_large_faces() {
     let site = |curvature: f64, half: f64, middle: [f64; 2]| {
@@ -109,7 +110,7 @@ fn small_frames_on_large_faces() {
     for middle in [[0.9, 0.9], [-1.1, 0.4], [0.0, 0.0]] {
         assert_eq!(site(0.0, 0.05, middle).unwrap().rise, 0.0);
     }
-    // Cells of 3 mm: four flat faces about the origin, each (|x| + |y|) 1.5 / R high.
+    // The cells are 3 mm wide. Each of the four flat faces about the origin lies (|x| + |y|) 1.5 / R below the apex.
     let rise = site(1.0 / 500.0, 0.1, [0.0; 2]).unwrap().rise;
     assert!((rise * 0.1 / (0.2 * 1.5 / 500.0) - 1.0).abs() < 1e-6, "{rise}");
 }

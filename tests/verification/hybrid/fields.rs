@@ -1,5 +1,5 @@
-//! Fields of bodies with the near field of a half-space. They satisfy the supports, balance the tractions, and agree with those of
-//! a condensed mesh.
+//! Fields of bodies with the near field of a half-space. They satisfy the supports, balance the tractions, and agree with the
+//! fields of a condensed mesh.
 
 use orthowear::body::{ElasticBody, ErrorEstimation, FeBody};
 use orthowear::element::ElementKind::{Hex8, Hex27};
@@ -7,7 +7,7 @@ use orthowear::frame::{ContactFrame, Side};
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid};
 
-/// A bump of pressure on body 2, with a tangential traction on half of it, `[3, N]` by planes.
+/// A bump of pressure on body 2, with a tangential traction along x where x > 0. The shape is `[3, N]`, component by component.
 fn bump(frame: &ContactFrame) -> Vec<f64> {
     let n = frame.n_cells();
     let mut tractions = vec![0.0; 3 * n];
@@ -21,7 +21,8 @@ fn bump(frame: &ContactFrame) -> Vec<f64> {
 }
 
 /// Truths: the base does not move. The stresses on planes across the block carry the resultant of the tractions. The displacement
-/// of the surface under the frame is the gap that the operator gives. The estimated error of the correction's stress is small.
+/// of the surface under the frame is the gap that the operator gives. The estimated relative error of the correction's stress is
+/// below 0.2.
 #[test]
 fn supports_and_balance() {
     let (w, n) = (3.0, 8);
@@ -82,7 +83,7 @@ fn supports_and_balance() {
     assert!(error < 0.2, "{error}");
 }
 
-/// Truth: the displacement of the condensed mesh away from the contact. Tolerance: 1 % of the largest, the error of this mesh.
+/// Truth: the displacement of the condensed mesh away from the contact. The error of this mesh is 1 % of the largest displacement.
 #[test]
 fn displacement_of_a_condensed_mesh() {
     let frame = frame(8);

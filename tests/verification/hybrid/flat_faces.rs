@@ -29,7 +29,7 @@ fn cylinder(x: f64, y: f64) -> f64 {
     R - (R * R - across * across).sqrt()
 }
 
-/// A block of half-width 2 whose top lies at the depth `depth` below its apex, with `n` uneven cells along each side.
+/// A block of half-width 2 with `n` x `n` x 2 uneven cells. Its top lies `depth(x, y)` below its apex.
 fn curved(kind: ElementKind, n: usize, depth: Depth) -> Mesh {
     block(kind, [n, n, 2], [1.0; 3], |[x, y, z]| {
         let [s, t] = [2.0 * x - 1.0, 2.0 * y - 1.0];
@@ -38,7 +38,8 @@ fn curved(kind: ElementKind, n: usize, depth: Depth) -> Mesh {
     })
 }
 
-/// Largest errors of the mean heights over cells of 0.05 mm: of the flat faces, and of the corrected ones.
+/// Largest errors of the mean heights over cells of 0.05 mm: first for the flat faces, then for the faces with the correction for
+/// curvature.
 fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
     let frame = ContactFrame::grid([0.8; 2], [32; 2], [0.05, -0.1], 0.0).unwrap();
     let faces = group_faces(mesh, "z1").unwrap();
@@ -59,9 +60,9 @@ fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
     [largest(&surface.mean_heights), largest(&bowed)]
 }
 
-/// Truth: spheres and cylinders. Flat faces of width h miss the surface by h^2 / 8R along each direction (order 2). With the
-/// curvature of the surface the heights converge with order 4, as a quadratic through nodes of the surface would. The order is one
-/// less where the mesh is uneven. At all sizes the error is less than a tenth of that of flat faces.
+/// Truth: the exact heights of spheres and cylinders. Flat faces of width h miss the surface by h² / 8R along each direction (order
+/// 2). With the correction for curvature the heights converge with order 4. The order is one less where the mesh is uneven. At all
+/// sizes the error is less than a tenth of the error of flat faces.
 #[test]
 fn bowed_faces_follow_the_surface() {
     for (kind, depth) in [(Hex8, sphere as Depth), (Hex8, cylinder), (Tet4, sphere), (Tet4, cylinder)] {
@@ -93,8 +94,8 @@ fn what_is_plane_stays_so() {
     }
 }
 
-/// Truth: the sphere itself. On a body with the near field of a half-space the gap is that of the sphere. The error is below a
-/// twentieth of the height by which the flat faces miss the sphere.
+/// Truth: the gap of the exact sphere, on a body with the near field of a half-space. The error is below a twentieth of the height
+/// by which the flat faces miss the sphere.
 #[test]
 fn the_gap_of_a_half_space_under_a_mesh() {
     let frame = ContactFrame::grid([0.8; 2], [32; 2], [0.0; 2], 0.0).unwrap();

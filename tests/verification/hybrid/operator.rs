@@ -84,8 +84,9 @@ fn products_windows_and_entries() {
     assert!(apart(&product(&*window, &inside), &wanted) < 1e-12);
 }
 
-/// Truth: turning body, material and tractions by 180 degrees about x changes nothing. Tangential forces along x and normal forces
-/// then cause the same gaps on the other side of the frame. Forces along y and their gaps change sign.
+/// Truth: turning body, material and tractions by 180 degrees about x changes nothing. For the body on the other side of the frame,
+/// the same tractions along y and z at cells mirrored along y therefore cause the same gaps along y and z. Tractions and gaps along
+/// x change sign.
 #[test]
 fn either_side_of_the_frame() {
     let frame = frame(16);
@@ -99,7 +100,7 @@ fn either_side_of_the_frame() {
     let below = flexibility(lower, Side::Lower, &frame);
     let above = hybrid(upper, "z1", Side::Upper, &frame).take_flexibility(SkipVanishing).unwrap().unwrap();
     let tractions = random(3 * n);
-    // Cell (ix, iy) becomes (ix, 15 - iy). Forces and gap contributions of body 1 are opposite to those of body 2.
+    // Cell (ix, iy) becomes (ix, 15 - iy), and components along y and z change sign. The two opposite signs of body 1 cancel.
     let mirrored = |values: &[f64]| -> Vec<f64> {
         let at = |k: usize| {
             let (c, ix, iy) = (k / n, k % n / 16, k % 16);
@@ -108,7 +109,7 @@ fn either_side_of_the_frame() {
         };
         (0..3 * n).map(at).collect()
     };
-    // Body 2 moves under tractions t as body 1 moves under their mirror image.
+    // Body 2 moves under the tractions t as body 1 moves under their mirror image.
     let found = product(&*above, &tractions);
     let wanted = mirrored(&product(&*below, &mirrored(&tractions)));
     assert!(apart(&found, &wanted) < 1e-9, "{}", apart(&found, &wanted));
@@ -140,7 +141,7 @@ fn two_bodies() {
     assert!(coupled.flexibility.grid().is_some() && coupled.skipped.len() == 1);
 }
 
-/// Plies with these stiffnesses, each down to its depth.
+/// A layup of plies from the top down, each given by the depth of its lower face and its stiffness.
 fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     let mut upper = 1.0;
     let placed = |(depth, stiffness): &(f64, &Stiffness)| {
@@ -158,8 +159,9 @@ fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     RegionMaterial::Layup(all)
 }
 
-/// Truths: layers of one material are that material. Under uniform pressure a layer of 1.2 mm on a base ten times softer moves as
-/// on the condensed mesh, to 2 %. Both come closer with finer meshes (the error of the half-space is within the volume term).
+/// Truths: a body of layers of one material acts like a body of that material. Under uniform pressure a layer of 1.2 mm on a base
+/// ten times softer moves as on the condensed mesh, to 2 %. On finer meshes the two results agree better, because the volume term
+/// contains the error of the half-space.
 #[test]
 fn layers() {
     let (hard, soft) = (steel(), Stiffness::isotropic(21e3, 0.3).unwrap());

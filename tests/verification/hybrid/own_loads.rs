@@ -41,8 +41,8 @@ fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
     mesh.groups.push(PhysicalGroup { name: name.into(), dim: 2, tag, cells });
 }
 
-/// Error under the frame, over the largest displacement, of a block in uniform stress. All faces but the base are loaded, also the
-/// face under the frame. The base moves with a strain and a rotation.
+/// Error under the frame of a block in uniform stress, divided by 3 times the norm of the displacement gradient (half-width 3). All
+/// faces but the base are loaded, also the face under the frame. The base moves with a strain and a rotation.
 fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     let frame = frame(12);
     let stress = Vector6::new(120.0, -80.0, -60.0, 25.0, -30.0, 40.0);
@@ -62,8 +62,8 @@ fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     off(&surface(spec, &frame), &frame, |x| shift + gradient * x) / (3.0 * gradient.norm())
 }
 
-/// Truth: the displacement of a block in uniform stress, to the accuracy of the quadrature. The elements represent it exactly. So
-/// does the integral over the support, between nodes too.
+/// Truth: the displacement of a block in uniform stress, to the accuracy of the quadrature. The elements and the integral over the
+/// support represent it exactly, also between nodes.
 #[test]
 fn uniform_stress() {
     for stiffness in [steel(), cfrp()] {
@@ -99,9 +99,9 @@ fn rigid_motions() {
     assert!(held < 0.009, "{held}");
 }
 
-/// Truth: a column of half-width and height w between smooth walls under a weight g per volume: u = g (z^2 - w^2) / 2M, with the
-/// modulus M of uniaxial strain. On meshes of first order the estimated error covers the remaining error, also with cells that are
-/// larger in the middle.
+/// Truth: a column of half-width and height w between smooth walls under a weight g per volume moves by u = g (z^2 - w^2) / 2M,
+/// with the modulus M of uniaxial strain. On meshes of first order the estimated error covers the remaining error, also with cells
+/// that are larger in the middle.
 #[test]
 fn weight() {
     let frame = frame(8);
@@ -124,8 +124,8 @@ fn weight() {
     }
 }
 
-/// Relative error under the frame of a body whose boundaries move as in a half-space under a point force beside the body.
-/// Prescribed are all boundaries but the top, and a part of the top beside the frame.
+/// Relative error under the frame of a body whose boundaries move as in a half-space under a point force beside the body. The
+/// displacement is prescribed on all faces but the top, and on the part x < -1.9 of the top.
 fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> f64 {
     let frame = frame(8);
     let mut mesh = mesh(kind, 3.0, cells, 1.0);
@@ -226,7 +226,7 @@ fn pressed_from_the_side() {
     assert!(errors[0] / errors[1] > 3.0, "{errors:?}");
 }
 
-/// Displacement between the centres of the cells, by parabolas.
+/// Displacement at `x`, interpolated by parabolas between the centres of the cells.
 fn interpolated(gap: &[f64], frame: &ContactFrame, x: &Point) -> Point {
     let grid = frame.grid.unwrap();
     let n = frame.n_cells();

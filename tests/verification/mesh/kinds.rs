@@ -73,7 +73,7 @@ fn solids() -> impl Iterator<Item = ElementKind> {
     ElementKind::ALL.into_iter().filter(|kind| kind.dim() == 3)
 }
 
-/// Truth: gmsh's table of element types (reference manual, "MSH file format"): number of nodes by type.
+/// Truth: the number of nodes by type in gmsh's table of element types (reference manual, "MSH file format").
 #[test]
 fn type_numbers_have_the_node_counts_of_the_gmsh_manual() {
     let manual = [
@@ -107,7 +107,7 @@ fn type_numbers_have_the_node_counts_of_the_gmsh_manual() {
 }
 
 /// Truth: geometry. The normal of each face points away from the middle of the solid. The middle nodes of a face lie on its edges,
-/// in the order of its corners. Every directed edge occurs once in each direction, which holds only for a closed, consistently
+/// in the order of its corners. The faces run along every edge once in each direction, which holds only for a closed, consistently
 /// oriented surface.
 #[test]
 fn faces_close_the_solid_with_outward_normals() {
@@ -132,8 +132,8 @@ fn faces_close_the_solid_with_outward_normals() {
     }
 }
 
-/// Truth: VTK's order of middle nodes (VTK user's guide, quadratic cells): around the first face, around the
-/// opposite one, then along the edges between them.
+/// Truth: VTK's order of middle nodes (VTK user's guide, quadratic cells). The nodes around the first face come first, then those
+/// around the opposite face, then those on the edges between the two faces.
 #[test]
 fn vtk_order_puts_middle_nodes_on_vtk_s_edges() {
     let vtk_edges = |kind| match kind {
@@ -205,7 +205,7 @@ for line in open(sys.argv[1]):
 "#;
 
 /// Truth: in VTK's node order, our reference nodes are an affine image of VTK's own parametric coordinates, with the same
-/// orientation. Pyramids of order 2 are excepted: VTK's coordinates of their upper edges are not affine.
+/// orientation. Pyramids of order 2 are excepted, because VTK's coordinates of their upper edges are not affine.
 #[test]
 fn vtk_itself_finds_the_nodes_in_its_order() {
     let dir = tempfile::tempdir().expect("a temporary folder");

@@ -134,7 +134,7 @@ fn node_sets_become_groups_of_faces() {
 }
 
 /// Truth: a cube of side 2 with middle nodes on its edges, made by hand. Its node set is in a file that the deck includes. The set
-/// becomes the top face, of eight nodes. The import reports that it omits the deck's *SURFACE.
+/// becomes the top face, of eight nodes. The deck also has a *SURFACE, which the import omits.
 #[test]
 fn decks_of_order_2_that_include_others() {
     let corners = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]];

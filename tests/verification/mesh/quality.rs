@@ -38,7 +38,7 @@ fn area_vector(mesh: &Mesh, nodes: &[usize]) -> Vector3<f64> {
 
 /// Truth: geometry of a 6 x 8 x 2.5 box. The volume is 120 for both element kinds, also with distorted inner nodes (the boundary
 /// stays). The areas are 6 for the patch 2 x 3, 42 for the rest, 48 for the base, 70 for the sides. Normals point outward, and the
-/// surfaces together are the boundary surface. Tolerance 1e-12: round-off of sums of about 100 terms.
+/// surfaces together are the boundary surface. The tolerance 1e-12 covers rounding of sums of about 100 terms.
 #[test]
 fn structured_blocks_fill_their_box() {
     for solids in [BlockElements::Hex8, BlockElements::Tet4] {
@@ -153,8 +153,8 @@ fn unmerged_nodes_are_counted() {
     assert!(check(&thrice).expect_err("overlap").to_string().contains("share one face"));
 }
 
-/// Truth: V = 1/3 ∮ x·n dS by hand: unit wedge 1/2 x height 2 = 1, pyramid 4 x 1 / 3, tetrahedron 1/6. A hexahedron over a unit
-/// square gains 1/4 if one corner of its top is raised by 1 (mean of bilinear z).
+/// Truth: V = 1/3 ∮ x·n dS by hand. A wedge of base 1/2 and height 2 has the volume 1, a pyramid 4 x 1 / 3, a tetrahedron 1/6. A
+/// hexahedron over a unit square gains 1/4 if one corner of its top is raised by 1 (mean of bilinear z).
 #[test]
 fn volumes_of_all_shapes() {
     let one = |kind: ElementKind, points: Vec<[f64; 3]>| {

@@ -1,4 +1,4 @@
-//! The reader against hand-written files: every variant, every refusal, every kind of damage.
+//! The reader on small files: variants, refusals, and damage.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,8 +9,8 @@ use super::writer::{VARIANTS, Variant, groups_of_cells, write};
 
 use crate::structured::{BlockElements, GradedBlock};
 
-/// Cells by their number in the file: kind, coordinates of the nodes in order, tags of the groups. Independent of the order of
-/// nodes and cells.
+/// Cells by their number in the file: kind, coordinates of the nodes in order, tags of the groups. This content does not depend on
+/// the order of nodes and cells in the file.
 type Content = BTreeMap<u64, (ElementKind, Vec<[u64; 3]>, BTreeSet<i64>)>;
 
 fn content(mesh: &Mesh) -> Content {

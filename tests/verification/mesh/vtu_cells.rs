@@ -12,7 +12,7 @@ use orthowear::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 use super::tools;
 use crate::fem_meshes::{block, rough};
 
-/// Volume of a cell, from the shape functions of `kind` and its first nodes.
+/// Volume of a cell of `kind` with the nodes `nodes`, from the shape functions.
 fn cell_volume(kind: ElementKind, nodes: &[[f64; 3]]) -> f64 {
     let rule = match kind.n_corners() {
         4 => tetrahedron(5),
@@ -47,8 +47,9 @@ fn described(mesh: &Mesh) -> String {
 }
 
 /// Truth: VTK's own shape functions give the same volume as ours on curved cells of every kind. The Jacobian of VTK's map is
-/// integrated over its reference cell. A misplaced node would change the volume. Tolerance 1e-9: rounding of central differences.
-/// VTK's own filter of cell sizes cuts curved cells into a few straight ones, within 20 %. meshio finds the same points and types.
+/// integrated over its reference cell. A misplaced node would change the volume. The tolerance 1e-9 covers rounding of central
+/// differences. VTK's own filter of cell sizes cuts curved cells into a few straight ones and agrees to 20 %. meshio finds the same
+/// points and types.
 #[test]
 fn volumes_read_back_by_vtk_and_meshio() {
     let dir = tempfile::tempdir().expect("a temporary folder");

@@ -1,4 +1,4 @@
-//! A small writer of .msh files in every variant, for round trips. It is independent of the program's reader.
+//! A small writer of .msh files in every variant, for round trips. It is independent of the library's reader.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -138,7 +138,8 @@ fn write_v2(mesh: &Mesh, out: &mut Out) {
     out.text(&format!("\n$EndNodes\n$Elements\n{}\n", records.len()));
     for (cell, tag, group) in records {
         let code = i64::from(mesh.kind(cell).gmsh_code());
-        // Text: number, type, tags. Binary: a block of one element with type, length, tags.
+        // Text: number, type, number of tags, tags. Binary: a block with type, number of elements (1), number of tags, then the
+        // number and the tags of the element.
         let head = if out.variant.binary { [code, 1, 2, tag as i64] } else { [tag as i64, code, 2, group] };
         head.into_iter().for_each(|value| out.int(value));
         if out.variant.binary {

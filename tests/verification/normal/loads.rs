@@ -23,7 +23,7 @@ fn green(stiffness: &Stiffness) -> SurfaceGreen {
 /// extrapolation remove the first two terms.
 fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
     let [coarse, fine, finest] = [500, 1000, 2000].map(|sides| {
-        // Turned by half a side, so that targets on the axis are in a symmetric position.
+        // The polygon is turned by half a side, so that targets on the axis are in a symmetric position.
         let angle = |k: usize| 2.0 * PI * (k as f64 + 0.5) / sides as f64;
         let corners: Vec<[f64; 2]> = (0..sides).map(|k| [a * angle(k).cos(), a * angle(k).sin()]).collect();
         polygon::integrate(green, &corners, target)
@@ -33,7 +33,7 @@ fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
 }
 
 /// Truth: `load-uniform-disc`, displacement under a pressure p = 100 on a disc of radius a = 2, inside and outside (Johnson 1985,
-/// 3.4; E 210 GPa, nu 0.3). Tolerance 1e-9: values have 10 digits, extrapolated polygons are accurate to 1e-11.
+/// 3.4; E 210 GPa, nu 0.3). The tolerance is 1e-9, because values have 10 digits and extrapolated polygons are accurate to 1e-11.
 #[test]
 fn displacement_under_a_disc() {
     let green = green(&steel());
@@ -41,14 +41,14 @@ fn displacement_under_a_disc() {
         let found = 100.0 * disc(&green, 2.0, [x, 0.0])[(2, 2)];
         assert!(relative(found, published) < 1e-9, "{x}: {found} {published}");
     }
-    // On the edge polygons converge only as h² ln h, and Richardson extrapolation does not help.
+    // For a target on the edge, the polygons converge only as h² ln h, and Richardson extrapolation does not help.
     let edge = 100.0 * disc(&green, 2.0, [2.0, 0.0])[(2, 2)];
     assert!(relative(edge, 0.001103474272) < 1e-5, "{edge}");
 }
 
-/// Truth: `load-uniform-disc`, the mean displacement 16 p a / (3 pi E*) of a disc of cells (5e-3, the catalogue's). The centre of
-/// `aniso-uniform-disc` moves by p a <H33>, with 10 digits (1e-8 on the disc, 1e-3 on cells). <H33> is the mean over directions of
-/// 2 pi r times the displacement under a unit force.
+/// Truth: `load-uniform-disc`, the mean displacement 16 p a / (3 pi E*) of a disc of cells, to the catalogue's 5e-3. In case
+/// `aniso-uniform-disc` the centre moves by p a <H33>, to 1e-8 on the exact disc and to 1e-3 on cells. <H33> is the mean over
+/// directions of 2 pi r times the displacement under a unit force.
 #[test]
 fn discs_of_cells_and_of_cfrp() {
     let (a, n) = (2.0, 200);
@@ -104,7 +104,7 @@ fn shear_on_rectangles_is_cerruti() {
         assert!(relative(middle[(0, 0)], center) < 1e-12, "{a} x {b}");
         let rectangle = integrator.rectangle([a, b], [0.0, 0.0]);
         assert!(relative(rectangle[(0, 0)], center) < 1e-12, "{a} x {b}");
-        // Traction along y: as along x with exchanged sides.
+        // A traction along y acts as one along x with exchanged sides.
         assert!(relative(rectangle[(1, 1)], 4.0 * cerruti_corner(b / 2.0, a / 2.0)[0]) < 1e-12, "{a} x {b}");
         assert!(rectangle[(1, 0)].abs() < 1e-14 * center);
     }

@@ -11,7 +11,7 @@ use crate::crystals::cfrp_of_tables;
 use crate::fem_bodies::{ELEMENTS, clamp, degree, isotropic, rotated_orthotropic, spec};
 use crate::fem_meshes::{block, wavy};
 
-/// A quadratic displacement field and its engineering strains.
+/// A quadratic displacement field. `strain` gives its engineering strains.
 fn quadratic([x, y, z]: [f64; 3]) -> [f64; 3] {
     [1e-3 * (x * x - 2.0 * y * z), 1e-3 * (x * y + 3.0 * z), 1e-3 * (y * y - z * z + 0.5 * x * z)]
 }
@@ -25,8 +25,8 @@ fn largest_difference(found: &[[f64; 6]], wanted: impl Fn(usize) -> Vector6<f64>
 }
 
 /// Truth: the strain of a quadratic field is exact at the centre of a trilinear parallelepiped (Barlow 1976). The patch polynomials
-/// reproduce linear fields. The nodal stress is therefore exact everywhere, corners of the body included. Tolerance: rounding, of
-/// stresses of 1e3.
+/// reproduce linear fields. The nodal stress is therefore exact everywhere, corners of the body included. The tolerance covers
+/// rounding of stresses of 1e3.
 #[test]
 fn linear_stress_is_exact_at_every_node() {
     let shear = |[x, y, z]: [f64; 3]| [x + 0.3 * y, y + 0.2 * z, 0.7 * z - 0.1 * x];
@@ -44,7 +44,7 @@ fn linear_stress_is_exact_at_every_node() {
 }
 
 /// Truth: the strain of a cubic field is exact at the 2 x 2 x 2 Gauss points of a second-order parallelepiped (Barlow 1976). The
-/// patch polynomials reproduce quadratic fields. Tolerance: rounding, of stresses of 1e3.
+/// patch polynomials reproduce quadratic fields. The tolerance covers rounding of stresses of 1e3.
 #[test]
 fn quadratic_stress_is_exact_at_every_node() {
     let shear = |[x, y, z]: [f64; 3]| [x + 0.3 * y, y + 0.2 * z, 0.7 * z - 0.1 * x];
@@ -99,7 +99,7 @@ fn stress_jumps_between_materials() {
 }
 
 /// Truth: under a uniform strain each ply has its own stress, C(angle) : strain. This holds also if successive plies of one
-/// material turn by 10 degrees. Nodes between two plies have both values. Tolerance: rounding.
+/// material turn by 10 degrees. Nodes between two plies have both values. The tolerance covers rounding.
 #[test]
 fn stress_jumps_between_plies_that_turn_little() {
     let placed = |ply: usize| {
@@ -129,8 +129,8 @@ fn stress_jumps_between_plies_that_turn_little() {
     }
 }
 
-/// Truth: constant stress is exact on any mesh, also where patches are singular: a single layer, row or element. Tolerance:
-/// rounding.
+/// Truth: constant stress is exact on any mesh, also where patches are singular, such as in a single layer, row or element. The
+/// tolerance covers rounding.
 #[test]
 fn constant_stress_survives_degenerate_patches() {
     let c = isotropic();
@@ -153,7 +153,7 @@ fn constant_stress_survives_degenerate_patches() {
 }
 
 /// Truth: pure bending of a bar with one element across its height has a linear stress. Enhanced elements represent it exactly at
-/// their integration points. The bar has no inner vertices, and the recovery fits these points. Tolerance: rounding.
+/// their integration points. The bar has no inner vertices, and the recovery fits these points. The tolerance covers rounding.
 #[test]
 fn one_layer_keeps_its_bending_stress() {
     let c = Stiffness::isotropic(1000.0, 0.0).unwrap();
@@ -191,8 +191,8 @@ fn nodal_errors(
 }
 
 /// Truth: for elements of degree p the root-mean-square nodal error of the recovered stress has order p + 1 (Zienkiewicz and Zhu
-/// 1992). This holds inside and, by extrapolation, on the boundary. The order is observed between two meshes. Tolerance: 0.3 below,
-/// 0.4 for tet10 on the boundary. (Elements of even degree may do better on regular meshes.)
+/// 1992). This holds inside and, by extrapolation, on the boundary. The order is observed between two meshes. The order may be 0.3
+/// too low, and 0.4 too low for tet10 on the boundary. (Elements of even degree may do better on regular meshes.)
 #[test]
 fn nodal_stress_superconverges() {
     let straight: fn([f64; 3]) -> [f64; 3] = |x| x;

@@ -95,7 +95,8 @@ fn at(grid: &UnstructuredGrid, x: f64) -> [f64; 4] {
     [stress[6 * node], stress[6 * node + 1], stress[6 * node + 2], reals("sigma_tangential")[node]]
 }
 
-/// Stress on the surface "z1" of a slab 3 x 2 x 1 without contact that can expand freely in its plane. `change` adds loads.
+/// Stress on the surface "z1" of a slab of 3 x 2 x 1, which carries no contact tractions and can expand freely in its plane.
+/// `change` adds loads.
 fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     let lengths = [3.0, 2.0, 1.0];
     let mesh = block(Hex20, [3, 2, 2], lengths, |x| x);

@@ -40,10 +40,10 @@ impl Flexibility for Misjudged {
     }
 }
 
-/// Truth: case `str-penalty-choice`. r_n and r_t are a thousand times too large or too small, together or one alone. The solution
-/// is the same (tractions to 1e-6 of the largest pressure), or the run reports no convergence. The program's own choice takes at
-/// most three times the operator applications of the best choice. Too large compliances reduce the residual by their factor, and
-/// the tolerance is reduced by this factor, too.
+/// Truth: case `str-penalty-choice`. r_n and r_t are up to a thousand times too large or too small, together or one alone. The
+/// solution is the same (tractions to 1e-6 of the largest pressure), or the run reports no convergence. The library's own choice
+/// takes at most three times the operator applications of the best choice. Too large compliances reduce the residual by their
+/// factor, and the tolerance is reduced by this factor, too.
 #[test]
 fn step_sizes_a_thousand_times_off() {
     for method in [Method::Newton, Method::BarzilaiBorwein] {

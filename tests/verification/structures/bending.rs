@@ -88,7 +88,7 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
 /// Truth: the trilinear element with exact displacement at all nodes of boxes h_x x h_y x h_z locks. Its parasitic strains are (x -
 /// x_m)/R in gamma_xz, -nu (y - y_m)/R in gamma_yz and nu (z - z_m)/R in eps_zz for the box centre (x_m, y_m, z_m). The energy of
 /// these strains in the volume V is V/(24 R²) [(lambda + 2 mu) nu² h_z² + mu (h_x² + nu² h_y²)]. The enhanced modes contain just
-/// these strains and give the exact energy 1.4 (Taylor, Beresford and Wilson 1976). Tolerance: rounding.
+/// these strains and give the exact energy 1.4 (Taylor, Beresford and Wilson 1976). The tolerance covers rounding.
 #[test]
 fn pure_bending_of_hexahedra_locks_as_it_must() {
     let (lambda, mu) = (210e3 * NU / ((1.0 + NU) * (1.0 - 2.0 * NU)), 210e3 / (2.0 * (1.0 + NU)));

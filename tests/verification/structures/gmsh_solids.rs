@@ -84,8 +84,9 @@ fn assert_hydrostatic(mut mesh: Mesh) {
 }
 
 /// Truth: our elements use gmsh's node order. The volume is 2 pi, a quarter of a cylinder. Constant strain passes the patch test on
-/// the curved mixed mesh. Pressure on the whole surface, curved faces included, gives a hydrostatic stress. Tolerances: twice the
-/// loss of volume by chords or parabolas instead of arcs. Otherwise rounding of a mesh of some thousand unknowns.
+/// the curved mixed mesh. Pressure on the whole surface, curved faces included, gives a hydrostatic stress. The tolerance of the
+/// volume is twice the loss by chords or parabolas instead of arcs. Other tolerances cover rounding of a mesh of some thousand
+/// unknowns.
 #[test]
 fn every_solid_that_gmsh_writes_is_solved() {
     let strain = [0.001, 0.0005, -0.0003, 0.0004, -0.0002, 0.0005];

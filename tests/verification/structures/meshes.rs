@@ -30,7 +30,7 @@ impl Places {
     }
 }
 
-/// Elements of `kind` with straight edges between corners, coincident nodes merged. Volume group "body".
+/// Elements of `kind` in the volume group "body", with straight edges between corners and coincident nodes merged.
 pub fn between_corners(kind: ElementKind, cells: &[Vec<[f64; 3]>]) -> Mesh {
     let mut places = Places::default();
     let mut nodes = Vec::new();

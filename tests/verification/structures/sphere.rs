@@ -28,7 +28,7 @@ fn radial(r: f64) -> f64 {
 fn eighth(kind: ElementKind, n: usize) -> Mesh {
     let part = |turn: usize| {
         let onto_sphere = |[s, t, layer]: [f64; 3]| {
-            // Equal angles for the cells along the square. The slope is exactly 1 on the edges that blocks share.
+            // The tangent puts the cells at equal angles along the square. The slope is exactly 1 on the edges that blocks share.
             let slope = |c: f64| if c == 1.0 { 1.0 } else { (c * std::f64::consts::FRAC_PI_4).tan() };
             let direction = [slope(s), slope(t), 1.0];
             let r = (1.0 + layer) / direction.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -100,8 +100,8 @@ fn errors(kind: ElementKind, n: usize) -> [f64; 5] {
 
 /// Truth: Lamé's solution (1852). The inner and outer displacements are u_a = 3.809524e-4 and u_b = 1.428571e-4, the hoop stresses
 /// 71.42857 and 21.42857 (catalogue lame-thick-sphere). For elements of degree p the L2 error of u has order p + 1 on curved
-/// boundaries. Tolerance: 0.2 below the order over the finer pair of meshes, where coarse meshes may give higher orders. On the
-/// finest mesh, displacements of second-order elements agree to 0.5 % and hoop stresses to 3 %.
+/// boundaries. On the finer pair of meshes the order may be 0.2 too low. Coarse meshes may give higher orders. On the finest mesh,
+/// displacements of second-order elements agree to 0.5 % and hoop stresses to 3 %.
 #[test]
 fn thick_sphere_under_inner_pressure() {
     assert!((radial(1.0) - 0.000380952381).abs() < 1e-13 && (radial(2.0) - 0.0001428571429).abs() < 1e-13);

@@ -98,7 +98,8 @@ fn loops_under_a_force() {
     }
 }
 
-/// Truth: the same with a displacement between +-D0, at the onset of full sliding (z = 1). The dissipation agrees to 1e-2.
+/// Truth: case `mindlin-deresiewicz-loop` under a displacement between ±D0, at the onset of full sliding (z = 1). The dissipation
+/// agrees to 1e-2.
 #[test]
 fn loops_to_the_verge_of_sliding() {
     let model = spheres(0.0);
@@ -125,7 +126,8 @@ fn loops_with_lateral_contraction() {
     assert!(relative(result.records[start].shift[0], 0.002692017759) < 3e-2);
 }
 
-/// Truth: the same between +-D0 (z = 1), to 3 %. At the onset of sliding the force is within 3 % of mu P, too.
+/// Truth: the catalogue's values for nu = 0.3 under a displacement between ±D0 (z = 1), to 3 %. At the onset of sliding the force
+/// is within 3 % of mu P, too.
 #[test]
 fn loops_to_the_verge_of_sliding_with_lateral_contraction() {
     let model = spheres(0.3);

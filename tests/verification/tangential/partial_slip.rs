@@ -9,9 +9,10 @@ use crate::common::{half_spaces, press, relative, solve, sphere};
 use crate::observed::{press_and_pull, pull, radius};
 
 /// Truth: `oblique-proportional-loading` (Mindlin and Deresiewicz 1953). Q = q0 P with q0 = 0.2 grows with P from zero, such that
-/// the contact radius grows uniformly. Only the outermost ring of cells slips, whose gaps close in the increment. For nu = 0 the
-/// tractions are q0 p (2e-2 of the peak). With 100 increments, displacement over approach is q0 (2 - nu) / (2 (1 - nu)) to 5e-3.
-/// New cells are dragged in the increment of their closure. With 25 increments the error is therefore more than twice as large.
+/// the contact radius grows uniformly. Only the outermost ring of cells, whose gaps close in the increment, slips. For nu = 0 the
+/// tractions are q0 p (2e-2 of the peak). With 100 increments the ratio of displacement to approach is q0 (2 - nu) / (2 (1 - nu))
+/// to 5e-3. New cells are dragged in the increment of their closure. With 25 increments the error is therefore more than twice as
+/// large.
 #[test]
 fn forces_of_constant_direction_below_the_cone_do_not_slip() {
     for nu in [0.0, 0.3] {

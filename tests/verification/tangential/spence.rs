@@ -8,8 +8,8 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, indent, relative, solve, sphere, step};
 use crate::observed::radius;
 
-/// nu, mu, c/a (stick over contact radius), kappa (force over frictionless force of a flat punch), DR of the catalogue
-/// (`spence-self-similar`). A sphere of radius R at the approach delta has a² = R delta / DR.
+/// nu, mu, c/a (ratio of stick to contact radius), kappa (ratio of the forces of a flat punch with and without friction), DR of the
+/// catalogue (`spence-self-similar`). A sphere of radius R at the approach delta has a² = R delta / DR.
 const CASES: [[f64; 5]; 4] = [
     [0.3, 0.2, 0.69828, 1.01927, 1.01487],
     [0.25, 0.2, 0.57556, 1.02328, 1.01782],

@@ -45,7 +45,7 @@ impl Observer for Breaking {
 }
 
 /// Truth: a resumed run equals the uninterrupted run, bit by bit. The interruption comes after the last jump: in the fretting loop,
-/// also of the last step, or on the way back to the centre.
+/// possibly of the last step, or on the way back to the centre.
 #[test]
 fn runs_broken_off_after_the_last_jump() {
     let mut model = sphere_on_frp(30.0, 1.5, 16);
@@ -96,8 +96,8 @@ impl Observer for First {
     }
 }
 
-/// Truth: a checkpoint with completed increments is refused for a fretting step, one with completed cycles for a monotone step.
-/// Both are invalid input.
+/// Truth: a checkpoint with completed increments is refused for a fretting step. A checkpoint with completed cycles is refused for
+/// a monotone step. Both are invalid input.
 #[test]
 fn checkpoints_within_a_step_of_another_kind_are_refused() {
     let mut model = sphere_on_frp(30.0, 1.5, 12);

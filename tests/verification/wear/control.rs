@@ -53,8 +53,8 @@ fn mean_square(a: &[f64], b: &[f64]) -> f64 {
     (worn.iter().sum::<f64>() / worn.len() as f64).sqrt()
 }
 
-/// Truth: the wear depth of a run with 96 jumps counts as exact. The error against it is below the tolerance, and its estimate is
-/// within a factor of 5.
+/// Truth: the wear depth of a run with 96 jumps counts as exact. The root-mean-square error is below the tolerance times the
+/// largest depth. The estimate of this error is within a factor of 5.
 #[test]
 fn estimates_are_near_the_errors() {
     for tilt in [0.0, 90.0] {
@@ -103,8 +103,8 @@ fn tolerances_finer_than_contacts_are_solved() {
 }
 
 /// Truth: docs/theory-wear.md. Jumps longer than 2 λ_min(S_nn) / D are refused, with the normal flexibility S_nn and the wear D per
-/// pressure. The reference scene at tilt 0 with cells of 0.06 mm has 39 500 cycles for D = 1.6e-10 mm/MPa per cycle. (D is smaller
-/// by the elastic part of the stroke.)
+/// pressure and cycle. For D = 1.6e-10 mm/MPa this limit is 39 500 cycles in the reference scene at tilt 0 with cells of 0.06 mm.
+/// (D is smaller by the elastic part of the stroke.)
 #[test]
 fn explicit_jumps_have_a_critical_length() {
     let explicit = |count: u64, jumps: usize| fretting(count, 0.08, jumps, Integrator::Explicit);

@@ -34,8 +34,8 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
 }
 
 /// Truth: `wear-sphere-elastic` gives contact radius, approach, and pressure and depth at the centre at the dimensionless distances
-/// τ = 1, 10. The initial half-width of the frame is 1.35 times the unworn contact radius a0. The contact reaches its edge once
-/// before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
+/// τ = 1, 10. The initial half-width of the frame is 1.35 times the unworn contact radius a0. The contact reaches the edge of the
+/// frame once before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
 #[test]
 fn elastic_sphere() {
     let (radius, e_star) = (100.0, 1e5);

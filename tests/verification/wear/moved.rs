@@ -184,8 +184,8 @@ fn holes_get_wider() {
     }
 }
 
-/// Truth: a quarter of the same ring between planes of symmetry moves as the ring does. Its nodes move along their radii. Nodes on
-/// the planes stay in them.
+/// Truth: a quarter of the ring of [`holes_get_wider`] between planes of symmetry moves as the ring does. Its nodes move along
+/// their radii. Nodes on the planes stay in them.
 #[test]
 fn quarters_move_as_the_whole() {
     let lost = 0.07;

@@ -11,9 +11,9 @@ use orthowear::output::plot::loops::LoopCurve;
 
 use crate::common::{fretting, half_spaces, indent, path_of, press, relative, solve, sphere};
 
-/// Truth: around a circle of radius A much larger than all elastic displacements, each cell slips along the 2K sides of the
-/// polygon. The load P and the specific wear rate i give V = i P 2K 2A sin(π/2K) per cycle for any starting point. The volume by
-/// the friction energy is the same.
+/// Truth: around a circle of radius A much larger than all elastic displacements, each cell slips along a polygon of 2K sides, with
+/// K increments per half circle. The load P and the specific wear rate i give V = i P 2K 2A sin(π/2K) per cycle for any starting
+/// point. The volume by the friction energy is the same.
 #[test]
 fn circles_in_gross_slip() {
     let (force, amplitude, intensity) = (100.0, 2.0, 1e-10);
@@ -35,7 +35,7 @@ fn circles_in_gross_slip() {
     }
 }
 
-/// Truth: on an isotropic body an ellipse with semi-axes a, b at angle 0 equals one with b, a at 90 degrees.
+/// Truth: on an isotropic body an ellipse with semi-axes a, b at angle 0 wears the same volume as one with b, a at 90 degrees.
 #[test]
 fn ellipses_may_begin_anywhere() {
     let volume = |amplitude: [f64; 2], angle: f64| {

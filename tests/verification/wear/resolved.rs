@@ -199,7 +199,7 @@ impl PartialSlip {
 }
 
 /// Truth: strokes in 16 and 32 increments one after the other until they settle, extrapolated with first order. By default the wear
-/// of a cycle is within 1.5 %, while single increments are 2 % and more too high. The estimate is at least a third of the error in
+/// of a cycle is within 1.5 %, while the error of single increments exceeds 2 %. The estimate is at least a third of the error in
 /// both cases. [`Correction::Never`] leaves the wear of single increments unchanged, with a warning.
 #[test]
 fn wear_in_partial_slip_by_default() {

@@ -89,7 +89,7 @@ fn forces_change_along_the_way() {
     assert!(relative(last(&run).worn_volume, wanted + 1e-8 * 100.0 * 1000.0) < 1e-9);
 }
 
-/// Truth: `wear-orthotropic-direction`. Sliding at the angle θ has k(θ) = √((k1 cos θ)² + (k2 sin θ)²), V = k(θ) P s.
+/// Truth: `wear-orthotropic-direction`. Sliding at the angle θ wears V = k(θ) P s, with k(θ) = √((k1 cos θ)² + (k2 sin θ)²).
 #[test]
 fn direction_of_sliding() {
     for (angle, k) in [(0.0, 1.0), (30.0, 0.875_f64), (90.0, 0.25)] {
