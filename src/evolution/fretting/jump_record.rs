@@ -11,6 +11,48 @@ use crate::evolution::state;
 use crate::evolution::step::Spin;
 use crate::evolution::wear_integrator::WearJump;
 
+/// Jump whose result becomes the state of the run.
+pub(super) struct AcceptedJump<'j> {
+    pub jump: &'j WearJump,
+    /// Cycles, or sliding distance in mm.
+    pub length: f64,
+    /// Number of longer trials that were rejected.
+    pub rejected: usize,
+    /// Start of the computation of the jump.
+    pub clock: Instant,
+}
+
+impl AcceptedJump<'_> {
+    /// Record of the jump of a wear step.
+    fn record(&self, cycling: &WearStepState) -> JumpRecord {
+        let resolved = cycling.resolved_cycle.as_ref().filter(|resolved| resolved.is_new);
+        JumpRecord {
+            length: self.length,
+            solves: self.jump.solves,
+            rejected: self.rejected,
+            depth_error: self.jump.depth_error,
+            volume_error: self.jump.volume_error,
+            critical_length: cycling.critical_length,
+            resolved: resolved.map(|resolved| resolved.increments),
+        }
+    }
+}
+
+/// Means of the resultants at both reversal points. The tangential force and the moment are those at the + reversal point.
+fn mean_of_reversal_points(ends: &[Resultants; 2]) -> Resultants {
+    let mean = |value: fn(&Resultants) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
+    Resultants {
+        shift: [0, 1].map(|k| 0.5 * (ends[0].shift[k] + ends[1].shift[k])),
+        rotation: [0, 1].map(|k| 0.5 * (ends[0].rotation[k] + ends[1].rotation[k])),
+        twist: mean(|e| e.twist),
+        normal_force: mean(|e| e.normal_force),
+        contact_area: mean(|e| e.contact_area),
+        stick_area: mean(|e| e.stick_area),
+        peak_pressure: mean(|e| e.peak_pressure),
+        ..ends[0]
+    }
+}
+
 impl Run<'_> {
     /// Completes the remaining cycles of a step in which nothing wears any more.
     pub(super) fn finish_worn_out_step(&mut self, cycling: &mut WearStepState, clock: Instant) -> Result<()> {
@@ -33,7 +75,7 @@ impl Run<'_> {
         // The remaining pressures are rounding errors of the gap: refer the residual to the initial pressures.
         checks.natural_residual *= cycling.peak_pressure() / cycling.initial_peak_pressure;
         let jump = WearJump { checks, ..WearJump::new(self.prepared.n()) };
-        self.commit_jump((cycling, &jump), (length, 0, clock))
+        self.commit_jump(cycling, AcceptedJump { jump: &jump, length, rejected: 0, clock })
     }
 
     /// Ends the run before a jump that brings the contact to the edge of the frame, where it would be cut off.
@@ -51,38 +93,11 @@ impl Run<'_> {
     }
 
     /// Adds the result of a jump to the state and delivers its record.
-    pub(super) fn commit_jump(
-        &mut self,
-        (cycling, jump): (&mut WearStepState, &WearJump),
-        (length, rejected, clock): (f64, usize, Instant),
-    ) -> Result<()> {
-        let (step, cycles) = (self.step(), self.cycles());
+    pub(super) fn commit_jump(&mut self, cycling: &mut WearStepState, accepted: AcceptedJump) -> Result<()> {
+        let AcceptedJump { jump, length, clock, .. } = accepted;
         let number = cycling.jumps_done + 1;
         if jump.converged() {
-            cycling.completed += length;
-            cycling.jumps_done += 1;
-            if cycles.count - cycling.completed < 1e-9 * cycles.count {
-                cycling.completed = cycles.count;
-            }
-            match cycling.slip_source {
-                SlipSource::ClosedPath(_) => {
-                    self.state.cycles_done = cycling.totals_before.0 + cycling.completed.round() as u64
-                }
-                SlipSource::Sliding(_) => {
-                    self.state.distance_slid = cycling.totals_before.1 + cycling.completed
-                }
-            }
-            self.state.wear_depth.iter_mut().zip(&jump.wear_depth).for_each(|(worn, by)| *worn += by);
-            self.state.dissipation += jump.dissipation;
-            if step.wear {
-                self.state.add_wear_dissipation(jump.dissipation, step.friction);
-            }
-            let errors = self.state.depth_errors.iter_mut().zip(&jump.error_field);
-            errors.for_each(|(sum, error)| *sum += error.abs());
-            self.state.volume_error += jump.volume_error;
-            if let Some(resolved) = &cycling.resolved_cycle {
-                self.add_path_error(resolved, &jump.wear_depth);
-            }
+            self.add_to_state(cycling, jump, length);
         }
         let half = match &cycling.slip_source {
             SlipSource::ClosedPath(course) => course.reversal_index(),
@@ -96,44 +111,49 @@ impl Run<'_> {
         if let Some(corrections) = resolved {
             ends.iter_mut().zip(&corrections).for_each(|(values, correction)| correction.apply(values));
         }
-        let mean = |value: fn(&Resultants) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
         let approach = 0.5 * [0, half].map(|end| self.prepared.approach(it, end)).iter().sum::<f64>();
         let balance = state::energy_balance(&self.prepared, &self.state, it, half);
         let fields = state::frame_state(&problem, it, 0, &worn);
         drop(problem);
         self.state.set_from(it, half);
-        let values = Resultants {
-            shift: [0, 1].map(|k| 0.5 * (ends[0].shift[k] + ends[1].shift[k])),
-            rotation: [0, 1].map(|k| 0.5 * (ends[0].rotation[k] + ends[1].rotation[k])),
-            twist: mean(|e| e.twist),
-            normal_force: mean(|e| e.normal_force),
-            contact_area: mean(|e| e.contact_area),
-            stick_area: mean(|e| e.stick_area),
-            peak_pressure: mean(|e| e.peak_pressure),
-            ..ends[0]
-        };
         let certificate = state::certificate(&jump.checks, approach, balance);
+        let values = mean_of_reversal_points(&ends);
         let mut record = self.new_record((number, approach), &values, (it, certificate), clock);
         record.stroke_ends = matches!(cycling.slip_source, SlipSource::ClosedPath(_)).then_some(ends);
-        record.jump = Some(JumpRecord {
-            length,
-            solves: jump.solves,
-            rejected,
-            depth_error: jump.depth_error,
-            volume_error: jump.volume_error,
-            critical_length: cycling.critical_length,
-            resolved: cycling
-                .resolved_cycle
-                .as_ref()
-                .filter(|resolved| resolved.is_new)
-                .map(|resolved| resolved.increments),
-        });
+        record.jump = Some(accepted.record(cycling));
         if let Some(resolved) = &mut cycling.resolved_cycle {
             resolved.is_new = false;
         }
         self.complete_record(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
         self.warn_of_spin_moment();
         self.deliver(record, fields)
+    }
+
+    /// Adds wear, dissipation, estimated errors and completed cycles of a converged jump to the state.
+    fn add_to_state(&mut self, cycling: &mut WearStepState, jump: &WearJump, length: f64) {
+        let (step, cycles) = (self.step(), self.cycles());
+        cycling.completed += length;
+        cycling.jumps_done += 1;
+        if cycles.count - cycling.completed < 1e-9 * cycles.count {
+            cycling.completed = cycles.count;
+        }
+        match cycling.slip_source {
+            SlipSource::ClosedPath(_) => {
+                self.state.cycles_done = cycling.totals_before.0 + cycling.completed.round() as u64
+            }
+            SlipSource::Sliding(_) => self.state.distance_slid = cycling.totals_before.1 + cycling.completed,
+        }
+        self.state.wear_depth.iter_mut().zip(&jump.wear_depth).for_each(|(worn, by)| *worn += by);
+        self.state.dissipation += jump.dissipation;
+        if step.wear {
+            self.state.add_wear_dissipation(jump.dissipation, step.friction);
+        }
+        let errors = self.state.depth_errors.iter_mut().zip(&jump.error_field);
+        errors.for_each(|(sum, error)| *sum += error.abs());
+        self.state.volume_error += jump.volume_error;
+        if let Some(resolved) = &cycling.resolved_cycle {
+            self.add_path_error(resolved, &jump.wear_depth);
+        }
     }
 
     /// Warns if cycles under a spin moment from an earlier step do not converge. With full slip the friction moment reverses in

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use crate::contact::solver::StopReason;
 use crate::error::{Error, Result, warning};
+use crate::evolution::fretting::jump_record::AcceptedJump;
 use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::given_warnings::StepWarning;
@@ -125,7 +126,7 @@ impl Run<'_> {
                 }
                 cycling.step_controller.accept(length, ratio);
             }
-            return self.commit_jump((cycling, &jump), (length, tries, clock));
+            return self.commit_jump(cycling, AcceptedJump { jump: &jump, length, rejected: tries, clock });
         }
     }
 

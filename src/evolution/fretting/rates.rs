@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use crate::error::{Result, warning};
+use crate::evolution::fretting::jump_record::AcceptedJump;
 use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::monotone::ProgressSpan;
 use crate::evolution::run::Run;
@@ -18,7 +19,7 @@ impl Run<'_> {
         let stage = ProgressSpan { name: &self.step().name, from: at, to: at };
         self.solve_stage((at, &worn, 0.0), cycling, &mut jump, &stage)?;
         if !jump.converged() {
-            self.commit_jump((cycling, &jump), (0.0, 0, clock))?;
+            self.commit_jump(cycling, AcceptedJump { jump: &jump, length: 0.0, rejected: 0, clock })?;
             return Ok(false);
         }
         cycling.cycle.charge(&jump.report);
