@@ -9,7 +9,8 @@ use crate::linalg::memory::allocation_failure_is_handled;
 #[derive(Debug)]
 pub struct Allocator;
 
-// SAFETY: every call is forwarded unchanged to the system's allocator. The failure path allocates nothing and does not return.
+// SAFETY: every call is forwarded unchanged to the system's allocator. After a failure the null pointer is returned, or the program
+// ends without allocating.
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: guaranteed by the caller.

@@ -4,14 +4,14 @@ use std::fs;
 
 use super::bad_input::{SOUND, check};
 
-/// Truth: docs/scene.md: a body periodic along x cannot rotate about y or n and takes no moments about them. Otherwise the gap
-/// would grow from period to period. The body may rotate about x. Rotations by zero are valid.
+/// Truth: docs/scene.md: on a frame that is periodic along x, body 2 cannot rotate about y or the normal n, and no moment is
+/// allowed. Otherwise the gap would grow from period to period. Body 2 may rotate about x. Rotations by zero are valid.
 #[test]
 fn repeated_bodies_do_not_turn() {
     let turned = |periodic: &str, control: &str| {
         let scene = SOUND
             .replace("cells = [16, 16]", &format!("cells = [16, 16]\nperiodic = {periodic}"))
-            // This approach is less than the distance of the mean planes.
+            // With two periodic directions the approach must be less than the mean gap.
             .replace("approach = 0.02", &format!("approach = 0.005\n{control}"));
         check(&scene, &[])
     };
@@ -42,8 +42,9 @@ fn repeated_bodies_do_not_turn() {
     }
 }
 
-/// Truth: docs/scene.md: a step keeps earlier loads, but no load may act together with rolling. `check` refuses what `run` would
-/// find only after computing the steps before. If the load is removed, `check` reports how the step rolls.
+/// Truth: docs/scene.md: a step keeps earlier loads, but no tangential force or spin moment may act together with rolling. `check`
+/// refuses what `run` would find only after computing the steps before. If a step in between removes the load, the scene is valid.
+/// `check` prints direction and creepage of a rolling step.
 #[test]
 fn loads_held_into_rolling() {
     let scene = |load: &str, between: &str| {

@@ -19,10 +19,11 @@ const COMPARISON_CELLS: usize = 24;
 pub const MAX_IMBALANCE: f64 = 1e-4;
 /// Largest asymmetry of the boundary terms.
 pub const MAX_ASYMMETRY: f64 = 1e-3;
-/// On a curved surface, imbalance and asymmetry may exceed their limits by this factor times the rise. Tractions on the curved
-/// faces are not integrated.
+/// On a curved surface, imbalance and asymmetry may exceed their limits by this factor times the rise, because tractions on the
+/// curved faces are not integrated and are missing from the balance.
 pub const ALLOWANCE_PER_RISE: f64 = 5.0;
-/// Largest difference between the correction by Betti's theorem and at the mesh nodes, relative to the mean displacement.
+/// Largest relative difference of the mean displacement between the two evaluations of the correction: by Betti's theorem, and read
+/// from the displacement of the mesh.
 pub const MAX_DIRECT_DIFFERENCE: f64 = 0.1;
 /// Largest estimated mesh error, relative to the mean displacement.
 pub const MAX_MESH_ERROR: f64 = 0.1;
@@ -45,12 +46,13 @@ pub struct Indicators {
     /// Largest error of displacement or gradient in the table of point forces, relative to the largest entry; 0 for isotropic
     /// bodies.
     pub field_error: f64,
-    /// Imbalance of the half-space tractions on the boundary and the unit force.
+    /// Largest component of the resultant of the unit force and the half-space tractions on the boundary together; 0 in exact
+    /// equilibrium.
     pub imbalance: f64,
     /// Asymmetry of the boundary terms.
     pub asymmetry: f64,
-    /// Difference of the mean displacement under uniform tractions between the correction by Betti's theorem and at the mesh nodes,
-    /// relative to the mean. It measures the error of the correction at the mesh nodes.
+    /// Relative change of the mean displacement under uniform tractions if the correction is read from the displacement of the mesh
+    /// instead of computed by Betti's theorem. It shows mesh errors near the patch.
     pub direct_difference: f64,
     /// Estimated relative error of the mean displacement under uniform tractions, from finite-element and recovered stress.
     pub mesh_error: f64,
@@ -59,13 +61,14 @@ pub struct Indicators {
     pub tail: f64,
     /// Norm of the correction divided by the norm of the half-space operator.
     pub share: f64,
-    /// Smallest eigenvalue of the operator relative to the half-space operator, on smooth tractions; must be positive.
+    /// Smallest eigenvalue of the corrected operator relative to the half-space operator, on the polynomial tractions of the patch;
+    /// must be positive.
     pub least_eigenvalue: f64,
 }
 
 /// Correction of one patch, as input of the indicators.
 pub(super) struct PatchCorrection<'a> {
-    /// Matrices by Betti's theorem (`matrix`) and at the mesh nodes (`direct`).
+    /// Correction matrix by Betti's theorem (`matrix`), and the same matrix read from the displacement of the mesh (`direct`).
     pub matrix: &'a DenseMatrix,
     pub direct: &'a DenseMatrix,
     /// Imbalance and asymmetry of [`super::Correction`].

@@ -6,6 +6,7 @@ use crate::geometry::bounds;
 const MERGE_TOLERANCE: f64 = 1e-9;
 
 /// Points whose coordinates differ from an earlier point by at most [`MERGE_TOLERANCE`] times the diagonal of the bounding box.
+/// Points that are coincident themselves do not count as earlier points.
 pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let box_: [(f64, f64); 3] = std::array::from_fn(|k| {
         let [low, high] = bounds(points.iter().map(|x| x[k]));
