@@ -66,38 +66,54 @@ pub(super) struct PreparedModel<'a> {
     pub free_translations: Vec<Vector3<f64>>,
 }
 
+/// Refuses a model without cells, with fields of other sizes, or with a gap that is not finite.
+fn check_sizes(model: &Model) -> Result<()> {
+    let n = model.frame.n_cells();
+    if n == 0 {
+        return Err(Error::input("the contact frame has no cells"));
+    }
+    if model.initial_gap.len() != 3 * n || model.flexibility.n_cells() != n {
+        return Err(Error::numerical(format!(
+            "the sizes do not match: the frame has {n} cells, the gap {} values and the flexibility {} cells",
+            model.initial_gap.len(),
+            model.flexibility.n_cells()
+        )));
+    }
+    if let Some(bad) = model.initial_gap.iter().position(|g| !g.is_finite()) {
+        return Err(Error::input(format!("the initial gap of cell {} is not a finite number", bad % n)));
+    }
+    Ok(())
+}
+
+/// Scales of the unknowns.
+///
+/// # Errors
+/// If a friction coefficient is too small, or the normal flexibility of a cell is not positive.
+fn contact_scales(model: &Model, ellipse: Option<&FrictionEllipse>) -> Result<ContactScales> {
+    if let Some(mu) = ellipse.into_iter().flat_map(|e| e.mu).find(|mu| !(1.0 / mu).is_finite()) {
+        return Err(Error::input(format!(
+            "the friction coefficient {mu:e} is too small to be inverted: give each coefficient a value above 1e-300, or use no friction"
+        )));
+    }
+    let scales = ContactScales::new(model.flexibility.as_ref(), ellipse);
+    let bad_scale = |c: &f64| !(c.is_finite() && *c > 0.0);
+    if let Some(cell) = scales.c_normal.iter().position(bad_scale) {
+        return Err(Error::numerical(format!(
+            "the normal flexibility of cell {cell} is not positive: the operator is invalid"
+        )));
+    }
+    Ok(scales)
+}
+
 impl<'a> PreparedModel<'a> {
     /// Checks sizes and values, and computes the quantities that `steps` need.
     pub fn new(model: &'a Model, steps: &[Step]) -> Result<Self> {
+        check_sizes(model)?;
         let n = model.frame.n_cells();
-        if n == 0 {
-            return Err(Error::input("the contact frame has no cells"));
-        }
-        if model.initial_gap.len() != 3 * n || model.flexibility.n_cells() != n {
-            return Err(Error::numerical(format!(
-                "the sizes do not match: the frame has {n} cells, the gap {} values and the flexibility {} cells",
-                model.initial_gap.len(),
-                model.flexibility.n_cells()
-            )));
-        }
-        if let Some(bad) = model.initial_gap.iter().position(|g| !g.is_finite()) {
-            return Err(Error::input(format!("the initial gap of cell {} is not a finite number", bad % n)));
-        }
         let with_friction = steps.iter().any(|step| step.friction);
         let ellipse = if with_friction { model.friction.ellipse() } else { None };
         let specific_wear_rate = model.wear.specific_rate(model.friction.ellipse());
-        if let Some(mu) = ellipse.iter().flat_map(|e| e.mu).find(|mu| !(1.0 / mu).is_finite()) {
-            return Err(Error::input(format!(
-                "the friction coefficient {mu:e} is too small to be inverted: give each coefficient a value above 1e-300, or use no friction"
-            )));
-        }
-        let scales = ContactScales::new(model.flexibility.as_ref(), ellipse.as_ref());
-        let bad_scale = |c: &f64| !(c.is_finite() && *c > 0.0);
-        if let Some(cell) = scales.c_normal.iter().position(bad_scale) {
-            return Err(Error::numerical(format!(
-                "the normal flexibility of cell {cell} is not positive: the operator is invalid"
-            )));
-        }
+        let scales = contact_scales(model, ellipse.as_ref())?;
         let axes = model.frame.axes;
         let rigid_axes = rigid_axes(&model.frame, &axes);
         let mut initial_gap = model.initial_gap.clone();
