@@ -17,6 +17,7 @@ use crate::output::field_writer::{FieldWriter, WrittenFields};
 use crate::output::output_dir::OutputDir;
 use crate::output::recorder::{ProgressEvent, Recorder, RecorderParts};
 use crate::output::summary::{FrameRecord, Status, Summary};
+use crate::output::surface_properties::SurfaceProperties;
 use crate::scene::Plan;
 use crate::simulation::mesh_motion::WearBudget;
 use crate::simulation::rebuild::{Continuation, RebuildState, SimulationBuilder};
@@ -190,35 +191,18 @@ fn run_segments<'p>(
     summary: &mut Summary,
     job: &mut RunOptions<'_>,
 ) -> std::result::Result<u8, SceneError> {
-    let told = (summary.warnings.clone(), summary.skipped.clone());
+    let initial = (summary.warnings.clone(), summary.skipped.clone());
     loop {
         // Apart from its initial entries, the summary lists the warnings and omitted work of the last segment only, also after an
         // interruption.
-        summary.warnings = told.0.iter().chain(&study.report.warnings).cloned().collect();
-        summary.skipped = told.1.iter().chain(&study.report.skipped).cloned().collect();
-        summary.condensation.clone_from(&study.report.condensation);
-        summary.boundary_elements.clone_from(&study.report.boundary_elements);
-        summary.truncations.clone_from(&study.report.truncations);
-        summary.near_fields.clone_from(&study.report.near_fields);
-        summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
-        study.report.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
-        let Segment { parts: RecorderParts { output, records, written, checkpoint_writer }, from, stage } =
-            leg;
+        summary.warnings = initial.0.iter().chain(&study.report.warnings).cloned().collect();
+        summary.skipped = initial.1.iter().chain(&study.report.skipped).cloned().collect();
+        fill_from_build(summary, &study);
+        let Segment { parts, from, stage } = leg;
         summary.mesh_moves = plan.mesh_motion_threshold.map(|_| stage.mesh_updates.count);
-        let mut fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
-        (fields.surface, fields.written) = (study.surface(), written);
-        fields.interior_points.clone_from(&plan.interior_requests);
-        fields.increment_stride = plan.fields_every;
-        let mut recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
+        let mut recorder = segment_recorder(plan, (&study, &stage), parts);
         recorder.progress = Some(Box::new(&mut *job.on_progress));
         recorder.cancel_flag = Some(job.stop);
-        let mut recorder = match checkpoint_writer {
-            Some(keeper) => {
-                let keeper = keeper.with_rebuilds(stage.frame_growths, &stage.mesh_updates);
-                recorder.with_checkpoints(keeper, study.model().flexibility.as_ref())
-            }
-            None => recorder,
-        };
         let wear_budget = match WearBudget::new(plan, &study, &stage.mesh_updates) {
             Ok(room) => room,
             Err(error) => return conclude(recorder, job.on_end.as_mut(), Err(error), summary),
@@ -262,16 +246,54 @@ fn run_segments<'p>(
                 } else {
                     failed(result, failure)
                 };
-                let mut fields = FieldWriter::new(&frame, Vec::new(), &plan.output.fields);
-                (fields.surface, fields.written) = (surface, parts.written);
-                let mut recorder =
-                    Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
-                recorder.has_checkpoint_files =
-                    parts.checkpoint_writer.is_some_and(|keeper| keeper.has_written());
+                let recorder = final_recorder(plan, (&frame, surface), parts);
                 return conclude(recorder, job.on_end.as_mut(), result, summary);
             }
         }
     }
+}
+
+/// Takes records, times and frame of a built simulation into the summary.
+fn fill_from_build(summary: &mut Summary, study: &Simulation) {
+    summary.condensation.clone_from(&study.report.condensation);
+    summary.boundary_elements.clone_from(&study.report.boundary_elements);
+    summary.truncations.clone_from(&study.report.truncations);
+    summary.near_fields.clone_from(&study.report.near_fields);
+    summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
+    study.report.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
+}
+
+/// Recorder of a segment with its output, earlier records and checkpoints.
+fn segment_recorder<'r>(
+    plan: &Plan,
+    (study, stage): (&'r Simulation<'_>, &RebuildState),
+    RecorderParts { output, records, written, checkpoint_writer }: RecorderParts,
+) -> Recorder<'r> {
+    let mut fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
+    (fields.surface, fields.written) = (study.surface(), written);
+    fields.interior_points.clone_from(&plan.interior_requests);
+    fields.increment_stride = plan.fields_every;
+    let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
+    match checkpoint_writer {
+        Some(keeper) => {
+            let keeper = keeper.with_rebuilds(stage.frame_growths, &stage.mesh_updates);
+            recorder.with_checkpoints(keeper, study.model().flexibility.as_ref())
+        }
+        None => recorder,
+    }
+}
+
+/// Recorder that writes the remaining output after the last segment, without its bodies.
+fn final_recorder<'r>(
+    plan: &Plan,
+    (frame, surface): (&'r ContactFrame, SurfaceProperties),
+    parts: RecorderParts,
+) -> Recorder<'r> {
+    let mut fields = FieldWriter::new(frame, Vec::new(), &plan.output.fields);
+    (fields.surface, fields.written) = (surface, parts.written);
+    let mut recorder = Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
+    recorder.has_checkpoint_files = parts.checkpoint_writer.is_some_and(|keeper| keeper.has_written());
+    recorder
 }
 
 /// Result of a run whose next segment cannot be built. An interruption keeps the results so far.
