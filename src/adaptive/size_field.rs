@@ -25,6 +25,8 @@ pub struct SizeField {
     pub nodal: Vec<f64>,
     /// Target of the relative stress error in the energy norm.
     pub error: f64,
+    /// Whether the target can be reached in one round. The bounds of the size ratio limit the reduction.
+    pub reaches_target: bool,
     /// Number of elements of the present mesh.
     pub elements: usize,
     /// Expected number of elements of the next mesh, if it has the element types of the present mesh.
@@ -52,9 +54,11 @@ pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementT
         cells.iter().zip(volumes).map(|(&cell, &volume)| edge_length(mesh.kind(cell), volume)).collect();
     let degree =
         cells.iter().map(|&c| if mesh.kind(c).n_nodes() > mesh.kind(c).n_corners() { 2 } else { 1 }).min();
+    let degree = degree.unwrap_or(1);
+    let reaches_target = largest_error * SIZE_RATIO_BOUNDS[0].powi(degree) <= error;
     let mut ratios = vec![f64::INFINITY; cells.len()];
     for estimate in estimates {
-        for (least, ratio) in ratios.iter_mut().zip(size_ratios(estimate, degree.unwrap_or(1), error)) {
+        for (least, ratio) in ratios.iter_mut().zip(size_ratios(estimate, degree as usize, error)) {
             *least = least.min(ratio);
         }
     }
@@ -74,7 +78,7 @@ pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementT
     }
     let nodal = nodal_sizes(mesh, &next, &bounds);
     let next_elements = expected(mesh, &nodal, (&sizes, volumes));
-    Ok(SizeField { nodal, error, elements: cells.len(), next_elements, bounds })
+    Ok(SizeField { nodal, error, reaches_target, elements: cells.len(), next_elements, bounds })
 }
 
 /// Expected number of elements of a mesh with the sizes `nodal`. Each present element is replaced by (size / next size)³ elements.

@@ -29,7 +29,7 @@ const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
 /// Admissible half-side of the meshed square, divided by half of the longer side of the frame. Beyond the upper limit, elements are
 /// needles and other errors exceed the truncation error.
-const HALF_SIZE_TO_FRAME_RANGE: [f64; 2] = [1.1, 1000.0];
+pub(crate) const HALF_SIZE_TO_FRAME_RANGE: [f64; 2] = [1.1, 1000.0];
 const ROUNDING: f64 = 1e-9;
 
 /// Largest ratio of the lengths of successive elements beyond the frame.

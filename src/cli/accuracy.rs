@@ -34,7 +34,16 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     let times = times.map(|run| format!(", increments x {}", run.increment_factor)).unwrap_or_default();
     let reached = if record.met { "reached" } else { "NOT REACHED; last converged run" };
     let runs = counted(record.runs.len(), "run");
-    let of = record.quantities.join(", ");
+    // Names of results are keys, such as "worn_volume".
+    let in_words = |name: &str| name.replace("worn", "wear").replace('_', " ");
+    let mut names: Vec<String> = Vec::new();
+    for result in &record.results {
+        let name = in_words(result.name);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let of = if names.is_empty() { in_words(&record.quantities.join(", ")) } else { names.join(", ") };
     let reason = record.reason.as_ref().map(|reason| format!("\n{reason}\n")).unwrap_or_default();
     format!(
         "accuracy {:e} of {of}: {reached}{cells}{times}; {runs}{reason}\n{}",

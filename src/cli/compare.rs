@@ -84,7 +84,12 @@ pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     if arguments.quiet && !computed {
         to_stderr(&format!("error: no variant was computed\n{}\n", describe(&comparison)));
     } else if !arguments.quiet {
-        let count = counted(comparison.variants.len(), "variant");
+        let n_computed = comparison.variants.iter().filter(|variant| variant.status.is_some()).count();
+        let variants = counted(comparison.variants.len(), "variant");
+        let count = match n_computed == comparison.variants.len() {
+            true => variants,
+            false => format!("{n_computed} of {variants} computed"),
+        };
         let total = format_duration(started.elapsed().as_secs_f64());
         let place = directory.join("compare.json");
         to_stdout(&format!("{}\n{count} in {total}\nresults: {}\n", describe(&comparison), place.display()));
@@ -216,8 +221,10 @@ fn describe(comparison: &Comparison) -> String {
         let unknown =
             if variant.status == Some(Status::Interrupted) { "interrupted" } else { "reason unknown" };
         let words = variant.reason.as_deref().unwrap_or(unknown);
-        let words =
-            if variant.status == Some(Status::NotConverged) { explain_reason(Some(words)) } else { words };
+        let words = match variant.status {
+            Some(Status::NotConverged) => explain_reason(Some(words)),
+            _ => words.to_owned(),
+        };
         text.push_str(&format!("\n{}: {words}\n", variant.name));
     }
     for warning in &comparison.warnings {

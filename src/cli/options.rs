@@ -31,7 +31,18 @@ pub(super) struct SceneArgs {
 impl SceneArgs {
     /// Plan of the scene with the overrides of the command line.
     pub(super) fn plan(&self) -> Result<Plan, Diagnostics> {
-        let mut plan = scene::read(&self.scene, &self.overrides)?;
+        self.plan_with_accuracy(None)
+    }
+
+    /// As [`Self::plan`]. The error `accuracy` of the option `--accuracy` completes overrides such as `accuracy.of=["load"]`.
+    pub(super) fn plan_with_accuracy(&self, accuracy: Option<f64>) -> Result<Plan, Diagnostics> {
+        let mut overrides = self.overrides.clone();
+        if let Some(relative) = accuracy
+            && overrides.iter().any(|line| line.trim_start().starts_with("accuracy."))
+        {
+            overrides.push(format!("accuracy.relative={relative:e}"));
+        }
+        let mut plan = scene::read(&self.scene, &overrides)?;
         plan.override_memory_limit(self.max_memory.map(MaxMemory::limit));
         Ok(plan)
     }

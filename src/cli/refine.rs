@@ -7,7 +7,7 @@ use clap::Args;
 use super::console::{print_diagnostics, print_error, to_stderr, to_stdout};
 use super::options::{CommandResult, SceneArgs};
 use super::progress::ProgressDisplay;
-use super::run::{explain_divergence, show_failure};
+use super::run::{explain_divergence, reason_label, show_failure};
 use super::signal;
 use crate::adaptive::size_field::{RefinementTarget, SizeField, size_field};
 use crate::body::ErrorEstimation;
@@ -16,7 +16,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::evolution::observer::Observer;
 use crate::evolution::records::{FrameState, IncrementRecord, Outcome};
 use crate::fem::{ErrorEstimate, MIN_RELATIVE_ERROR};
-use crate::geometry::bounds;
+use crate::geometry::{bounds, format_short};
 use crate::mesh::gmsh::write_size_field;
 use crate::output::atomic_file::write_atomically_with;
 use crate::output::body_fields::{BodyOutput, RecoveryLocation};
@@ -120,7 +120,7 @@ pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
     match outcome {
         Ok(Outcome::Converged) => {}
         Ok(Outcome::NotConverged(why)) => {
-            to_stderr(&format!("not converged: {}\n", explain_divergence(why)));
+            to_stderr(&format!("not converged{}: {}\n", reason_label(why), explain_divergence(why)));
             return Err(exit::NOT_CONVERGED);
         }
         Ok(Outcome::Interrupted) => return Err(exit::INTERRUPTED),
@@ -236,11 +236,18 @@ fn write_fields(
         let [smallest, largest] = bounds(field.nodal.iter().copied().filter(|size| *size > 0.0));
         let comment = comment(plan, source, &field);
         write_atomically_with(file, |out| write_size_field(out, mesh, &field.nodal, &comment))?;
+        let percent = format_short(100.0 * field.error);
+        let target = if field.reaches_target {
+            format!("an error of {percent} % needs")
+        } else {
+            format!(
+                "the target of {percent} % is not reached in one round, because sizes decrease at most to a quarter. Refine again with the new mesh. This size field gives"
+            )
+        };
         text.push_str(&format!(
-            "{key}: {} elements now; an error of {:.2} % needs about {:.0} elements of size {:.4} to {:.4} {length}\n{}: gmsh -3 -bgm {} \
-             GEO -o NEW.msh{GMSH_SIZE_OPTIONS}\n",
+            "{key}: {} elements now; {target} about {:.0} elements of size {:.4} to {:.4} {length}\nwrote {}. New mesh: gmsh -3 -bgm {} \
+             GEO -o NEW.msh{GMSH_SIZE_OPTIONS} (GEO: your geometry)\n",
             field.elements,
-            100.0 * field.error,
             field.next_elements,
             smallest,
             largest,

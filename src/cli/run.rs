@@ -30,7 +30,7 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
     let directory = arguments.out.clone().unwrap_or_else(|| arguments.scene.scene.with_extension("out"));
-    let plan = arguments.scene.plan();
+    let plan = arguments.scene.plan_with_accuracy(arguments.accuracy);
     let mut plan = plan.map_err(|mistakes| reject_scene(&mistakes, arguments, &directory))?;
     if let Some(relative) = arguments.accuracy {
         let wanted = AccuracyPlan {
@@ -66,8 +66,12 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
         }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");
-        let why = explain_outcome(&summary);
-        to_stderr(&format!("not converged: {}: {why}; results: {}\n", summary.title, results.display()));
+        let (reason, why) = (summary.reason.map(reason_label).unwrap_or_default(), explain_outcome(&summary));
+        to_stderr(&format!(
+            "not converged{reason}: {}: {why}; results: {}\n",
+            summary.title,
+            results.display()
+        ));
     }
     Ok(code)
 }
@@ -161,7 +165,8 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
     let how = match summary.status {
         Status::Converged => "converged".to_owned(),
         Status::NotConverged => {
-            format!("NOT CONVERGED: {}; the results so far are kept", explain_outcome(summary))
+            let reason = summary.reason.map(reason_label).unwrap_or_default();
+            format!("NOT CONVERGED{reason}: {}; the results so far are kept", explain_outcome(summary))
         }
         Status::Failed if summary.steps.is_empty() => "FAILED before the first result".to_owned(),
         Status::Failed => "FAILED; the results so far are kept".to_owned(),
@@ -184,7 +189,7 @@ fn explain_outcome(summary: &Summary) -> String {
     let residual = summary.steps.last().map(|record| record.certificate.natural_residual);
     match (summary.reason, residual) {
         (Some(Divergence::Iterations), Some(residual)) if residual <= ROUNDING_RESIDUAL => format!(
-            "the residual {residual:.1e} is rounding error and does not decrease further (iterations): increase solver.tolerance to at least {:.0e}",
+            "the residual {residual:.1e} is rounding error and does not decrease further: increase solver.tolerance to at least {:.0e}",
             10.0 * residual
         ),
         (Some(reason), _) => explain_divergence(reason).to_owned(),
@@ -192,43 +197,49 @@ fn explain_outcome(summary: &Summary) -> String {
     }
 }
 
+/// Name of a reason in parentheses, as in `summary.json`.
+pub(super) fn reason_label(reason: Divergence) -> String {
+    format!(" (reason \"{}\")", reason.name())
+}
+
 /// Explains a reason of non-convergence, with a remedy.
 pub(super) fn explain_divergence(reason: Divergence) -> &'static str {
     match reason {
         Divergence::Iterations => {
-            "the contact solver reached its iteration limit (iterations): increase solver.max_iterations or relax \
+            "the contact solver reached its iteration limit: increase solver.max_iterations or relax \
              solver.tolerance"
         }
         Divergence::GrossSliding => {
-            "the tangential load exceeds the friction limit (gross-sliding): reduce it, or prescribe the displacement \
+            "the tangential load exceeds the friction limit: reduce it, or prescribe the displacement \
              `shift` or `twist` instead"
         }
-        Divergence::ContactLost => "the bodies separated (contact-lost): check approach, forces and moments",
+        Divergence::ContactLost => "the bodies separated: check approach, forces and moments",
         Divergence::FrameEdge => {
-            "the worn contact reached the edge of the frame (frame-edge): enlarge frame.half_width and frame.cells; \
+            "the worn contact reached the edge of the frame: enlarge frame.half_width and frame.cells; \
              the notes above say why the frame did not grow"
         }
         Divergence::StickZone => {
-            "the stick zone of the fretting cycle did not converge (stick-zone): try more jumps, another amplitude or \
+            "the stick zone of the fretting cycle did not converge: try more jumps, another amplitude or \
              more cells; more iterations do not help"
         }
         Divergence::Accuracy => {
-            "the estimated error stays above the target (accuracy): request a larger error or other results \
+            "the estimated error stays above the target: request a larger error or other results \
              (accuracy.of); `accuracy` in summary.json has the error of each result"
         }
         Divergence::LinearSolver => {
-            "the linear equations of a body were not solved (linear-solver): raise --max-memory or solver.memory_limit"
+            "the linear equations of a body were not solved: raise --max-memory or solver.memory_limit"
         }
     }
 }
 
 const REASON_UNKNOWN: &str = "reason unknown";
 
-/// Explains a reason that a file of results names. Other texts, such as error messages, stay.
-pub(super) fn explain_reason(word: Option<&str>) -> &str {
-    let Some(word) = word else { return REASON_UNKNOWN };
+/// Outcome of a run that did not converge, with the explanation of the reason that a file of results names. Other texts, such as
+/// error messages, stay.
+pub(super) fn explain_reason(word: Option<&str>) -> String {
+    let word = word.unwrap_or(REASON_UNKNOWN);
     match Divergence::ALL.into_iter().find(|reason| reason.name() == word) {
-        Some(reason) => explain_divergence(reason),
-        None => word,
+        Some(reason) => format!("not converged{}: {}", reason_label(reason), explain_divergence(reason)),
+        None => format!("not converged: {word}"),
     }
 }

@@ -27,15 +27,15 @@ impl FromStr for RunNumbers {
         let part = |part: &str| {
             let (first, last) = part.split_once('-').unwrap_or((part, part));
             let [first, last] = [first, last].map(|number| number.trim().parse::<usize>().ok());
-            first
-                .zip(last)
-                .filter(|(first, last)| *first > 0 && first <= last)
-                .map(|(first, last)| [first, last])
+            match first.zip(last).filter(|(first, last)| *first > 0 && *last > 0) {
+                Some((first, last)) if first <= last => Ok([first, last]),
+                Some((first, last)) => {
+                    Err(format!("{first}-{last} ends before it begins: write {last}-{first}"))
+                }
+                None => Err("give run numbers from 1, or ranges of them, like 3 or 1-4,9".to_owned()),
+            }
         };
-        let parts: Option<Vec<[usize; 2]>> = text.split(',').map(part).collect();
-        parts
-            .map(Self)
-            .ok_or_else(|| "give run numbers from 1, or ranges of them, like 3 or 1-4,9".to_owned())
+        text.split(',').map(part).collect::<Result<_, _>>().map(Self)
     }
 }
 
@@ -62,6 +62,8 @@ mod tests {
         for wrong in ["", "0", "2-1", "a", "1,", "-3", "1-"] {
             assert!(wrong.parse::<RunNumbers>().is_err(), "{wrong}");
         }
+        let reversed = "2-1".parse::<RunNumbers>().expect_err("a reversed range");
+        assert!(reversed.contains("write 1-2"), "{reversed}");
         assert_eq!("1-4,9".parse::<RunNumbers>().expect("numbers").to_string(), "1-4,9");
     }
 }

@@ -120,7 +120,7 @@ fn unconverged_lines(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
         let words = run.reason.as_deref();
         let why = match run.status {
             Some(Status::Converged) => return None,
-            Some(Status::NotConverged) => format!("not converged: {}", explain_reason(words)),
+            Some(Status::NotConverged) => explain_reason(words),
             Some(Status::Failed) => format!("failed: {}", words.unwrap_or("reason unknown")),
             Some(Status::Interrupted) => "interrupted".to_owned(),
             None => words.map_or("not run".to_owned(), |why| format!("not run: {why}")),

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::body::truncated_half_space::HALF_SIZE_TO_FRAME_RANGE;
 use crate::error::{Context, Error, Result, warning};
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, format_point};
@@ -44,7 +45,8 @@ pub(super) fn replace_body(
     }
     if kind == Discretisation::TruncatedHalfSpace {
         return Err(Error::input(format!(
-            "{key} is not a truncated half-space (THS) in the scene: use kind = \"half-space\" with `truncated`"
+            "{key} is not a truncated half-space (THS) in the scene: use kind = \"half-space\" with truncated = HALF_SIDE, {} to {} times the half-width of the frame",
+            HALF_SIZE_TO_FRAME_RANGE[0], HALF_SIZE_TO_FRAME_RANGE[1]
         )));
     }
     let Some(meshed) = body.as_meshed() else {
@@ -83,9 +85,12 @@ fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f6
     }
     let spread = found.axes_spread.to_degrees();
     if spread > most {
-        let allowed = if most > ROUNDING_SPREAD_DEG { format!(" (at most {most})") } else { String::new() };
+        let allowed = match most > ROUNDING_SPREAD_DEG {
+            true => format!("allows {most}"),
+            false => "has one direction".to_owned(),
+        };
         return Err(Error::input(format!(
-            "the material axes of {body} vary by up to {spread:.1} degrees {place}{allowed}, but {what} has one direction"
+            "the material axes of {body} vary by {spread:.1} degrees {place}; {what} {allowed}"
         )));
     }
     Ok(found.material)

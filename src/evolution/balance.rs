@@ -13,7 +13,7 @@ use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::run::Run;
 use crate::evolution::step::Step;
-use crate::geometry::Side;
+use crate::geometry::{Side, format_short};
 
 /// The part of a unit direction that is orthogonal to the earlier directions counts as zero below this norm.
 const MIN_DIRECTION_NORM: f64 = 1e-6;
@@ -201,7 +201,9 @@ impl PreparedModel<'_> {
             );
         }
         let share = if sliding.carried_load_fraction > 0.0 && sliding.carried_load_fraction < 1.0 {
-            format!("; the friction limit is {:.4} times the load", sliding.carried_load_fraction)
+            let percent = 100.0 * sliding.carried_load_fraction;
+            let percent = if percent < 1.0 { format_short(percent) } else { format!("{percent:.2}") };
+            format!("; friction transmits at most {percent} % of the load")
         } else {
             String::new()
         };

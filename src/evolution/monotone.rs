@@ -99,6 +99,9 @@ fn solve(
     Ok(report)
 }
 
+/// Grids with fewer cells across may be too coarse to show the gap between the contact and the edge of the frame.
+const MIN_CELLS_ACROSS: usize = 12;
+
 /// Smallest allowed peak pressure. Below it the squares of the other pressures underflow, and the friction law fails.
 const MIN_PEAK_PRESSURE_MPA: f64 = 1e-140;
 
@@ -389,6 +392,11 @@ impl Run<'_> {
     /// Warning that the contact of `record` reaches an edge of the frame beyond which the bodies continue.
     fn frame_edge_warning(&self, record: &IncrementRecord) -> String {
         let frame = &self.prepared.model.frame;
+        let fewest = frame.grid.and_then(|grid| grid.cells.into_iter().filter(|n| *n > 1).min());
+        let coarse = fewest.filter(|n| *n < MIN_CELLS_ACROSS && frame.grid_indices.is_none());
+        let finer = coarse.map(|n| {
+            format!("enlarge frame.half_width, or increase frame.cells ({n} cells across the frame)")
+        });
         let larger = if frame.grid.is_none() && frame.n_excluded > 0 {
             "take the frame from the body whose surface ends there (frame.body), or use smaller faces"
         } else if frame.grid_indices.is_some() {
@@ -398,6 +406,7 @@ impl Run<'_> {
         } else {
             "add more faces to the contact groups"
         };
+        let larger = finer.as_deref().unwrap_or(larger);
         warning(&format!(
             "step \"{}\" ({}): the contact reaches the edge of the frame, although the bodies continue beyond it. Contact outside the frame is not computed, so that loads and pressures may be wrong; {larger}",
             record.name, record.increment

@@ -185,8 +185,9 @@ impl OutputDir {
         self.keep_staging = false;
         self.warnings.extend(folder.map(|folder| {
             format!(
-                "{} contained an unfinished run, which is kept in {}. Use --resume --out with the second folder to resume it",
+                "{} contained an unfinished run, which is kept in {}. To resume it: the same command with --resume --out {}",
                 self.target.display(),
+                folder.display(),
                 folder.display()
             )
         }));

@@ -164,6 +164,9 @@ fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
             value: TomlValue::String(text.to_owned()),
         });
     }
+    if text.is_empty() {
+        return Err("the value after `=` is missing".to_owned());
+    }
     match DeValue::parse(text) {
         Ok(parsed) => Ok(node_from_toml(&parsed, &|_| ValueSource::Override(index))),
         Err(error) => {

@@ -3,7 +3,7 @@
 use serde_json::Value as Json;
 
 use super::diagnostic::{Diagnostic, DiagnosticKind};
-use super::document::{Document, TomlEntry, TomlNode, TomlValue, is_whole, join_key};
+use super::document::{Document, Location, TomlEntry, TomlNode, TomlValue, is_whole, join_key};
 use super::suggest::{closest, quoted_list};
 
 /// Returns the schema violations of `document`, and the dotted keys that the schema does not define.
@@ -193,18 +193,28 @@ impl<'a> SchemaWalk<'a> {
                     || (!known.contains(&entry.name.as_str()) && closest(&entry.name, &known) == Some(name))
             };
             if !entries.iter().any(there) {
-                self.report_missing_key(name, key, properties.and_then(|p| p.get(name)));
+                let tag = variant.map(|(tag, _)| join_key(key, tag));
+                self.report_missing_key(name, (key, tag), properties.and_then(|p| p.get(name)));
             }
         }
     }
 
-    fn report_missing_key(&mut self, name: &str, key: &str, schema: Option<&'a Json>) {
+    /// Reports that the table at `key` lacks `name`. `tag` is the key that selects the kind of table.
+    fn report_missing_key(
+        &mut self,
+        name: &str,
+        (key, tag): (&str, Option<String>),
+        schema: Option<&'a Json>,
+    ) {
         let what = schema
             .and_then(|s| s.get("description").or(self.dereference(s).get("description")))
             .and_then(Json::as_str)
             .unwrap_or("");
         let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
-        let mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
+        let mut mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
+        if let Some(Location::SetOption(option)) = tag.map(|tag| self.document.location(&tag)) {
+            mend.push_str(&format!(" It is needed because of --set {option}"));
+        }
         self.report(key, format!("{place} lacks `{name}`"), &format!("lacks `{name}`"), mend);
     }
 
@@ -229,6 +239,17 @@ impl<'a> SchemaWalk<'a> {
         let mut mend = format!("allowed keys: {}", quoted_list(&known, "`"));
         if let Some((tag, owner)) = owner {
             mend = format!("{owner}: change `{tag}`, or remove the key; {mend}");
+            let is_frp = |law: &str| match self.document.get(law).map(|node| &node.value) {
+                Some(TomlValue::String(law)) => law == "frp",
+                _ => false,
+            };
+            if (tag, name.as_str()) == ("kind", "fibre")
+                && let Some(section) = ["friction", "wear"].into_iter().find(|s| is_frp(&format!("{s}.law")))
+            {
+                mend.push_str(&format!(
+                    ". {section}.law = \"frp\" needs the fibre of a body that is not rigid"
+                ));
+            }
         } else if let Some(word) = closest(name, &known) {
             mend = format!("did you mean `{word}`? {mend}");
         }

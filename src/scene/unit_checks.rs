@@ -6,7 +6,6 @@
 use std::f64::consts::PI;
 
 use super::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
-use super::spec::body::NearField;
 use crate::evolution::step::{Normal, Tangential};
 use crate::frame::GapShape;
 use crate::geometry::{Point, bounds};
@@ -253,9 +252,7 @@ fn check_mesh_sizes(plan: &Plan, notes: &mut Vec<String>) {
         let Some(contact) = extent(fe, &fe.contact) else { continue };
         let (side, height) = (contact[0].max(contact[1]), height(plan, fe));
         let unit = &plan.units.length;
-        if let Some([half, cell]) = grid_half_width_and_cell(&plan.frame) {
-            let faces = fe.mesh.group_of_dim(&fe.contact, 2).map_or(0, |group| group.cells.len());
-            let face = (contact[0] * contact[1] / faces.max(1) as f64).sqrt();
+        if let Some([half, _]) = grid_half_width_and_cell(&plan.frame) {
             if side > 1e3 * half {
                 notes.push(format!(
                     "the contact surface of {key} is {side:.4e} {unit} wide, more than 1000 times the half-width of the \
@@ -265,10 +262,6 @@ fn check_mesh_sizes(plan: &Plan, notes: &mut Vec<String>) {
                 notes.push(format!(
                     "the contact surface of {key} is only {side:.4e} {unit} wide, less than 2 % of the half-width of the \
                      contact frame, {half:.4e} {unit}: check mesh and frame"
-                ));
-            } else if face > 100.0 * cell && fe.near_field == NearField::Mesh {
-                notes.push(format!(
-                    "the contact faces of {key} are about {face:.1e} {unit} wide, more than 100 times the cells of the frame, {cell:.4e} {unit}: check mesh and frame"
                 ));
             }
         }

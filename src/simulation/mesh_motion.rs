@@ -105,13 +105,14 @@ pub fn mesh_not_moved_warning(plan: &Plan, snapshot: &RunCheckpoint, error: &Err
 /// Text for the position of the last increment, for notes.
 pub(super) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
     snapshot.records().last().map_or_else(String::new, |last| {
-        format!(
-            " after step \"{}\" ({}), {} cycles and {} {} of sliding",
-            last.name,
-            last.increment,
-            last.cycles_done,
-            format_number(last.distance_slid),
-            plan.units.length
-        )
+        let mut text = format!(" after step \"{}\" ({})", last.name, last.increment);
+        if last.cycles_done > 0 {
+            text.push_str(&format!(", {} cycles", last.cycles_done));
+        }
+        if last.distance_slid > 0.0 {
+            let distance = format_number(last.distance_slid);
+            text.push_str(&format!(", {distance} {} of sliding", plan.units.length));
+        }
+        text
     })
 }

@@ -182,6 +182,10 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
 /// Replaces "scene" by "study" in messages about a study file.
 fn reworded_for_study(mut mistakes: Diagnostics) -> Diagnostics {
     for mistake in &mut mistakes.list {
+        if mistake.message == "the scene lacks `study`" {
+            mistake.message = "the study file has no table [study]".to_owned();
+            mistake.help = "add [study] with scene = \"FILE.toml\"".to_owned();
+        }
         for words in ["the scene lacks", "the scene has no key"] {
             if let Some(rest) = mistake.message.strip_prefix(words) {
                 mistake.message = format!("{}{rest}", words.replace("scene", "study"));

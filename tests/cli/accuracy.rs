@@ -276,6 +276,13 @@ fn what_is_refused() {
         let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
         assert!(output.status.code() == Some(expected) && text.contains(word), "{more:?}: {text}");
     }
+    // The option gives the error of a table that has only other keys. The report lists the results that have estimates.
+    fs::write(folder.path().join("scene.toml"), SOUND).unwrap();
+    let mut program = crate::tools::orthowear();
+    program.arg("run").arg(folder.path().join("scene.toml"));
+    let output = program.args(["--accuracy", "0.05", "--set", "accuracy.of=[\"load\"]"]).output().unwrap();
+    let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert!(output.status.success() && text.contains("accuracy 5e-2 of normal force"), "{text}");
 }
 
 /// Truths: force and peak pressure of a rigid sphere on steel are Hertz's (Johnson 4.22, 4.24). The search does not end on cells

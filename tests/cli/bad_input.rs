@@ -316,6 +316,17 @@ fn a_mistake_is_told_once() {
     let (scene, _) = changed("cycles = { count = 1000, amplitude = 0.05, jumps = 4 }", roll);
     let (code, text) = check(&scene, &[]);
     assert_eq!((code, text.matches("rolling.distance").count()), (Some(2), 1), "{text}");
+    // A negative coefficient, the fibre of a rigid body, and an undefined material have no second message.
+    let (scene, _) = changed("mu_N = 0.55", "mu_N = -1.0");
+    let (code, text) = check(&scene, &[]);
+    assert!(code == Some(2) && !text.contains("along one axis"), "{text}");
+    let (scene, _) = changed("kind = \"half-space\"\nmaterial = \"cfrp\"", "kind = \"rigid\"");
+    let (code, text) = check(&scene, &[]);
+    let advice = "friction.law = \"frp\" needs the fibre of a body that is not rigid";
+    assert!(code == Some(2) && text.contains(advice) && !text.contains("neither body has"), "{text}");
+    let (scene, _) = changed("material = \"steel\"", "material = \"stel\"");
+    let (code, text) = check(&scene, &[]);
+    assert!(code == Some(2) && text.contains("did you mean `steel`") && !text.contains("not used"), "{text}");
 }
 
 /// Truth: independent mistakes do not hide one another.
@@ -357,6 +368,7 @@ fn overrides_are_checked_like_the_file() {
         ("gap.radius", &["has no `=`"]),
         ("=3", &["is not a valid key"]),
         ("gap..radius=3", &["is not a valid key"]),
+        ("gap.radius=", &["the value after `=` is missing"]),
         ("gap.radius=3,5", &["has a decimal comma", "write a decimal point: 3.5"]),
         ("steps.7.approach=0.1", &["no element `7`"]),
         (

@@ -112,7 +112,7 @@ fn variants_that_cannot_be_do_not_stop_the_others() {
     assert!(
         ["BE-rigid", "HS-rigid"]
             .iter()
-            .all(|name| text.contains(&format!("{name}: the material axes of body1 vary by up to"))),
+            .all(|name| text.contains(&format!("{name}: the material axes of body1 vary by "))),
         "{text}"
     );
 }
@@ -296,7 +296,7 @@ fn a_bushing_on_a_wound_tube() {
         let percent = difference[key].as_f64().unwrap();
         assert!(percent.abs() < 0.5, "{key}: {percent}");
     }
-    assert!(text.contains("HS-HS: the material axes of body1 vary by up to"), "{text}");
+    assert!(text.contains("HS-HS: the material axes of body1 vary by "), "{text}");
 }
 
 /// Truth: docs/command-line.md: differences are relative to the first computed variant, for steps that ended after equal numbers of
@@ -328,11 +328,7 @@ fn what_is_compared_with_what_is_told() {
         run(&["--variants", "BE-rigid,HS-rigid", "--out", "w", "--set", "frame.half_width=[0.375, 0.375]"]);
     assert_eq!(code, Some(0), "{text}");
     let edge = "WARNING: step \"press\" (1): the contact reaches the edge of the frame";
-    assert!(
-        text.contains("BE-rigid: WARNING: the cells of the frame are small for the mesh")
-            && text.contains(edge),
-        "{text}"
-    );
+    assert!(text.contains("BE-rigid: WARNING: a cell of the frame has") && text.contains(edge), "{text}");
 }
 
 /// Truth: docs/scene.md: groups of supports and loads whose area or position differs between meshes by more than 5 % are reported.

@@ -41,11 +41,11 @@ fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
         let (code, text, warnings) = call(verb, &path);
         assert_eq!(code, Some(0), "{text}");
         assert!(
-            text.contains("WARNING: the cells of the frame are small for the mesh: their area is 1.00 times the contact area of a node"),
+            text.contains("WARNING: a cell of the frame has 1.00 times the area that belongs to a contact node; at least 2 are needed"),
             "{text}"
         );
         assert!(text.contains("use frame.points = \"nodes\"") && !text.contains("note: WARNING"), "{text}");
-        assert_eq!(warnings.iter().any(|w| w.starts_with("WARNING: the cells of the frame")), verb == "run");
+        assert_eq!(warnings.iter().any(|w| w.starts_with("WARNING: a cell of the frame")), verb == "run");
     }
     let (_folder, path) = block(&[(grid, "kind = \"mesh\"")]);
     let (code, text, _) = call("check", &path);

@@ -85,12 +85,17 @@ fn noted(from: &str, to: &str, word: &str, there: bool) {
 fn cells_finer_than_the_elements() {
     refused("[4, 4]", "[48, 48]", &["frame.cells", "contact area of a node", "not determined", "or fewer"]);
     noted("[4, 4]", "[4, 4]", "contact area of a node", false);
+    noted("[4, 4]", "[4, 4]", "that belongs to a contact node", false);
 }
 
 /// Truth: docs/scene.md: a node fixed along z takes no part in contact.
 #[test]
 fn supports_under_the_frame() {
-    refused("group = \"base\"", "group = \"contact\"", &["body1.fixed", "`contact`", "along z"]);
+    refused(
+        "group = \"base\"",
+        "group = \"contact\"",
+        &["body1.fixed", "`contact`", "along z", "or add components = [\"x\", \"y\"]"],
+    );
 }
 
 /// Truth: a friction ellipse without extent means no friction. An ellipse without extent in one direction is refused.

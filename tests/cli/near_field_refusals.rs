@@ -97,7 +97,7 @@ fn another_material_too_near() {
     refused(
         place.path(),
         &["frame.half_width=[1.8, 1.8]", brass],
-        "another material is 0.5 from the frame, closer than 0.72 (0.4 times its half-width)",
+        "another material is 0.5 from the frame, closer than 0.72 (0.4 times the half-width of the frame)",
     );
 }
 

@@ -210,7 +210,7 @@ fn a_new_run_sets_an_unfinished_one_aside() {
     assert!(
         code == Some(0)
             && text.contains("previous-1")
-            && text.contains("with the second folder to resume it"),
+            && text.contains("To resume it: the same command with --resume --out "),
         "{text}"
     );
     let aside = Job { out: job.out.join("previous-1"), folder: job.folder };

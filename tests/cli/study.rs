@@ -306,7 +306,7 @@ collect = ["fretting.worn_volume"]
     let (code, text, _) = orthowear(folder.path(), &["study", "study.toml", "--out", "o"]);
     assert_eq!(code, Some(3), "{text}");
     assert!(
-        text.contains("max_iterations-1: not converged: the contact solver reached its iteration limit"),
+        text.contains("max_iterations-1: not converged (reason \"iterations\"): the contact solver reached its iteration limit"),
         "{text}"
     );
     let (heads, rows) = csv(&folder.path().join("o/study.csv"));
@@ -389,6 +389,7 @@ colect = []
     let (code, _, errors) = orthowear(folder.path(), &["run", "study.toml"]);
     assert!(code == Some(2) && errors.contains("this is a study, not a scene"), "{errors}");
     told(SOUND, &[], &["this is a scene, not a study"]);
+    told(&tilt, &[], &["the study file has no table [study]", "add [study] with scene"]);
     let range =
         |range: &str| one(&format!("[[axes]]\nkeys = [\"body1.fibre.tilt\"]\nrange = {{ {range} }}\n"));
     told(&range("from = 0, to = 90"), &[], &["study.toml:5", "`count` or `step`"]);

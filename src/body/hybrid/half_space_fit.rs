@@ -134,7 +134,7 @@ impl HalfSpaceFit {
                 Ok::<_, Error>(others.min(distance_to_edges(spec, patch, &curved_faces)?))
             };
             return Ok(Err(Unsuitable(format!(
-                "{what} is {} from the frame, closer than {} ({share} times its half-width){}",
+                "{what} is {} from the frame, closer than {} ({share} times the half-width of the frame){}",
                 format_number(*distance),
                 format_number(share * shorter),
                 smaller_frame_advice(&patch, (*distance, *share), &least)?

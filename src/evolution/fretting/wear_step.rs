@@ -121,9 +121,14 @@ impl Run<'_> {
         if error <= used.error_warning || record.stick_area >= record.contact_area {
             return;
         }
-        let by_jumps =
-            self.result.records.iter().filter_map(|record| record.jump).map(|jump| jump.volume_error);
-        let remedy = if by_jumps.sum::<f64>() > 0.5 * record.worn_volume_error {
+        let error_of_jumps = |least_length: f64| {
+            let jumps = self.result.records.iter().filter_map(|record| record.jump);
+            jumps.filter(|jump| jump.length > least_length).map(|jump| jump.volume_error).sum::<f64>()
+        };
+        let by_jumps = error_of_jumps(0.0);
+        let remedy = if by_jumps > 0.5 * record.worn_volume_error && error_of_jumps(1.0) < 0.5 * by_jumps {
+            "Most of this error comes from jumps of a single cycle, which cannot be shorter: check the specific wear rates, or use a smaller amplitude"
+        } else if by_jumps > 0.5 * record.worn_volume_error {
             "Shorter jumps, of at least one cycle, reduce this error (a smaller wear.tolerance, or more cycles.jumps)"
         } else if used.correction == Correction::Never {
             "The error comes from the path between the reversal points: omit cycles.increments, or use \"auto\", to correct the wear"

@@ -286,21 +286,30 @@ pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Arc<Mesh>) {
     r.notes.extend(warnings.into_iter().map(|warning| format!("{place}: {warning}")));
 }
 
+/// Largest number of mesh files that a help text lists.
+const MAX_LISTED_MESHES: usize = 8;
+
 /// Names of the mesh files in the folder of `path`, for the help text.
 fn mesh_files_in_folder(path: &Path) -> String {
-    let Some(entries) = path.parent().and_then(|folder| std::fs::read_dir(folder).ok()) else {
-        return String::new();
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
     };
+    let Ok(entries) = std::fs::read_dir(folder) else { return String::new() };
     let mut names: Vec<String> = entries
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
         .filter(|name| name.ends_with(".msh"))
         .collect();
     names.sort();
-    names.truncate(12);
+    let more = match names.len().saturating_sub(MAX_LISTED_MESHES) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    names.truncate(MAX_LISTED_MESHES);
     if names.is_empty() {
         String::new()
     } else {
-        format!("; .msh files in that folder: {}", names.join(", "))
+        format!("; .msh files in {}: {}{more}", folder.display(), names.join(", "))
     }
 }
 

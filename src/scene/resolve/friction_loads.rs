@@ -4,6 +4,7 @@ use super::laws::{Laws, lacks_friction};
 use super::load_points::LoadPoint;
 use super::resolver::Resolver;
 use crate::evolution::step::{Spin, Step, Tangential};
+use crate::scene::document::TomlValue;
 use crate::scene::spec::step::Step as Keys;
 
 /// Index of an entry of `steps`, with one of its steps; `None` if the entry is invalid. An entry with a history has several steps.
@@ -28,10 +29,21 @@ pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<
         FRICTION_LOADS.iter().zip(loaded).filter(|(_, loaded)| *loaded && frictionless)
     {
         let message = format!("a {what} is prescribed, but this step has no friction to transmit it");
-        let mend = format!(
-            "add a [friction] law and remove `friction = false`, or prescribe the displacement `{motion}` instead"
-        );
+        let friction = friction_remedy(r, keys.friction);
+        let mend = format!("{friction}, or prescribe the displacement `{motion}` instead");
         r.report(&format!("{key}.{load}"), message, "needs friction", mend);
+    }
+}
+
+/// Remedy for a step without friction; `friction` is the key of the step.
+fn friction_remedy(r: &Resolver, friction: bool) -> &'static str {
+    let law = r.document.get("friction.law").map(|node| &node.value);
+    let has_law = matches!(law, Some(TomlValue::String(law)) if law != "none");
+    match (has_law, friction) {
+        (true, true) => "give the coefficients of [friction], which are 0, values above 0",
+        (true, false) => "remove `friction = false`",
+        (false, true) => "add a [friction] law",
+        (false, false) => "add a [friction] law and remove `friction = false`",
     }
 }
 
@@ -71,15 +83,13 @@ pub(super) fn check_load_points(
     for (kind, (what, ..)) in FRICTION_LOADS.iter().enumerate().take(if level { 2 } else { 1 }) {
         let loaded =
             points.iter().zip(steps).find(|(_, step)| matches!(load_states(step)[kind], LoadState::Active));
-        if let Some((point, _)) = loaded {
+        if let Some((point, step)) = loaded {
             let message = format!(
                 "line {}: a {what} is prescribed, but this step has no friction to transmit it",
                 point.line
             );
-            let mend = format!(
-                "add a [friction] law and remove `friction = false`, or remove the columns {}",
-                FRICTION_LOAD_COLUMNS[kind]
-            );
+            let friction = friction_remedy(r, step.friction);
+            let mend = format!("{friction}, or remove the columns {}", FRICTION_LOAD_COLUMNS[kind]);
             r.report(&format!("{key}.history.file"), message, "needs friction", mend);
         }
     }
@@ -125,9 +135,8 @@ pub(super) fn check_inherited_loads(
                         "the {what} of step \"{}\" is still active, but this step has no friction to transmit it",
                         from.name
                     );
-                    let mend = format!(
-                        "remove `friction = false`, or prescribe `{motion}` or {load} = 0 in this step"
-                    );
+                    let friction = friction_remedy(r, step.friction);
+                    let mend = format!("{friction}, or prescribe `{motion}` or {load} = 0 in this step");
                     let place = format!("steps.{i}.friction");
                     let place = if r.document.get(&place).is_some() { place } else { format!("steps.{i}") };
                     r.report(&place, message, "no friction", mend);

@@ -79,6 +79,12 @@ fn friction_law(
     fibre_body: &mut Option<usize>,
 ) -> Option<FrictionLaw> {
     let azimuth = ground.azimuth();
+    let coefficients = match *law {
+        Friction::None => [0.0; 3],
+        Friction::Coulomb { mu } => [mu; 3],
+        Friction::Elliptic { mu1, mu2, .. } => [mu1, mu2, mu2],
+        Friction::Frp { mu_L, mu_T, mu_N, .. } => [mu_L, mu_T, mu_N],
+    };
     let law = match *law {
         Friction::None => FrictionLaw::None,
         Friction::Coulomb { mu } => FrictionLaw::Coulomb { mu },
@@ -97,6 +103,10 @@ fn friction_law(
         }
     };
     let Some(ellipse) = law.ellipse() else { return Some(FrictionLaw::None) };
+    // Negative coefficients are reported elsewhere.
+    if coefficients.iter().any(|mu| *mu < 0.0) {
+        return Some(law);
+    }
     if ellipse.mu.contains(&0.0) {
         let message =
             format!("friction is {} along one axis and 0 along the other", ellipse.mu[0].max(ellipse.mu[1]));
@@ -191,8 +201,15 @@ fn law_fibre(
         (None, [true, false]) => 0,
         (None, [false, true]) => 1,
         (None, [false, false]) => {
+            let stray = |(body, key): (&BodyPlan, &str)| {
+                matches!(body, BodyPlan::Rigid) && r.document.get(key).is_some()
+            };
+            if [(body1, "body1.fibre"), (body2, "body2.fibre")].into_iter().any(stray) {
+                // The fibre of a rigid body is reported as an unknown key.
+                return None;
+            }
             let message = format!("{section}.law = \"frp\" needs a fibre, but neither body has one");
-            let mend = "add fibre = { tilt = 0.0, azimuth = 0.0 } to the fibre-reinforced body";
+            let mend = "add fibre = { tilt = 0.0, azimuth = 0.0 } to the fibre-reinforced body, which must not be rigid";
             return r.refuse(&format!("{section}.law"), message, "needs a fibre", mend);
         }
         (None, [true, true]) => {

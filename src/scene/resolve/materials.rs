@@ -34,11 +34,16 @@ pub(super) struct ElasticMaterial {
 /// Resolves the materials of the scene. Reports constants and strengths that are not admissible.
 pub(super) fn resolve(r: &mut Resolver) -> Materials {
     let mut materials = Materials::new();
-    for name in r.names("materials") {
+    let names = r.names("materials");
+    // A material name that is not defined (reported elsewhere) may be a typing error for one that no body uses.
+    let all_defined = material_keys(r)
+        .iter()
+        .all(|(key, _)| material_name(r, key).is_none_or(|used| names.iter().any(|name| name == used)));
+    for name in names {
         let key = join_key("materials", &name);
         let material: Option<Material> = r.section(&key);
         let elastic = material.and_then(|material| elastic_material(r, &key, &name, &material));
-        if material_users(r, &name).is_empty() {
+        if all_defined && material_users(r, &name).is_empty() {
             r.notes.push(format!("the material `{name}` is not used by any body"));
         }
         materials.insert(name, elastic);
@@ -107,28 +112,38 @@ fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<String
 
 /// Bodies, volume groups and plies that use the material, in parentheses; empty if none does.
 fn material_users(r: &Resolver, name: &str) -> String {
-    let is_named = |key: &str| matches!(r.document.get(key).map(|node| &node.value), Some(TomlValue::String(text)) if text == name);
+    let users = material_keys(r).into_iter().filter(|(key, _)| material_name(r, key) == Some(name));
+    let places: Vec<String> = users.map(|(_, place)| place).collect();
+    if places.is_empty() { String::new() } else { format!(" ({})", places.join(", ")) }
+}
+
+/// Name of the material at `key`; `None` if there is none.
+fn material_name<'a>(r: &Resolver<'a>, key: &str) -> Option<&'a str> {
+    match r.document.get(key).map(|node| &node.value) {
+        Some(TomlValue::String(text)) => Some(text.as_str()),
+        _ => None,
+    }
+}
+
+/// Keys that may name a material, with the body, volume group or ply for messages.
+fn material_keys(r: &Resolver) -> Vec<(String, String)> {
     let mut places = Vec::new();
     for body in ["body1", "body2"] {
-        if is_named(&format!("{body}.material")) {
-            places.push(body.to_owned());
-        }
+        places.push((format!("{body}.material"), body.to_owned()));
         let regions = format!("{body}.regions");
         let mut owners = vec![body.to_owned()];
         for group in r.names(&regions) {
             let region = join_key(&regions, &group);
-            if is_named(&format!("{region}.material")) {
-                places.push(format!("group \"{group}\" of {body}"));
-            }
+            places.push((format!("{region}.material"), format!("group \"{group}\" of {body}")));
             owners.push(region);
         }
         for layup in owners.iter().map(|owner| format!("{owner}.layup")) {
             let plies = format!("{layup}.plies");
-            let named = (0..r.list_length(&plies)).filter(|i| is_named(&format!("{plies}.{i}.material")));
-            places.extend(named.map(|i| format!("ply {} of {layup}", i + 1)));
+            let ply = |i: usize| (format!("{plies}.{i}.material"), format!("ply {} of {layup}", i + 1));
+            places.extend((0..r.list_length(&plies)).map(ply));
         }
     }
-    if places.is_empty() { String::new() } else { format!(" ({})", places.join(", ")) }
+    places
 }
 
 fn stiffness(material: &Material) -> Result<Stiffness> {

@@ -6,6 +6,7 @@ use super::laws::{Laws, lacks_friction};
 use super::load_points;
 use super::resolver::Resolver;
 use crate::evolution::step::{HistoryRow, Normal, Spin, Step, Tangential, Tilt};
+use crate::scene::document::Location;
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
 
@@ -154,7 +155,13 @@ fn check_exclusive_controls(r: &mut Resolver, key: &str, keys: &Keys) {
         if moved && loaded {
             let message = format!("a step prescribes `{motion}` or `{load}`, not both");
             let label = format!("together with `{motion}`");
-            r.report(&format!("{key}.{load}"), message, &label, "remove one of the two");
+            let mend = match r.document.location(&format!("{key}.{motion}")) {
+                Location::SetOption(option) => {
+                    format!("remove one of the two; `{motion}` is given by --set {option}")
+                }
+                _ => "remove one of the two".to_owned(),
+            };
+            r.report(&format!("{key}.{load}"), message, &label, mend);
         }
     }
 }

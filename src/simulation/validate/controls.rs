@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
 use crate::fem::RigidBodyModes;
 use crate::frame::ContactFrame;
-use crate::scene::plan::Plan;
+use crate::scene::plan::{MeshedBodyPlan, Plan};
 use crate::simulation::failure::{SceneError, step_key};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, free_motions};
 use crate::simulation::validate::symmetry_planes::{self, ROUNDING_SHARE};
@@ -70,6 +70,9 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     }
     let all: Vec<[f64; 6]> = floating.iter().flat_map(|(.., relative)| relative).copied().collect();
     let free = unconstrained_translations(&all, frame.size());
+    let supports: Vec<String> =
+        floating.iter().map(|(index, ..)| format!("`{}.fixed`", BODY_KEYS[*index])).collect();
+    let loaded = plan.bodies.iter().any(|body| body.as_meshed().is_some_and(MeshedBodyPlan::is_loaded));
     let who: Vec<String> = floating
         .iter()
         .map(|(index, motions, _)| {
@@ -85,11 +88,14 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
             ));
             return Err(SceneError { error, key: step_key(&plan.steps, index, key) });
         }
-        let Some((key, instead)) = displacement_along_free_direction(step, &free) else { return Ok(()) };
+        let Some((key, instead)) = displacement_along_free_direction(step, &free, loaded) else {
+            return Ok(());
+        };
         let error = Error::input(format!(
-            "step \"{}\" prescribes a displacement along a direction in which the body is unconstrained ({}). Only loads determine its position there; {instead}, or support the body along this direction",
+            "step \"{}\" prescribes a displacement along a direction in which the body is unconstrained ({}). Only loads determine its position there; {instead}, or support the body along this direction ({})",
             step.name,
-            who.join("; ")
+            who.join("; "),
+            supports.join(", ")
         ));
         Err(SceneError { error, key: step_key(&plan.steps, index, key) })
     })
@@ -143,10 +149,12 @@ fn rotation_key(step: &Step) -> Option<&'static str> {
     tilt.or(spin)
 }
 
-/// Key of a displacement of `step` along one of the `free` translations, and an alternative control.
+/// Key of a displacement of `step` along one of the `free` translations, and an alternative control. `loaded`: whether a body has
+/// loads of its own, to which forces of the step are added.
 fn displacement_along_free_direction(
     step: &Step,
     free: &[Vector3<f64>],
+    loaded: bool,
 ) -> Option<(&'static str, &'static str)> {
     let along = |direction: Vector3<f64>| {
         free.iter().any(|free| free.dot(&direction).abs() > ROUNDING_SHARE * direction.norm())
@@ -154,7 +162,11 @@ fn displacement_along_free_direction(
     if matches!(step.normal, Some(Normal::Approach(_))) && along(Vector3::z()) {
         return Some((
             "approach",
-            "prescribe `normal_force`, which is added to these loads, or remove the key",
+            if loaded {
+                "prescribe `normal_force`, which is added to these loads, or remove the key"
+            } else {
+                "prescribe `normal_force`"
+            },
         ));
     }
     if let Some(Tangential::Shift([x, y])) = step.tangential
@@ -162,7 +174,11 @@ fn displacement_along_free_direction(
     {
         return Some((
             "shift",
-            "prescribe `tangential_force`, which is added to these loads, or remove the key",
+            if loaded {
+                "prescribe `tangential_force`, which is added to these loads, or remove the key"
+            } else {
+                "prescribe `tangential_force`"
+            },
         ));
     }
     let (key, moved) = match &step.cycles.as_ref()?.motion {

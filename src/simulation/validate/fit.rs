@@ -16,7 +16,7 @@ use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use crate::scene::spec::body::NearField;
 use crate::scene::spec::frame::FramePoints;
 use crate::simulation::build::meshed_gap::surface_distances;
-use crate::simulation::build::near_field::NearFieldModel;
+use crate::simulation::build::near_field::{NearFieldModel, fit_half_space};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, face_map};
 use crate::simulation::validate::flat_faces;
@@ -102,7 +102,7 @@ pub(crate) fn check(
             aligned[index] = under.cells_within_elements;
             notes.extend(under.thinnest_element.and_then(|thin| thin_body_warning(key, &fe.mesh, thin)));
         } else if near[index].half_space_fit().is_none() {
-            refuse_fixed_contact_nodes(fe, index, &map, frame)?;
+            refuse_fixed_contact_nodes(plan, (fe, index), &map, frame)?;
         }
         let faces: Vec<&SurfaceFace> =
             faces.iter().filter(|face| face.nodes.iter().all(|&node| under[node])).collect();
@@ -324,8 +324,9 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize,
     match plan.frame {
         FramePlan::Mesh { .. } => format!("{smaller}, or its faces as cells (frame.body = {})", index + 1),
         FramePlan::Grid { .. } => {
-            let own = plan.bodies[index].as_fe().is_some_and(|fe| fe.near_field == NearField::Mesh);
-            let half_space = if own { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
+            let own = plan.bodies[index].as_fe().filter(|fe| fe.near_field == NearField::Mesh);
+            let fits = own.is_some_and(|fe| matches!(fit_half_space(plan, fe, index, frame), Ok(Ok(_))));
+            let half_space = if fits { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
             let cells = at_most(frame, frame.mean_cell_area() / face, MIN_CELL_AREA_RATIO);
             let cells =
                 if cells.is_empty() { cells } else { format!(", or cells of at least {side} {unit}{cells}") };
@@ -340,9 +341,16 @@ fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
     let [low, high] = bounds(heights.iter().copied());
     let counts = !matches!(plan.gap.shape, GapShape::Mesh | GapShape::PerCell(_))
         && high - low > MAX_UNEVENNESS_OVER_APPROACH * approach;
+    // Heights are measured from the cells, which lie on the body of a mesh frame.
+    let what = match plan.frame {
+        FramePlan::Mesh { body, .. } if BODY_KEYS[body] != key => {
+            format!("the contact frame on {} is not parallel to the meshed surface of {key}", BODY_KEYS[body])
+        }
+        _ => format!("the meshed surface of {key} is not flat under the frame"),
+    };
     counts.then(|| {
         format!(
-            "the meshed surface of {key} is not flat under the frame: its heights along n differ by {} {}, which the gap neglects; use the gap of the meshes (gap.kind = \"mesh\"), unless the given gap already includes these heights",
+            "{what}: heights along n differ by {} {}, which the gap neglects; use the gap of the meshes (gap.kind = \"mesh\"), unless the given gap already includes these heights",
             format_number(high - low),
             plan.units.length
         )
@@ -370,8 +378,8 @@ fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<String> 
 
 /// Refuses supports that fix a node under the frame along the normal.
 fn refuse_fixed_contact_nodes(
-    fe: &MeshedBodyPlan,
-    index: usize,
+    plan: &Plan,
+    (fe, index): (&MeshedBodyPlan, usize),
     map: &FaceMap,
     frame: &ContactFrame,
 ) -> Result<(), SceneError> {
@@ -385,11 +393,20 @@ fn refuse_fixed_contact_nodes(
         let nodes = fe.mesh.group_nodes(&support.group).at(BODY_KEYS[index])?;
         let count = nodes.iter().filter(|node| local.contains_key(node) && held(node)).count();
         if count > 0 {
-            let along = if frame.has_uniform_axes() { "z" } else { "the normal of the surface" };
+            let level = frame.has_uniform_axes();
+            let along = if level { "z" } else { "the normal of the surface" };
+            let all = map.nodes().len();
+            let nodes = if count == all { format!("all {all}") } else { format!("{count} of the {all}") };
+            let components = plan.document.get(&format!("{}.components", support.key)).is_some();
+            let normal_is_z = level && frame.axes.normal().z.abs() > FIXED_NORMAL_SHARE;
+            let free = match (components, normal_is_z && support.key.contains(".fixed.")) {
+                (true, _) => ", or remove this direction from `components`",
+                (false, true) => ", or add components = [\"x\", \"y\"]",
+                (false, false) => "",
+            };
             let error = Error::input(format!(
-                "the support on group `{}` fixes {count} of the {} nodes under the frame along {along}; contact nodes must be free along the normal: support another group, use a smaller frame, or remove this direction from `components`",
+                "the support on group `{}` fixes {nodes} contact nodes under the frame along {along}, where they must be free: support another group, use a smaller frame{free}",
                 support.group,
-                map.nodes().len()
             ));
             return Err(SceneError { error, key: support.key.clone() });
         }
@@ -418,9 +435,7 @@ fn check_cell_area_ratio(
     let (cell, face) = (cell.sqrt(), face.sqrt());
     if ratio >= MIN_CELL_AREA_RATIO {
         let note = format!(
-            "the cells of the frame are small for the mesh: their area is {ratio:.2} times the contact area of a node (mean cell side {} {unit}, node spacing {} {unit}). The mesh hardly deforms under tractions that alternate from cell to cell",
-            format_number(cell),
-            format_number(face),
+            "a cell of the frame has {ratio:.2} times the area that belongs to a contact node; at least {SMOOTH_CELL_AREA_RATIO} are needed"
         );
         let mend = format!(
             "use {nodes}cells of at least {} {unit}{}, or make one body a half-space{why}",
@@ -429,10 +444,10 @@ fn check_cell_area_ratio(
         );
         return Ok(Some(if ratio < RELIABLE_CELL_AREA_RATIO {
             warning(&format!(
-                "{note}, so that peak pressures are not reliable and need not converge (forces do); {mend}"
+                "{note}. Peak pressures are not reliable and need not converge (forces do); {mend}"
             ))
         } else {
-            format!("{note}, so that tractions may oscillate; {mend}")
+            format!("{note}. Tractions may oscillate from cell to cell; {mend}")
         }));
     }
     let error = Error::input(format!(
