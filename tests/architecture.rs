@@ -174,7 +174,7 @@ impl Imports {
     }
 
     /// Path from the root of the crate. `None` for other crates and local items.
-    fn from_root(&self, path: &[String]) -> Option<Vec<String>> {
+    fn resolved(&self, path: &[String]) -> Option<Vec<String>> {
         let ups = path.iter().take_while(|part| *part == "super").count();
         match path.first()?.as_str() {
             "crate" => Some(path[1..].to_vec()),
@@ -217,7 +217,7 @@ impl<'a> Visit<'a> for Imports {
                 }
                 syn::UseTree::Glob(_) => String::new(),
             };
-            let Some(path) = self.from_root(&path) else { continue };
+            let Some(path) = self.resolved(&path) else { continue };
             if matches!(item.vis, syn::Visibility::Inherited) {
                 self.paths.push(path);
             } else {
@@ -229,7 +229,7 @@ impl<'a> Visit<'a> for Imports {
     fn visit_path(&mut self, path: &'a syn::Path) {
         let names: Vec<String> = path.segments.iter().map(|part| part.ident.to_string()).collect();
         if names.len() > 1 {
-            self.paths.extend(self.from_root(&names));
+            self.paths.extend(self.resolved(&names));
         }
         visit::visit_path(self, path);
     }
@@ -276,10 +276,10 @@ fn files_do_not_import_each_other_in_circles() {
             let mut queue = VecDeque::from([start]);
             while let Some(file) = queue.pop_front() {
                 for &next in &edges[file] {
-                    if !before.contains_key(&next) {
-                        before.insert(next, file);
+                    before.entry(next).or_insert_with(|| {
                         queue.push_back(next);
-                    }
+                        file
+                    });
                 }
             }
             if before.contains_key(&start) {
