@@ -5,6 +5,7 @@
 //! s of an increment is the difference of the tangential gaps at its path points (elastic recovery included). The wear depth is
 //! common to all path points and implicit. Cells that stick through the whole cycle keep their stick gap.
 
+use crate::contact::SolverOptions;
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, Increment, SlipReference};
@@ -178,6 +179,26 @@ fn add(to: &mut [f64], factor: f64, field: &[f64]) {
     to.iter_mut().zip(field).for_each(|(to, value)| *to += factor * value);
 }
 
+/// Jump to integrate.
+#[derive(Clone, Copy)]
+pub(super) struct JumpSpec {
+    pub integrator: Integrator,
+    /// Cycles, or sliding distance in mm.
+    pub length: f64,
+    pub options: SolverOptions,
+}
+
+/// Contact problem of one stage of a jump.
+pub(super) struct StageSpec<'s> {
+    /// Fraction of the step at which the loads are taken.
+    pub step_fraction: f64,
+    /// Wear depth from which the wear of the stage starts, `[N]`, mm.
+    pub wear_depth: &'s [f64],
+    /// Cycles whose wear the stage includes implicitly, or sliding distance in mm.
+    pub slip_repeats: f64,
+    pub options: &'s SolverOptions,
+}
+
 impl Run<'_> {
     /// Integrates the wear over `length` cycles. Updates path points and rates of `cycling`, but not the wear depth of the state.
     ///
@@ -185,8 +206,7 @@ impl Run<'_> {
     /// If a body cannot be solved.
     pub(super) fn integrate(
         &mut self,
-        integrator: Integrator,
-        length: f64,
+        JumpSpec { integrator, length, options }: JumpSpec,
         cycling: &mut WearStepState,
         stage: &ProgressSpan,
     ) -> Result<WearJump> {
@@ -199,8 +219,13 @@ impl Run<'_> {
             let mut worn = self.state.wear_depth.clone();
             add(&mut worn, 1.0, &jump.wear_depth);
             let touched = self.cells_in_contact(&cycling.cycle.contact);
-            let at = (cycling.completed + weights.abscissa * length) / self.cycles().count;
-            self.solve_stage((at, &worn, weights.implicit_weight * length), cycling, &mut jump, stage)?;
+            let spec = StageSpec {
+                step_fraction: (cycling.completed + weights.abscissa * length) / self.cycles().count,
+                wear_depth: &worn,
+                slip_repeats: weights.implicit_weight * length,
+                options: &options,
+            };
+            self.solve_stage(spec, cycling, &mut jump, stage)?;
             if !jump.converged() {
                 return Ok(jump);
             }
@@ -244,20 +269,19 @@ impl Run<'_> {
         if all > 0.0 { lost / all } else { 0.0 }
     }
 
-    /// Solves the path points of a cycle, or steady sliding, under the loads at the fraction `at` of the step. Wear starts from the
-    /// depth `worn` and includes `slip_repeats` cycles implicitly.
+    /// Solves the path points of a cycle, or steady sliding.
     ///
     /// # Errors
     /// If a body cannot be solved.
     pub(super) fn solve_stage(
         &mut self,
-        (at, worn, slip_repeats): (f64, &[f64], f64),
+        StageSpec { step_fraction, wear_depth: worn, slip_repeats, options }: StageSpec,
         cycling: &mut WearStepState,
         jump: &mut WearJump,
         stage: &ProgressSpan,
     ) -> Result<()> {
         let before = jump.checks;
-        let (loads, height) = self.loads_at(cycling, at);
+        let (loads, height) = self.loads_at(cycling, step_fraction);
         if let Some(height) = height {
             cycling.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
         }
@@ -272,11 +296,11 @@ impl Run<'_> {
             let corrected = cycling.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
             let wear_path_factors = corrected.map(|resolved| resolved.factors.as_slice());
             let laws = ActiveLaws { slip_repeats, wear_path_factors, ..ActiveLaws::of(self.step()) };
-            let mut problem = increment_problem(&self.prepared, &self.options, worn, laws, ends);
+            let mut problem = increment_problem(&self.prepared, options, worn, laws, ends);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
                 &mut cycling.cycle.contact,
-                &self.options,
+                options,
                 self.observer,
                 stage,
             )?;
@@ -297,7 +321,8 @@ impl Run<'_> {
             last = now;
             let mut depth = worn.to_vec();
             add(&mut depth, slip_repeats, &cycling.cycle.contact.wear_rate);
-            let report = self.recompute_stick_zone((course, loads), &depth, &mut cycling.cycle, stage)?;
+            let report =
+                self.recompute_stick_zone((course, loads), (&depth, options), &mut cycling.cycle, stage)?;
             jump.add(&report);
             if report.stop != StopReason::Converged {
                 return Ok(());

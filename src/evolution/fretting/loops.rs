@@ -18,6 +18,14 @@ const MIN_LOOP_INCREMENTS: usize = 16;
 /// Number of cycles until the loop no longer depends on its initial state. Only the last cycle is reported.
 const LOOP_CYCLES: usize = 2;
 
+/// Smallest tolerance of the natural residual for strokes that only determine the stick zone.
+const STROKE_TOLERANCE: f64 = 1e-6;
+
+/// Solver options for strokes that only determine the stick zone.
+pub(super) fn stroke_options(options: &SolverOptions) -> SolverOptions {
+    SolverOptions { tolerance: options.tolerance.max(STROKE_TOLERANCE), ..*options }
+}
+
 /// Slip reference and initial guess of the next increment.
 #[derive(Clone)]
 pub(super) struct IncrementStart {
@@ -82,7 +90,7 @@ impl Run<'_> {
             reference: self.state.slip_reference.clone(),
             ..IncrementStart::at_path_point(&cycling.cycle.contact, half)
         };
-        let (worn, options) = (self.state.wear_depth.clone(), self.stroke_options());
+        let (worn, options) = (self.state.wear_depth.clone(), stroke_options(&self.options));
         let stage = ProgressSpan { name: "fretting loop", from: 0.0, to: 0.0 };
         let mut found = FrettingLoop {
             name: step.name.clone(),

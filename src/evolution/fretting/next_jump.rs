@@ -11,7 +11,7 @@ use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::monotone::ProgressSpan;
 use crate::evolution::run::Run;
 use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
-use crate::evolution::wear_integrator::WearJump;
+use crate::evolution::wear_integrator::{JumpSpec, WearJump};
 use crate::geometry::format_short;
 
 /// Ratio of wear depth to approach below which errors are negligible.
@@ -68,13 +68,12 @@ impl Run<'_> {
             };
             let can_be_shorter = matches!(cycles.jumps, JumpPolicy::Tolerance(_)) && length > shortest;
             let shorter_ones = can_be_shorter && tries < MAX_TRIALS;
-            let patience = self.options.max_iterations;
+            let mut options = self.options;
             if shorter_ones {
-                self.options.max_iterations = patience.min(MAX_TRIAL_ITERATIONS);
+                options.max_iterations = options.max_iterations.min(MAX_TRIAL_ITERATIONS);
             }
-            let jump = self.integrate(cycles.integrator, length, cycling, &stage);
-            self.options.max_iterations = patience;
-            let mut jump = jump?;
+            let spec = JumpSpec { integrator: cycles.integrator, length, options };
+            let mut jump = self.integrate(spec, cycling, &stage)?;
             if let (JumpPolicy::Tolerance(tolerance), true) = (cycles.jumps, shorter_ones)
                 && jump.report.stop != StopReason::Interrupted
                 && let Some(refusal) = self.rejection((tolerance, length), (radii, cycling), &jump)
@@ -91,7 +90,8 @@ impl Run<'_> {
             if jump.lost_contact {
                 cycling.cycle.charge_work(jump.work());
                 before.put(cycling);
-                jump = self.integrate(Integrator::BackwardEuler, length, cycling, &stage)?;
+                let spec = JumpSpec { integrator: Integrator::BackwardEuler, length, options: self.options };
+                jump = self.integrate(spec, cycling, &stage)?;
                 let whole = matches!(cycling.slip_source, SlipSource::ClosedPath(_));
                 let (what, remedy) = if whole && length <= 1.0 {
                     (

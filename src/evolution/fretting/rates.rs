@@ -8,7 +8,7 @@ use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::monotone::ProgressSpan;
 use crate::evolution::run::Run;
 use crate::evolution::step::Integrator;
-use crate::evolution::wear_integrator::WearJump;
+use crate::evolution::wear_integrator::{StageSpec, WearJump};
 
 impl Run<'_> {
     /// Computes path points and rates at the current wear depth. Returns `false` if they do not converge.
@@ -17,7 +17,9 @@ impl Run<'_> {
         let (worn, at) = (self.state.wear_depth.clone(), cycling.completed / cycles.count);
         let mut jump = WearJump::new(self.prepared.n());
         let stage = ProgressSpan { name: &self.step().name, from: at, to: at };
-        self.solve_stage((at, &worn, 0.0), cycling, &mut jump, &stage)?;
+        let options = self.options;
+        let spec = StageSpec { step_fraction: at, wear_depth: &worn, slip_repeats: 0.0, options: &options };
+        self.solve_stage(spec, cycling, &mut jump, &stage)?;
         if !jump.converged() {
             self.commit_jump(cycling, AcceptedJump { jump: &jump, length: 0.0, rejected: 0, clock })?;
             return Ok(false);

@@ -6,6 +6,7 @@ use crate::contact::solver::StopReason;
 use crate::contact::{ContactState, Increment};
 use crate::error::Result;
 use crate::evolution::fretting::loops::IncrementStart;
+use crate::evolution::fretting::loops::stroke_options;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::{CycleSlip, ResolvedCycle, ReversalCorrection};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
@@ -445,7 +446,7 @@ impl Run<'_> {
         let (step, cycles) = (self.step(), self.cycles());
         let course = coarse.refined(&ClosedPath { increments, ..*closed }, transition);
         let (loads, _) = self.loads_at(cycling, cycling.completed / cycles.count);
-        let (worn, options) = (self.state.wear_depth.clone(), self.stroke_options());
+        let (worn, options) = (self.state.wear_depth.clone(), stroke_options(&self.options));
         let part = cycling.completed / cycles.count;
         let stage = ProgressSpan { name: &step.name, from: part, to: part };
         let n = worn.len();

@@ -7,7 +7,7 @@ use crate::contact::{ContactState, PathPoint, SlipReference, SolverOptions, Unkn
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::cycle_state::{CycleState, STICK_SLIP_SHARE};
-use crate::evolution::fretting::loops::IncrementStart;
+use crate::evolution::fretting::loops::{IncrementStart, stroke_options};
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::records::Outcome;
@@ -20,9 +20,6 @@ use crate::omitted::OmittableWork;
 const MAX_SETTLING_CYCLES: usize = 10;
 /// Largest change of the responses per cycle in a periodic cycle, relative to the range of the responses.
 const PERIODIC_TOLERANCE: f64 = 1e-3;
-
-/// Smallest tolerance of the natural residual for strokes that only determine the stick zone.
-const STROKE_TOLERANCE: f64 = 1e-6;
 
 /// Returns whether the responses at the path points equal the responses in the previous cycle, within `PERIODIC_TOLERANCE` of their
 /// range.
@@ -107,7 +104,7 @@ impl Run<'_> {
         let end = self.path_point(&loads, reference)?;
         let worn = self.state.wear_depth.clone();
         let laws = ActiveLaws { wear: false, ..ActiveLaws::of(step) };
-        let options = self.stroke_options();
+        let options = stroke_options(&self.options);
         let mut problem = increment_problem(&self.prepared, &options, &worn, laws, vec![end]);
         let mut it = ContactState::new(self.prepared.n(), vec![rigid]);
         it.mode_amplitudes = vec![self.state.mode_amplitudes];
@@ -132,11 +129,6 @@ impl Run<'_> {
         Ok((it, report))
     }
 
-    /// Solver options for strokes that only determine the stick zone.
-    pub(super) fn stroke_options(&self) -> SolverOptions {
-        SolverOptions { tolerance: self.options.tolerance.max(STROKE_TOLERANCE), ..self.options }
-    }
-
     /// Solves strokes at the wear depth `worn` (`[N]`, mm) until the cycle is periodic, and updates stick zone and stick gap. If a
     /// stroke does not converge, the path points keep their coupled solution and the report gives the reason.
     ///
@@ -145,12 +137,12 @@ impl Run<'_> {
     pub(in crate::evolution) fn recompute_stick_zone(
         &mut self,
         (course, loads): (&FrettingPath, PrescribedLoads),
-        worn: &[f64],
+        (worn, options): (&[f64], &SolverOptions),
         ring: &mut CycleState,
         stage: &ProgressSpan,
     ) -> Result<SolveReport> {
         let half = course.reversal_index();
-        let options = self.stroke_options();
+        let options = stroke_options(options);
         // A stage that ends before 1 skips the check of the operator, which would repeat in every stroke.
         let stage = &ProgressSpan { name: stage.name, from: stage.from, to: stage.from };
         let solved = (Unknowns::from_state(&ring.contact), ring.stick_mask.clone(), ring.stick_gap.clone());
