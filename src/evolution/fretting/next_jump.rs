@@ -90,25 +90,7 @@ impl Run<'_> {
             if jump.lost_contact {
                 cycling.cycle.charge_work(jump.work());
                 before.put(cycling);
-                let spec = JumpSpec { integrator: Integrator::BackwardEuler, length, options: self.options };
-                jump = self.integrate(spec, cycling, &stage)?;
-                let whole = matches!(cycling.slip_source, SlipSource::ClosedPath(_));
-                let (what, remedy) = if whole && length <= 1.0 {
-                    (
-                        "one cycle".to_owned(),
-                        "a jump cannot be shorter: check the specific wear rate and its unit",
-                    )
-                } else {
-                    (
-                        format!("{length} {}", cycling.length_unit()),
-                        "use more jumps for a more accurate result",
-                    )
-                };
-                self.result.warnings.push(format!(
-                    "step \"{}\" ({}): the jump of {what} wears so much that cells lose contact, which the second-order integrator does not allow. The less accurate Backward Euler method was used for this jump; {remedy}",
-                    step.name,
-                    cycling.jumps_done + 1
-                ));
+                jump = self.repeat_by_backward_euler(cycling, length, &stage)?;
             }
             if jump.converged() && jump.reaches_frame_edge && !cycling.touched_edge_initially {
                 jump.charge_work(cycling.cycle.uncharged_work);
@@ -128,6 +110,29 @@ impl Run<'_> {
             }
             return self.commit_jump(cycling, AcceptedJump { jump: &jump, length, rejected: tries, clock });
         }
+    }
+
+    /// Integrates a jump again by the first-order method, which allows cells to lose contact, and warns.
+    fn repeat_by_backward_euler(
+        &mut self,
+        cycling: &mut WearStepState,
+        length: f64,
+        stage: &ProgressSpan,
+    ) -> Result<WearJump> {
+        let spec = JumpSpec { integrator: Integrator::BackwardEuler, length, options: self.options };
+        let jump = self.integrate(spec, cycling, stage)?;
+        let whole = matches!(cycling.slip_source, SlipSource::ClosedPath(_));
+        let (what, remedy) = if whole && length <= 1.0 {
+            ("one cycle".to_owned(), "a jump cannot be shorter: check the specific wear rate and its unit")
+        } else {
+            (format!("{length} {}", cycling.length_unit()), "use more jumps for a more accurate result")
+        };
+        self.result.warnings.push(format!(
+            "step \"{}\" ({}): the jump of {what} wears so much that cells lose contact, which the second-order integrator does not allow. The less accurate Backward Euler method was used for this jump; {remedy}",
+            self.step().name,
+            cycling.jumps_done + 1
+        ));
+        Ok(jump)
     }
 
     /// Returns whether wear at a fixed approach has removed nearly all of the overlap of the bodies.
