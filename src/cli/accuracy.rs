@@ -52,7 +52,8 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     )
 }
 
-/// Value with decimals up to one place after the first digit of its estimated error. Five digits if the error is unknown or 0.
+/// Value rounded to the second significant digit of its estimated error, but at most to an integer. Five digits if the error is
+/// unknown or 0.
 fn value_with_reliable_digits(value: f64, result: &EstimatedResult) -> String {
     let Some(estimate) = result.estimate.filter(|estimate| *estimate > 0.0) else {
         return five_digits(value);

@@ -97,7 +97,7 @@ pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     Ok(worst)
 }
 
-/// Plan of the scene with the user's cache of flexibility matrices. The error is the exit code.
+/// Plan of the scene with the user's cache of flexibility matrices. A scene with `accuracy` is refused. The error is the exit code.
 fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     if plan.accuracy.is_some() {

@@ -193,7 +193,7 @@ fn default_size_file(scene: &Path, index: usize) -> PathBuf {
     scene.with_file_name(format!("{stem}_body{}.pos", index + 1))
 }
 
-/// Writes the size field of each body. Returns the text for the user.
+/// Writes the size field of each body, unless the estimated error is at rounding level. Returns the text for the user.
 fn write_fields(
     plan: &Plan,
     study: &Simulation<'_>,

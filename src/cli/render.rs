@@ -19,7 +19,7 @@ const EXCERPT_WIDTHS: [usize; 2] = [110, 1000];
 /// Text of the first `MAX_SHOWN` diagnostics with excerpts, followed by the notes and the number of all diagnostics.
 pub fn render(mistakes: &Diagnostics) -> String {
     let renderer = renderer(std::io::stderr().is_terminal());
-    // Carriage returns would be shown as separate characters. Blanks keep the byte positions.
+    // Carriage returns would be shown as separate characters, so blanks replace them; the byte positions stay the same.
     let source = mistakes.text.replace('\r', " ");
     let mut text = String::new();
     for mistake in mistakes.list.iter().take(MAX_SHOWN) {

@@ -140,7 +140,7 @@ pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
     } else {
         print_error(&failure.error)
     };
-    // Wrong units are a frequent cause.
+    // Wrong units are a frequent cause of a failure.
     for hint in plan.notes.iter().filter(|note| note.starts_with(scene::UNIT_WARNING_PREFIX)) {
         to_stderr(&format!("note: {hint}\n"));
     }
@@ -181,7 +181,7 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
     text
 }
 
-/// Largest residual that is called rounding error if iterations do not reduce it.
+/// Residuals up to this value are called rounding error if the iterations do not reduce them.
 const ROUNDING_RESIDUAL: f64 = 1e-12;
 
 /// Explains why a run did not converge, with a remedy.

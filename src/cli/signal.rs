@@ -21,8 +21,8 @@ const DUPLICATE_SIGNAL_WINDOW: Duration = Duration::from_secs(1);
 
 static INSTALLED: Once = Once::new();
 
-/// Starts catching interrupt and termination signals. Returns the flag that a signal sets. Must be called before other threads
-/// start, because a thread inherits the blocked signals of the thread that starts it.
+/// Starts catching interrupt and termination signals. Returns the flag that a signal sets. The first call must come before other
+/// threads start, because a thread inherits the blocked signals of the thread that starts it.
 pub(super) fn install() -> &'static AtomicBool {
     INSTALLED.call_once(|| {
         let signals = block();

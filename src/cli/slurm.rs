@@ -12,7 +12,7 @@ const MAX_ARRAY_JOBS: usize = 1000;
 /// Default number of threads of a job.
 const DEFAULT_THREADS_PER_JOB: u16 = 4;
 
-/// Memory of a job, divided by the estimate of `check` for the runs that the job computes at the same time.
+/// Ratio of the memory of a job to the memory that `check` estimates for the runs that the job computes at the same time.
 const MEMORY_MARGIN_FACTOR: f64 = 1.5;
 
 /// Minimum memory of a job, MiB.

@@ -11,7 +11,7 @@ pub(super) struct Dual {
 }
 
 impl Dual {
-    /// Reference coordinates at a point, with their derivatives.
+    /// The reference coordinates `xi` of a point as dual numbers: their gradients are the unit vectors.
     pub fn coordinates(xi: [f64; 3]) -> [Self; 3] {
         std::array::from_fn(|i| {
             let mut gradient = [0.0; 3];

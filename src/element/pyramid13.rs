@@ -28,7 +28,7 @@ impl DualShapeFunctions<13> for Pyramid13 {
         [-0.5, 0.5, 0.5],
     ];
 
-    /// Shape functions; [`super::Pyramid14`] corrects them with its bubble.
+    /// Shape functions of the 13-node pyramid; [`super::Pyramid14`] adds multiples of its bubble function to them.
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 13] {
         // Half side of the cross-section at height z, kept positive so that the shape functions take their limits at the apex.
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! The 4-node quadrilateral on [-1, 1]^2, bilinear: the face of a hexahedron.
+//! The 4-node quadrilateral on [-1, 1]^2, bilinear: a face of the 8-node hexahedron, the 6-node wedge and the 5-node pyramid.
 
 use super::shape::ShapeFunctions;
 

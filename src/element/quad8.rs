@@ -1,4 +1,4 @@
-//! The 8-node quadrilateral on [-1, 1]^2, serendipity: the face of a 20-node hexahedron.
+//! The 8-node quadrilateral on [-1, 1]^2, serendipity: a face of the 20-node hexahedron, the 15-node wedge and the 13-node pyramid.
 
 use super::Quad9;
 use super::shape::ShapeFunctions;

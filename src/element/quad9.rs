@@ -1,4 +1,4 @@
-//! The 9-node quadrilateral on [-1, 1]^2, biquadratic: the face of a 27-node hexahedron.
+//! The 9-node quadrilateral on [-1, 1]^2, biquadratic: a face of the 27-node hexahedron, the 18-node wedge and the 14-node pyramid.
 
 use super::shape::ShapeFunctions;
 

@@ -1,4 +1,4 @@
-//! Tables of the element kinds in gmsh's node numbers: faces of the solids, and VTK's node order.
+//! Tables of the element kinds: faces of the solids in gmsh's node numbers, and VTK's node order.
 //!
 //! # Source
 //! gmsh reference manual, "Node ordering"; VTK file formats, cell types.
@@ -22,8 +22,8 @@ impl ElementKind {
         }
     }
 
-    /// Faces of a solid: the kind of each face and the indices of its nodes, which follow gmsh's order of the solid. Normals point
-    /// outward for a positive Jacobian. Empty for points, lines and surfaces.
+    /// Faces of a solid: for each face its kind and its nodes in gmsh's order of that kind, as indices into gmsh's nodes of the
+    /// solid. Normals point outward for a positive Jacobian. The list is empty for points, lines and surfaces.
     pub const fn local_faces(self) -> &'static [(ElementKind, &'static [usize])] {
         match self {
             Self::Tet4 => TET4_FACES,

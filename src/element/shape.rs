@@ -16,7 +16,7 @@ pub trait ShapeFunctions<const N: usize, const D: usize> {
 
 /// Shape functions of a solid in dual numbers, which give values and gradients from one formula.
 pub(super) trait DualShapeFunctions<const N: usize> {
-    /// As [`ShapeFunctions::NODES`].
+    /// Reference coordinates of the nodes.
     const NODES: [[f64; 3]; N];
 
     /// Values with their gradients; `xi` are the reference coordinates with their gradients.
@@ -60,10 +60,10 @@ mod tests {
         check::<Pyramid14, 14, 3>([0.2, -0.3, 0.1]);
     }
 
-    /// Truths: N_a(x_b) = delta_ab; sum N = 1; gradients equal central differences of the values with step h = 1e-5. Their
-    /// truncation error is zero for functions that are quadratic along each coordinate, and h² / 6 times the third derivative for
-    /// rational functions. Tolerances of sum and gradients: 1e-15 and 1e-10, or 1e-14 and 1e-9 for pyramids and elements with more
-    /// than nine nodes.
+    /// Truths: N_a(x_b) = delta_ab; sum N = 1; gradients equal central differences of the values with step h = 1e-5. The truncation
+    /// error of the differences is zero for functions that are quadratic along each coordinate. It is h² / 6 times the third
+    /// derivative for rational functions. Tolerances: 1e-15 for N_a(x_b); 1e-15 and 1e-10 for sum and gradients, or 1e-14 and 1e-9
+    /// for pyramids and elements with more than nine nodes.
     fn check<S: ShapeFunctions<N, D>, const N: usize, const D: usize>(at: [f64; D]) {
         let name = std::any::type_name::<S>();
         for (a, node) in S::NODES.iter().enumerate() {

@@ -19,7 +19,7 @@ macro_rules! surfaces {
                 all
             }
 
-            /// Derivatives of the shape functions with respect to the reference coordinates, with zeros as in
+            /// Derivatives of the shape functions with respect to the reference coordinates at `xi`, with zeros as in
             /// [`Self::face_values`].
             pub fn face_gradients(self, xi: [f64; 2]) -> [[f64; 2]; MAX_FACE_NODES] {
                 let mut all = [[0.0; 2]; MAX_FACE_NODES];

@@ -1,4 +1,4 @@
-//! The 3-node triangle on (0,0), (1,0), (0,1), linear: the face of a tetrahedron.
+//! The 3-node triangle on (0,0), (1,0), (0,1), linear: a face of the 4-node tetrahedron, the 6-node wedge and the 5-node pyramid.
 
 use super::shape::ShapeFunctions;
 

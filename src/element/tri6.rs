@@ -1,4 +1,4 @@
-//! The 6-node triangle on (0,0), (1,0), (0,1), quadratic: the face of a tetrahedron of order 2.
+//! The 6-node triangle on (0,0), (1,0), (0,1), quadratic: a face of the 10-node tetrahedron, and of wedges and pyramids of order 2.
 
 use super::shape::ShapeFunctions;
 

@@ -17,7 +17,7 @@ use crate::mesh::CellRef;
 /// Number of right-hand sides per solve.
 const COLUMNS_PER_SOLVE: usize = 32;
 
-/// Solver of K u = f for any number of right-hand sides. Uses one factorisation, or conjugate gradients if the factor does not fit
+/// Solver of K u = f for any number of right-hand sides, by one factorisation, or by conjugate gradients if the factor does not fit
 /// into memory.
 pub struct ColumnSolver {
     solver: Box<dyn SymmetricSolver>,
@@ -43,7 +43,7 @@ impl ColumnSolver {
         build().context(|| model.name().to_owned())
     }
 
-    /// Solves K u = f for the displacements u of the free dofs, in place of the forces f, `[n_columns, n_free]`.
+    /// Solves K u = f and replaces the forces f by the displacements u of the free dofs, `[n_columns, n_free]`.
     ///
     /// # Errors
     /// If the solution does not converge, or memory does not suffice.
@@ -86,7 +86,7 @@ impl FeModel {
     /// the place of those that the model prescribes.
     ///
     /// # Errors
-    /// If memory does not suffice.
+    /// If memory does not suffice, or the run is cancelled.
     pub fn forces_of_prescribed_displacements(
         &self,
         prescribed: &[usize],

@@ -63,7 +63,7 @@ pub struct CondensedBody {
     model: FeModel,
     contact_nodes: Vec<usize>,
     solver: OnceLock<Box<dyn SymmetricSolver>>,
-    /// Cache and key with which the factor is read and stored; `None` if no factor is read.
+    /// Cache and key with which the first use of the solver reads or stores the factor; `None` if it uses no cache.
     factor_cache: Option<(FlexibilityCache, CacheKey)>,
     factor_was_cached: bool,
     resident_bytes: usize,
@@ -87,13 +87,14 @@ impl FeModel {
     /// Computes the flexibility of `contact_nodes` (mesh node indices), without a cache and within the default memory limit.
     ///
     /// # Errors
-    /// See [`Self::analyse`]. Also if K is singular, the factorisation fails its check, or the machine has too little memory.
+    /// See [`Self::analyse`]. Also if K is singular, the factorisation fails its check, conjugate gradients do not converge, or the
+    /// machine has too little memory.
     pub fn condense(self, contact_nodes: &[usize]) -> Result<CondensedBody> {
         self.condense_with(contact_nodes, &CondensationResources::default())
     }
 
-    /// As [`Self::condense`], within the memory limit and with the cache of `resources`. The flexibility is read from the cache if
-    /// it is there, and is otherwise computed and stored.
+    /// As [`Self::condense`], within the memory limit and with the cache of `resources`. If the cache contains the flexibility, it
+    /// is read; otherwise it is computed and stored.
     ///
     /// # Errors
     /// See [`Self::condense`]. A failed write to the cache is not an error; [`CondensedBody::origin`] reports it.
@@ -120,8 +121,8 @@ impl FeModel {
         CacheKey::new(self.stiffness(), &self.contact_rows(contact_nodes), method.name())
     }
 
-    /// Memory of a factorisation, bytes, which the cache stores with the flexibility of `contact_nodes` computed by `method`.
-    /// Checks only the header and the size of the cache entry. `None` if no entry passes this check.
+    /// Memory of a factorisation, bytes. The cache stores it with the flexibility of `contact_nodes` that `method` computed. Checks
+    /// only the header and the size of the cache entry. `None` if no entry passes this check.
     pub fn cached_factorisation_bytes(
         &self,
         contact_nodes: &[usize],
@@ -299,7 +300,7 @@ impl CondensedBody {
     }
 
     /// Displacement of the contact nodes due to unit forces on them, global axes, mm/N, `[3 n_c, 3 n_c]`. Component c of contact
-    /// node i has index 3 i + c. Rows of prescribed dofs are zero.
+    /// node i has index 3 i + c. Rows of prescribed dofs are zero. Unconstrained bodies use the generalised inverse.
     pub fn flexibility(&self) -> &SymmetricDense {
         &self.flexibility
     }

@@ -50,7 +50,8 @@ fn natural_modes([x, y, z]: [f64; 3]) -> Modes {
 }
 
 impl EnhancedStrain {
-    /// Modes of the element with nodes `nodes` and stiffness `c`; `mapped` are its integration points.
+    /// Modes of the element with nodes `nodes` and stiffness `c`. `samples` are its integration points, and `mapped` the same
+    /// points mapped to the element.
     pub fn new(
         nodes: &[[f64; 3]; 8],
         samples: &[ReferencePoint<8>],

@@ -29,7 +29,7 @@ pub struct FlexibilityEntry {
 
 impl CacheKey {
     /// Key of the flexibility of the rows `contact` of `stiffness`, computed by `method`. The hash covers the matrix, the rows in
-    /// their order, the method, the program version, and the instruction set of the dense kernels.
+    /// their order, the method, the versions of entry format and program, and the instruction set of the dense kernels.
     pub fn new(stiffness: &SymmetricSparse, contact: &[usize], method: &str) -> Self {
         let mut hash = CacheKeyBuilder::new(&format!("format {FORMAT} {method}"));
         let (offsets, rows, values) = stiffness.lower();

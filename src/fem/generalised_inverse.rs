@@ -112,7 +112,8 @@ impl GeneralisedInverse {
             inverse(&mut image)?;
             images.push(image);
         }
-        // Π K⁺ Πᵀ = K⁺ - X Rᵀ - R Xᵀ + R (Rᵀ M X) Rᵀ with X = K⁺ M R. Each middle term includes half of the last.
+        // Π K⁺ Πᵀ = K⁺ - X Rᵀ - R Xᵀ + R (Rᵀ M X) Rᵀ with X = K⁺ M R. Half of the last term is added to each of the two middle
+        // terms.
         let moved: Vec<Vec<f64>> = images.iter().map(|image| self.mean_motions(image)).collect();
         let row = |columns: &[Vec<f64>], row: Option<usize>| -> Vec<f64> {
             columns.iter().map(|column| row.map_or(0.0, |row| column[row])).collect()

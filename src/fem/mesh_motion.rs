@@ -21,7 +21,7 @@ use crate::mesh::faces::{SolidFace, SurfaceFace, solid_faces};
 use crate::mesh::quality;
 use crate::mesh::{CellRef, Mesh};
 
-/// Sine of the angle between a face and a direction below which the direction lies in the face.
+/// Sine of the largest angle between a face and a direction that counts as lying in the face.
 const FACE_ALIGNMENT_TOLERANCE: f64 = 1e-6;
 
 /// Motion, relative to the largest motion, below which a component counts as zero.
@@ -37,8 +37,8 @@ const ELEMENTS_PER_BATCH: usize = 512;
 /// other nodes, which follow the contact nodes. `contact` lists the faces of the contact surface.
 ///
 /// # Errors
-/// If an element would be inverted or folded, or one of its edges would lose more than nine tenths of its length. If memory does
-/// not suffice.
+/// If an element would be inverted at an integration point, more elements than before would be folded at their nodes, or an edge
+/// would lose more than nine tenths of its length. If a material or group of `spec` is not admissible, or memory does not suffice.
 pub(crate) fn move_mesh(
     spec: &FeSpec,
     contact: &[SurfaceFace],
@@ -76,7 +76,7 @@ pub(crate) fn move_mesh(
 }
 
 /// Projects the motion of each contact node into the plane of an adjoining plane face, such as a symmetry plane. The magnitude of
-/// the motion is kept.
+/// the motion is kept. A node whose motion is normal to the plane does not move.
 fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 3]) -> Vec<Option<Point>> {
     let mut motion = motion.to_vec();
     for (node, by) in motion.iter_mut().enumerate() {
@@ -250,7 +250,8 @@ fn degenerate(mesh: &Mesh, cell: CellRef) -> Error {
     Error::input(format!("element {} of {} is degenerate", mesh.tag(cell), mesh.source))
 }
 
-/// Checks a moved mesh. Returns an error if more elements fold at their nodes than before, or if an edge becomes too short.
+/// Checks a moved mesh. Returns an error if an element is inverted at an integration point, more elements fold at their nodes than
+/// before, or an edge becomes too short.
 fn check_moved_mesh(before: &Mesh, after: &Mesh) -> Result<()> {
     let folded = |mesh: &Mesh| Ok(quality::check(mesh)?.folded_at_nodes);
     let is = folded(after).context(|| "after moving its surface".to_owned())?;

@@ -63,8 +63,10 @@ impl FeModel {
     /// Assembles the body within a memory limit.
     ///
     /// # Errors
-    /// If the body does not fit (kind `Resources`). If an element is inverted or has no material, or a group is missing. If
-    /// supports contradict one another. If a body of several unconnected parts has free rigid-body modes; the message names them.
+    /// If the body does not fit into memory (kind `Resources`), or the run is cancelled. If an element is inverted, has no
+    /// material, or has enhanced strains without a positive definite stiffness. If a group is missing, or a value is not
+    /// admissible. If supports contradict one another or fix all nodes. If a body of several unconnected parts has free rigid-body
+    /// modes; the message names them.
     pub fn with_memory_limit(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
         let name = spec.name.clone();
         let build = || {

@@ -54,8 +54,8 @@ impl FeModel {
         Ok(forces)
     }
 
-    /// Forces of the supports on the body, global axes, N, `[n_points]`; zero at free dofs. A contact force on a prescribed dof is
-    /// included in the reaction.
+    /// Forces of the supports on the body, global axes, N, `[n_points]`; zero at free dofs. The force of a contact or a foundation
+    /// on a prescribed dof is included in the reaction.
     ///
     /// # Errors
     /// As [`Self::strain_energy`].

@@ -109,8 +109,9 @@ impl RigidBodyModes {
 /// Rigid-body modes that the supports of a body leave free, found without assembly; `None` if the body is fixed.
 ///
 /// # Errors
-/// If supports contradict one another. If a body of several parts without shared nodes is not fixed in all of them. Errors in the
-/// materials of the elements give `None` here; [`super::FeModel::new`] reports them.
+/// If a support or a foundation is not admissible, or supports contradict one another or fix all nodes. If a body of several parts
+/// without shared nodes is not fixed in all of them. Errors in the materials of the elements give `None` here;
+/// [`super::FeModel::new`] reports them.
 pub fn find_rigid_body_modes(spec: &FeSpec) -> Result<Option<RigidBodyModes>> {
     let Ok(regions) = ElementMaterials::new(spec) else { return Ok(None) };
     let dofs = DofMap::new(spec, &regions)?;

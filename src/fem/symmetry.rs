@@ -11,7 +11,7 @@ use crate::mesh::faces::group_faces;
 /// nodes from the plane, relative to the size of the plane.
 const PLANARITY_TOLERANCE: f64 = 1e-6;
 
-/// Component (0, 1, 2) along the normal of the plane faces of the physical group `name`.
+/// Displacement component (0, 1, 2) along the normal of the plane faces of the physical group `name`.
 ///
 /// # Errors
 /// If the group is missing, is no outer surface, or is not plane. If its normal is not along a coordinate axis.

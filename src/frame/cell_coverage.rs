@@ -16,17 +16,18 @@ const COVERAGE_TOLERANCE: f64 = 1e-9;
 /// Relative rounding error of a cell's area, divided by the rounding error of the coordinates relative to the cell's side.
 const AREA_PER_COORDINATE_ROUNDING: f64 = 8.0;
 
-/// Maximum uncovered share of a cell that is no grid cell. If two bodies end at one edge or symmetry plane, the gap slightly
-/// offsets their edges in a projection along an inclined cell normal. Averages refer to the covered part.
+/// Maximum uncovered share of a cell outside grids. Where two bodies end at the same edge or symmetry plane, the gap between them
+/// slightly separates their edges in the projection along an inclined cell normal. Averages over these cells refer to the covered
+/// part.
 const MAX_UNCOVERED_SHARE: f64 = 0.1;
 
 /// Coverage of one cell by the contact faces, and the weights of a cell average.
 pub(super) struct CellCoverage {
-    /// Pairs (mesh node or index of another basis function, weight), ascending.
+    /// Weights of the cell average: pairs (index, weight) in ascending order. The index is a mesh node or another basis function.
     pub(super) weights: Vec<(usize, f64)>,
     /// Covered share of the cell.
     pub(super) coverage: f64,
-    /// A face that is folded in the projection along the cell's normal.
+    /// A face that is folded in the projection along the cell's normal, if any.
     folded: Option<usize>,
 }
 
@@ -37,13 +38,13 @@ pub(super) struct FacetIndex<'a> {
     tree: BallTree,
 }
 
-/// Convex part of a cell under one facet.
+/// Convex part of a cell that one facet covers.
 pub(super) struct CellOverlap {
     facet: usize,
     pub(super) plane: ProjectedFacet,
     pub(super) common: Polygon,
     pub(super) area: f64,
-    /// Height of the facet above the cell.
+    /// Height of the mean of the facet's corners above the cell's centre, along the cell's normal.
     height: f64,
 }
 
@@ -63,8 +64,8 @@ impl<'a> FacetIndex<'a> {
         self.facets[hit.facet].face
     }
 
-    /// Overlaps of a cell with the facets, and a folded face, if any. If several sheets of faces cover a cell that is no grid cell,
-    /// only the nearest sheets count.
+    /// Overlaps of a cell with the facets, and a folded face, if any. If faces cover a cell outside grids more than once, only the
+    /// nearest sheets of connected faces count.
     pub(super) fn overlaps(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
         let (mut hits, folded) = self.hits(frame, cell);
         let area = frame.areas[cell];
@@ -76,7 +77,7 @@ impl<'a> FacetIndex<'a> {
         (hits, folded)
     }
 
-    /// Weights and coverage of one cell, by nodes of the mesh.
+    /// Weights of the mesh nodes in the average over one cell, and the coverage of this cell.
     pub(super) fn cover(&self, frame: &ContactFrame, cell: usize) -> CellCoverage {
         self.cover_of(frame, cell, &|face, local| vec![(self.faces[face].nodes[local], 1.0)])
     }
@@ -239,7 +240,8 @@ pub(super) fn is_covered(frame: &ContactFrame, cell: usize, cover: &CellCoverage
     cover.coverage >= 1.0 - missing
 }
 
-/// Refuses cells that the faces cover incompletely or more than once.
+/// Returns an error if the faces do not cover a cell sufficiently, or cover it more than once. If a face over the first of these
+/// cells is folded, the error names this face.
 pub(super) fn refuse_uncovered(
     frame: &ContactFrame,
     covers: &[CellCoverage],

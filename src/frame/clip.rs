@@ -137,7 +137,8 @@ mod tests {
     }
 
     /// Truth: each part is convex, and the areas of the parts sum to the area of the polygon, known by hand. An L, its mirror image
-    /// and a dart are divided. A square with a fifth corner on one side, also shifted by rounding, stays whole.
+    /// and a dart are divided. A square with a fifth corner on one side stays whole, also if rounding moves this corner off the
+    /// side.
     #[test]
     fn parts_of_a_polygon_are_convex() {
         let l = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];

@@ -9,8 +9,8 @@ use crate::geometry::Point;
 const STRIP_WIDTH: f64 = 1e-3;
 
 impl ContactFrame {
-    /// Narrow strips beyond the edges of the frame, as cells of a separate frame, and the neighbouring cell of each strip. Outlines
-    /// and periodic sides are no edges.
+    /// Narrow strips beyond the edges of the frame, as cells of a separate frame, and the neighbouring cell of each strip. On
+    /// grids, neither the boundary of an outline nor a periodic side counts as an edge.
     pub fn strips_beyond_edges(&self) -> (Self, Vec<usize>) {
         let (mut strips, mut cells) = (FrameBuilder::default(), Vec::new());
         for (cell, [a, b]) in self.outer_edges() {
@@ -25,7 +25,7 @@ impl ContactFrame {
         (strips.frame([0.0; 2], self.azimuth), cells)
     }
 
-    /// Edges of the frame: the cell, and the end points of its edge, counter-clockwise.
+    /// Outer edges of the frame: the cell of each edge, and the end points of the edge, counter-clockwise around the cell.
     fn outer_edges(&self) -> Vec<(usize, [Point; 2])> {
         let mut found = Vec::new();
         if let Some(grid) = self.grid {

@@ -34,6 +34,6 @@ pub(super) fn edge_key(a: &Point, b: &Point) -> EdgeKey {
 }
 
 fn bits(point: &Point) -> [u64; 3] {
-    // Adding zero turns -0 into +0, so that both are equal.
+    // Adding zero turns -0 into +0, so that the bits of both zeros are equal.
     [(point.x + 0.0).to_bits(), (point.y + 0.0).to_bits(), (point.z + 0.0).to_bits()]
 }

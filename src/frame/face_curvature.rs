@@ -1,8 +1,9 @@
 //! Curvature correction of flat faces: estimates from neighbouring nodes how far a curved surface lies from its flat faces.
 //!
 //! The nodes of first-order faces lie on the surface. An edge of length h deviates from a surface of radius R by up to h^2 / (8 R).
-//! A quadratic fit through the nodes around each node gives the curvature there. An edge is corrected by the smaller of the
-//! curvatures at its ends. If these differ in sign, the edge is not corrected, so that creases between plane faces stay.
+//! A quadratic fit through the neighbours of each node gives the curvature at this node. An edge is corrected by the smaller of the
+//! curvatures at its ends. If these differ in sign or one is unknown, the edge is not corrected, so that creases between plane
+//! faces stay.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -20,8 +21,8 @@ use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Smallest cosine of the angle between a face normal and the nodal normal. If a face has a smaller cosine, the node lies on an
-/// edge of the body.
+/// Smallest cosine of the angle between a face normal and the nodal normal at a smooth node. If a face at a node has a smaller
+/// cosine, the node lies on an edge of the body.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
 /// Layers of faces are added until a node has at least this many neighbours for the quadratic fit.
@@ -38,14 +39,15 @@ const RANK_TOLERANCE: f64 = 1e-6;
 pub struct EdgeSagitta {
     /// Length of the edge, mm.
     pub length: f64,
-    /// Height of the surface over the midpoint for the curvature at each end, positive outward, mm.
+    /// Height of the surface over the midpoint for the curvature at each end, positive outward, mm. An end on a crease gets the
+    /// height for the other end.
     pub sagittas_at_ends: [f64; 2],
     /// Offset by which the correction moves the midpoint, global axes, mm.
     midpoint_offset: Point,
 }
 
 impl EdgeSagitta {
-    /// The larger absolute height, mm.
+    /// The larger of the absolute heights for the two ends, mm.
     pub fn largest(&self) -> f64 {
         self.sagittas_at_ends[0].abs().max(self.sagittas_at_ends[1].abs())
     }
@@ -55,7 +57,7 @@ impl EdgeSagitta {
         self.midpoint_offset.norm()
     }
 
-    /// Difference between the larger absolute height and the applied height, mm. Zero if the end curvatures are known and equal.
+    /// Difference between the larger absolute height and the applied height, mm; 0 if both end curvatures are known and equal.
     pub fn disagreement(&self) -> f64 {
         self.largest() - self.applied()
     }
@@ -68,7 +70,7 @@ struct Curvature {
 }
 
 /// Sagittas of the edges of `faces`, one list per face in the order of its edges. `None` for second-order faces, whose middle nodes
-/// lie on the surface, and for edges with both ends on creases.
+/// lie on the surface, for edges with both ends on creases, and for the fourth entry of triangles.
 pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagitta>; 4]> {
     let mut around: HashMap<usize, Vec<usize>> = HashMap::new();
     let flat = faces.iter().enumerate().filter(|(_, face)| !is_quadratic(face.kind));
@@ -86,7 +88,7 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
             }
             _ => Point::zeros(),
         };
-        // At a crease the curvature is unknown, so the other end is used.
+        // At a crease the curvature is unknown, so the curvature at the other end is used.
         let known = ends[0].or(ends[1])?;
         Some(EdgeSagitta {
             length: chord.norm(),
@@ -180,7 +182,8 @@ impl Curvature {
     }
 }
 
-/// Least-squares quadratic surface through a node, fitted to its neighbours. `None` at an edge of the body.
+/// Curvature at a node from a least-squares quadratic surface through this node, fitted to its neighbours. `None` at an edge of the
+/// body, or if the fit fails.
 fn curvature(
     mesh: &Mesh,
     faces: &[SurfaceFace],

@@ -62,7 +62,8 @@ impl FaceMap {
     /// Map between `frame` and the outward contact `faces` of body `side` in `mesh`.
     ///
     /// # Errors
-    /// If a face is folded in the projection along a cell's normal, or a cell is not covered exactly once by the faces.
+    /// If the faces cover a cell more than once, or not sufficiently for contact (as in `covered_cells`). A face that is folded in
+    /// the projection along the cell's normal does not count as covering the cell.
     pub fn new(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<Self> {
         let own_node = |face: usize, local: usize| vec![(faces[face].nodes[local], 1.0)];
         Self::with_basis(frame, mesh, (side, faces), own_node)
@@ -115,7 +116,7 @@ impl FaceMap {
         Self { nodes, rows, columns, triads: self.triads.clone(), areas: self.areas.clone() }
     }
 
-    /// Contact nodes: mesh nodes with a nonzero weight in a cell, ascending, `[n_c]`.
+    /// Contact nodes: mesh nodes (or basis functions of [`Self::with_basis`]) with a weight in a cell, ascending, `[n_c]`.
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
     }

@@ -17,9 +17,9 @@ impl ContactFrame {
     ///
     /// A cell is the projection of a face along the mean normal of this face (the direction of its vector area). Area, centroid and
     /// corners of a plane face with straight edges are exact. A curved edge of order 2 becomes two straight ones through its middle
-    /// node. The normal is the outward one on body 1 and its opposite on body 2. The local x follows the direction `azimuth`
-    /// (radians from global x). `center` is the origin of gap shapes and moments in global x, y; the z of this origin is the mean
-    /// height of the cells. The frame's own n is vertical ([`ContactFrame::with_normal`]).
+    /// node. The cell normal is the outward normal of the face on body 1, and its opposite on body 2. The local x follows the
+    /// direction `azimuth` (radians from global x). `center` is the origin of gap shapes and moments in global x, y; the z of this
+    /// origin is the mean height of the cells. The frame's own n is vertical until [`ContactFrame::with_normal`] replaces it.
     ///
     /// # Errors
     /// If the group is missing, empty or not made of outer faces, or a face has no area.
@@ -41,7 +41,7 @@ impl ContactFrame {
     }
 
     /// Replaces the frame's own direction n (towards body 2). `approach` moves body 2 against n. Resultants are given along x, y
-    /// and n, with x along the projection of the azimuth's direction perpendicular to n. The cells keep their own axes.
+    /// and n. The axis x is the direction of the azimuth, projected onto the plane normal to n. The cells keep their own axes.
     pub fn with_normal(mut self, normal: Point) -> Self {
         let toward = Point::new(self.azimuth.cos(), self.azimuth.sin(), 0.0);
         self.axes = Triad::from_normal(normal, toward);
@@ -57,7 +57,7 @@ impl ContactFrame {
         self.select(kept)
     }
 
-    /// As [`Self::retain_cells`], but keeps the grid and all data by grid position.
+    /// Retains the cells for which `kept` holds, as [`Self::retain_cells`], but keeps the grid and all data by grid position.
     pub(super) fn select(mut self, kept: &[bool]) -> Self {
         fn only<T>(values: &mut Vec<T>, kept: &[bool]) {
             let mut flags = kept.iter();
@@ -87,13 +87,14 @@ pub(super) struct FrameBuilder {
 }
 
 impl FrameBuilder {
-    /// Adds the cell with `corners`, counter-clockwise seen against its normal. `None` if it has no area.
+    /// Adds the cell with `corners`, counter-clockwise seen against its normal; its local x follows `toward`. `None` if it has no
+    /// area.
     pub(super) fn push(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
         self.push_part(corners, (false, [false; 3]), toward)
     }
 
-    /// Adds the part with `corners` of a cell that symmetry planes cut ([`reflect_cell`]), with the axes and the centre of the
-    /// whole cell. `None` if it has no area.
+    /// Adds a cell that symmetry planes cut, by the `corners` of its part in the model ([`reflect_cell`]). Its axes and its centre
+    /// are those of the whole cell. `None` if it has no area.
     pub(super) fn push_part(
         &mut self,
         corners: Vec<Point>,

@@ -1,8 +1,9 @@
 //! Contact faces of any order, divided into facets with linear or bilinear maps.
 //!
-//! A second-order face with middle nodes in the middle of its edges is one facet. A curved one is divided at its middle nodes into
-//! four. The facets only map points of the cell to points of the face. On curved faces this map has an error of the order of the
-//! squared face size. The shape functions still belong to the whole face.
+//! A second-order face is one facet if its middle nodes lie at the midpoints of its edges, and a central node at its centre.
+//! Otherwise the face is divided at its middle nodes into four facets. The facets only map points of the cell to points of the
+//! face. On curved faces this map has an error of the order of the squared face size. The shape functions still belong to the whole
+//! face.
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::geometry::{Point, Side};
@@ -12,8 +13,9 @@ use crate::mesh::faces::SurfaceFace;
 /// Maximum distance of a middle node from the midpoint of its edge, relative to the edge length, for a straight edge.
 const MIDSIDE_TOLERANCE: f64 = 1e-9;
 
-/// Corners of the facets as node numbers of the face; 8 is the centre of a quadrangle.
+/// Corners of the four facets of a curved triangle, as node numbers of the face.
 const FOUR_TRIANGLES: [&[usize]; 4] = [&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]];
+/// Corners of the four facets of a curved quadrangle, as node numbers of the face; 8 is its centre.
 const FOUR_SQUARES: [&[usize]; 4] = [&[0, 4, 8, 7], &[4, 1, 5, 8], &[8, 5, 2, 6], &[7, 8, 6, 3]];
 
 /// Part of a face: three or four corners, counter-clockwise seen against n, with their reference coordinates.
@@ -27,7 +29,7 @@ pub(super) struct Facet {
     pub(super) scale: f64,
 }
 
-/// Reference coordinates of a face's nodes, and of the centre of a quadrangle.
+/// Reference coordinates of a face's corners, of the midpoints of its edges, and of the centre of a quadrangle.
 fn reference_nodes(kind: ElementKind) -> Vec<[f64; 2]> {
     let n = kind.n_corners();
     let corners = &kind.face_reference_nodes()[..n];

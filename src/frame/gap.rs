@@ -14,14 +14,14 @@ pub enum GapShape {
         /// Radius R.
         radius: f64,
     },
-    /// Principal radii of relative curvature: x^2 / (2 R1) + y^2 / (2 R2) along axes turned by `angle`.
+    /// Surface with the principal radii R1, R2 of relative curvature: x^2 / (2 R1) + y^2 / (2 R2) along axes turned by `angle`.
     Ellipsoid {
         /// Radii R1, R2.
         radii: [f64; 2],
         /// Angle of the first principal direction.
         angle: f64,
     },
-    /// Ellipsoid by its semi-axes a, b and c along n, about axes turned by `angle`: c (x^2 / a^2 + y^2 / b^2) / 2, or
+    /// Ellipsoid by its semi-axes a and b in the frame's plane, turned by `angle`, and c along n: c (x^2 / a^2 + y^2 / b^2) / 2, or
     /// c - c sqrt(1 - x^2 / a^2 - y^2 / b^2) if exact.
     SemiAxes {
         /// Semi-axes a, b, c.
@@ -52,7 +52,7 @@ pub enum GapShape {
     Heights(HeightTable),
     /// Given distance for each cell, `[N]`, mm, used unchanged.
     PerCell(Vec<f64>),
-    /// Distance along n between the meshed surfaces of the bodies, which the coupling evaluates.
+    /// Distance along n between the meshed surfaces of the bodies; the coupling evaluates it.
     Mesh,
 }
 
@@ -63,7 +63,7 @@ pub struct InitialGap {
     pub shape: GapShape,
     /// Position of the shape's origin along the frame's x and y, from the frame's origin, mm.
     pub offset: [f64; 2],
-    /// Uses the exact surface instead of the osculating paraboloid.
+    /// Whether the exact surface replaces the osculating paraboloid.
     pub exact: bool,
 }
 
@@ -74,11 +74,12 @@ impl From<GapShape> for InitialGap {
 }
 
 impl InitialGap {
-    /// Gap at the centre of each cell, `[N]`, mm. Zero at the origin of a closed form, or at the smallest height over the frame.
+    /// Gap at the centre of each cell, `[N]`, mm. It is zero at the origin of a closed form, or at the smallest of given heights
+    /// over the frame. The values of [`GapShape::PerCell`] stay unchanged.
     ///
     /// # Errors
-    /// If a parameter is not admissible, the frame reaches beyond an exact surface, or heights do not match the frame. Also for
-    /// [`GapShape::Mesh`], which needs the bodies.
+    /// If a parameter is not admissible, the frame reaches beyond an exact surface, or heights or values per cell do not match the
+    /// frame. Also for [`GapShape::Mesh`], which needs the bodies.
     pub fn evaluate(&self, frame: &ContactFrame) -> Result<Vec<f64>> {
         self.check()?;
         if let GapShape::Heights(heights) = &self.shape {
@@ -293,7 +294,7 @@ mod tests {
         }
     }
 
-    /// Truth: each inadmissible gap is an error whose message names the key or the remedy.
+    /// Truth: each inadmissible gap is an error whose message names the key, the cause or the remedy.
     #[test]
     fn nonsense_is_refused() {
         let refused = |shape: GapShape, exact: bool, word: &str| {

@@ -14,8 +14,8 @@ impl ContactFrame {
     /// rotated by `azimuth` (radians) from global x. All normals are +z.
     ///
     /// # Errors
-    /// If a half-width is not positive and finite, a number of cells is zero, or the centre or azimuth is not finite. If the cells
-    /// do not fit into memory.
+    /// If a half-width is not positive and finite, a number of cells is zero, the centre or azimuth is not finite, or the cells do
+    /// not fit into memory.
     pub fn grid(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64) -> Result<Self> {
         check(half_width, cells, center, azimuth)?;
         let spacing = [2.0 * half_width[0] / cells[0] as f64, 2.0 * half_width[1] / cells[1] as f64];
@@ -23,7 +23,7 @@ impl ContactFrame {
     }
 
     /// The grid enlarged by `more` cells on each side along its x and y. Existing cells keep their positions bit by bit. `None` if
-    /// the frame is a mesh, has an outline or is periodic.
+    /// the frame is no grid, has an outline that excludes cells, or is periodic.
     ///
     /// # Errors
     /// If the cells do not fit into memory.
@@ -87,7 +87,8 @@ impl Grid {
         (line - 0.5 * self.cells[axis] as f64) * self.spacing[axis]
     }
 
-    /// Global point at the grid lines `lines` along x and y, half steps included. `triad` holds the frame's axes.
+    /// Global point at the positions `lines` along x and y, in grid lines (half steps are cell centres). `triad` holds the frame's
+    /// axes.
     fn point(&self, triad: &Triad, lines: [f64; 2]) -> Point {
         let [x, y] = [0, 1].map(|axis| self.coordinate(axis, lines[axis]));
         Point::new(self.center[0], self.center[1], 0.0) + triad.to_global(&Point::new(x, y, 0.0))
@@ -152,8 +153,8 @@ fn check_cells(cells: [usize; 2]) -> Result<()> {
 mod tests {
     use super::*;
 
-    /// Truth: cell (ix, iy) has the index ix * ny + iy, and the total area is 4 w_x w_y. Corners are counter-clockwise, and the
-    /// centres have their mean at the origin.
+    /// Truth: cell (ix, iy) has the index ix * ny + iy, and the total area is 4 w_x w_y. Corners are counter-clockwise, the mean of
+    /// the centres is the origin, and two cells lie inside the edge.
     #[test]
     fn cells_lie_as_defined() {
         let frame = ContactFrame::grid([1.2, 0.6], [4, 3], [5.0, -2.0], 0.3).unwrap();
@@ -170,7 +171,7 @@ mod tests {
         assert_eq!(frame.edge_cells().iter().filter(|r| !**r).count(), 2);
     }
 
-    /// Truth: the edge cells of a grid found from shared edges are the outermost rows.
+    /// Truth: the outermost rows of a grid are the cells with an edge that no other cell shares.
     #[test]
     fn rims_agree() {
         let frame = ContactFrame::grid([1.0, 1.0], [5, 4], [0.0, 0.0], 0.0).unwrap();

@@ -1,7 +1,7 @@
 //! First touch of two surfaces: their smallest pointwise distance, not the smallest cell average.
 //!
 //! Over each cell, the distance is evaluated on the common refinement of the faces of both bodies, at corners, midpoints of edges
-//! and centroids. A search finds the minimum where the distance may be smaller in between, as between curved faces.
+//! and centroids. Where the distance may be smaller between these points, as between curved faces, a search finds the minimum.
 
 use rayon::prelude::*;
 
@@ -14,14 +14,14 @@ use super::shape_integrals::ProjectedFacet;
 use crate::element::{ElementKind, MAX_FACE_NODES};
 use crate::geometry::{Point, bounds};
 
-/// Maximum number of halvings of the search step, which starts at half of the edges and diagonals of a polygon.
+/// Maximum number of halvings of the search step. The first steps are half of the edge and diagonal vectors of a region.
 const MAX_STEP_HALVINGS: usize = 16;
 
-/// Maximum number of rounds of a search.
+/// Maximum number of rounds of a search; each round tries all directions.
 const MAX_SEARCH_ROUNDS: usize = 200;
 
-/// Twice the area of the triangle of an edge and a point outside, relative to the region's squared size, up to which the point
-/// counts as inside.
+/// A point outside a region counts as inside up to this value: twice the area of its triangle with an edge, relative to the
+/// region's squared size.
 const INSIDE_TOLERANCE: f64 = 1e-12;
 
 /// Faces of a body with curvature-corrected edges.
@@ -31,7 +31,7 @@ struct CurvedSurface<'a> {
     bows: Vec<[Point; 4]>,
 }
 
-/// Convex part of a cell under one face. The height of the face over the cell is a sum of shape functions.
+/// Convex part of a cell under one face. The shape functions of the face interpolate its height over the cell.
 struct FacePiece {
     polygon: Polygon,
     plane: ProjectedFacet,
@@ -67,8 +67,8 @@ struct DistanceRange {
     spread: f64,
 }
 
-/// Motion of body 2 against the frame's n until first touch, mm. Infinite if no cell counts. A surface `None` is the plane through
-/// the global origin perpendicular to n.
+/// Motion of body 2 against the frame's n until first touch, mm. Infinite if no cell counts or neither body has a surface. If one
+/// surface is `None`, the plane through the global origin perpendicular to n replaces it.
 ///
 /// A cell counts if the component of its normal along n exceeds the fraction `facing` of the largest component. The result is the
 /// minimum over these cells of the distance along the cell normal, divided by this component. First-order faces are
@@ -154,8 +154,8 @@ impl OverlapRegion<'_> {
         self.polygon.iter().copied().chain((0..n).map(middle)).chain(std::iter::once(center))
     }
 
-    /// Whether the point lies inside or on the border. Signed areas above `-slack` count as inside, so that degenerate edges from
-    /// clipping exclude no point.
+    /// Whether the point lies inside or on the border. An edge does not exclude the point if twice their signed area is at least
+    /// `-slack`, so that degenerate edges from clipping exclude no point.
     fn contains(&self, x: [f64; 2], slack: f64) -> bool {
         let n = self.polygon.len();
         (0..n).all(|i| twice_signed_area(self.polygon[i], self.polygon[(i + 1) % n], x) >= -slack)

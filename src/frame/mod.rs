@@ -35,7 +35,7 @@ pub use gap::{GapShape, InitialGap};
 pub use initial_contact::first_touch;
 pub use outline::Outline;
 
-/// Cells whose normal has a smaller component along the frame's n count as perpendicular to the frame's plane.
+/// Cells whose normal has a smaller component along the frame's n count as perpendicular to the frame's plane or turned away.
 const PERPENDICULAR_COSINE: f64 = 1e-6;
 
 /// Layout of a uniform grid frame; cell (ix, iy) has the grid position `ix * cells[1] + iy`.
@@ -58,7 +58,7 @@ pub struct Grid {
 pub struct ContactFrame {
     /// Cell centres, global.
     pub centers: Vec<Point>,
-    /// Corners of each cell, counter-clockwise seen against its normal, global; `None` for cells of the grid
+    /// Corners of each cell, counter-clockwise seen against its normal, global. `None` if the grid defines them
     /// ([`ContactFrame::corners`]).
     pub polygons: Option<Vec<Vec<Point>>>,
     /// Areas, mm2.
@@ -71,7 +71,7 @@ pub struct ContactFrame {
     pub azimuth: f64,
     /// The frame's own axes (x, y, n), used for rigid motions of body 2, resultants and gap shapes.
     pub axes: Triad,
-    /// The grid, if the frame is a grid or a part of one.
+    /// The grid, if the frame is a grid, or a grid from which an outline excludes cells.
     pub grid: Option<Grid>,
     /// Grid position of each cell, ascending, if an outline excludes some cells ([`ContactFrame::clipped_to`]); `None` if the grid
     /// is complete or the frame is no grid.
@@ -85,7 +85,8 @@ pub struct ContactFrame {
     pub symmetry_planes: Option<Vec<[bool; 3]>>,
     /// Global axes x, y, z that are normal to a symmetry plane of both bodies at which the frame ends.
     pub symmetry_bounds: [bool; 3],
-    /// Cells at edges of the frame where a body also ends, so that contact is not cut off there, `[N]`; `None` if there are none.
+    /// Whether each cell lies at an edge of the frame where a body also ends, `[N]`. The frame does not cut off contact at this
+    /// edge. `None` if no cell lies at an edge of this kind.
     pub body_ends: Option<Vec<bool>>,
 }
 
@@ -153,8 +154,8 @@ impl ContactFrame {
         })
     }
 
-    /// Whether each cell has a free edge, which no other cell shares, on the frame's edge, `[N]`. Excludes periodic sides, edges of
-    /// an outline, and cells where a body ends.
+    /// Whether each cell lies at the edge of the frame, with an edge that no other cell shares, `[N]`. Periodic sides, edges of an
+    /// outline, and cells where a body ends do not count.
     pub fn edge_cells(&self) -> Vec<bool> {
         let mut on_edge = match (self.grid, &self.grid_indices) {
             (Some(grid), None) => grid.edge_cells(),
@@ -186,7 +187,8 @@ impl ContactFrame {
         self.grid.is_some_and(|grid| grid.periodic != [false; 2])
     }
 
-    /// Whether all cells face along n, so that each point of the frame's plane has at most one cell.
+    /// Whether the normals of all cells have a positive component along n, so that each point of the frame's plane has at most one
+    /// cell.
     pub fn is_single_valued(&self) -> bool {
         let n = self.axes.normal();
         self.triads.distinct().iter().all(|triad| triad.normal().dot(&n) > PERPENDICULAR_COSINE)

@@ -1,12 +1,10 @@
 //! Contact frames with one cell per node of a body's contact faces. A cell is the part of these faces nearest to its node.
 //!
 //! Two meshed bodies have no flexibility for tractions that alternate in sign from face to face: the bilinear displacement of a
-//! quadrangle averages them out. One traction per face of the finer mesh thus leaves a checkerboard mode undetermined. One traction
-//! per node avoids this: on a regular mesh, a checkerboard of tractions on nodal cells causes nodal forces of 1/4 of traction times
-//! area.
-//!
-//! # Source
-//! Condition for unique tractions: no region may have more frame points than displacement nodes of the finer side.
+//! quadrangle averages these tractions out. One traction per face of the finer mesh thus leaves a checkerboard mode undetermined.
+//! One traction per node avoids this: on a regular mesh, a checkerboard of tractions on nodal cells causes nodal forces of 1/4 of
+//! traction times area. In general, tractions are unique only if no region has more frame points than displacement nodes of the
+//! finer side.
 
 use std::collections::HashMap;
 
@@ -18,7 +16,7 @@ use crate::geometry::{Point, format_point};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
-/// A face at a node: the far nodes of the edges after and before the node, and the face's centre.
+/// A face at a node: the far nodes of the edges after and before the node, counter-clockwise, and the face's centre.
 struct FaceCorner {
     after: usize,
     before: usize,
@@ -28,7 +26,7 @@ struct FaceCorner {
 impl ContactFrame {
     /// One cell per node of the physical group `group` of the mesh of body `side`, in the order of the nodes. If several fans of
     /// faces meet only at a node, each fan gives a cell. The cell is the polygon through the midpoints of the edges and faces
-    /// around the node (at the group's border also through the node itself). Axes, areas and the other arguments are those of
+    /// around the node (at the group's border also through the node itself). Axes, areas and the other arguments are defined as in
     /// [`ContactFrame::from_faces`].
     ///
     /// The nodes in `planes` lie on symmetry planes at which the body is cut. The cell of such a node is half (a quarter at the
@@ -66,7 +64,7 @@ impl ContactFrame {
     }
 }
 
-/// Faces around each node, counter-clockwise seen against the frame's normal.
+/// Faces around each node. The nodes of each face run counter-clockwise, seen against the frame's normal.
 fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usize, Vec<FaceCorner>>> {
     let mut around: HashMap<usize, Vec<FaceCorner>> = HashMap::new();
     for face in faces {

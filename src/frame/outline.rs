@@ -34,8 +34,8 @@ pub enum Outline {
     },
 }
 
-/// Maximum distance of points that count as on the curve, relative to the size of the outline (for polygons, of the edge). Cells
-/// that are mirror images of each other are then both inside or both outside.
+/// Maximum distance of points that count as on the curve, relative to the size of a circle or ellipse, or to the length of a
+/// polygon's edge. With this tolerance, cells that are mirror images of each other are both inside or both outside.
 const BOUNDARY_TOLERANCE: f64 = 1e-10;
 
 /// Maximum number of vertices of a polygon; all pairs of its edges are compared.
@@ -45,7 +45,8 @@ impl Outline {
     /// Checks that the outline encloses an area and does not intersect itself.
     ///
     /// # Errors
-    /// If the check fails; the message gives the numbers of edges or vertices (from 1).
+    /// If a value is not finite, a length is not positive, or a polygon has fewer than 3 or too many vertices, equal successive
+    /// vertices, or edges that meet. Messages number edges and vertices from 1.
     pub fn check(&self) -> Result<()> {
         let positive = |what: &str, value: f64| {
             let fine = value.is_finite() && value > 0.0;
@@ -227,7 +228,7 @@ fn folds_back(p: [[f64; 2]; 2], q: [[f64; 2]; 2]) -> bool {
     turn(common, a, b) == 0.0 && along > 0.0
 }
 
-/// Whether a point lies in a polygon or on its border, by the parity of the edges to its right.
+/// Whether a point lies in a polygon or on its border, by the parity of the number of edges to its right.
 fn in_polygon(vertices: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
     let n = vertices.len();
     let mut inside = false;
@@ -256,8 +257,8 @@ mod tests {
         frame.clipped_to(outline).unwrap().areas.iter().sum()
     }
 
-    /// Truth: the cells inside an outline have the total area of the outline. Tolerance 3e-3: error of counting cells, with 75 or
-    /// 30 cells along a radius; the errors of border cells average out. The L has the tolerance 0.02.
+    /// Truth: the cells inside an outline have the total area of the outline. Tolerance 3e-3: error of counting cells, with at
+    /// least 30 cells along a radius or semi-axis; the errors of border cells average out. The tolerance of the L is 0.02.
     #[test]
     fn cells_fill_the_outline() {
         let circle = Outline::Circle { radius: 1.5, center: [0.2, -0.1] };
@@ -300,7 +301,8 @@ mod tests {
         assert!(wide.edge_cells().contains(&true), "the grid's edge is one");
     }
 
-    /// Truth: each inadmissible outline is an error that names the wrong value, or the edges or vertices by number.
+    /// Truth: each inadmissible outline is an error that names the wrong value, the edges or vertices by number, or the size of the
+    /// outline.
     #[test]
     fn nonsense_is_refused() {
         let refused = |outline: Outline, word: &str| {

@@ -33,7 +33,7 @@ pub(super) enum Facing {
     Towards,
     /// Seen from the back or edge-on.
     Away,
-    /// Neither: folded at a corner.
+    /// Neither: folded or not convex at a corner.
     Folded,
 }
 
@@ -107,8 +107,9 @@ impl ProjectedFacet {
     /// The integral is transformed to facet coordinates, with J the Jacobian of `map`. By Green's theorem it becomes a boundary
     /// integral: the integral of N_j J is the boundary integral of F_j d(eta), with dF_j/d(xi) = N_j J. Two Gauss points give F_j,
     /// because N_j J has degree 3 in xi at most. Along straight edges F_j is a smooth function of one variable. On triangles and
-    /// parallelograms it is a polynomial of degree 5 at most, for which three Gauss points are exact. Inner edges of neighbouring
-    /// polygons cancel, so that sums over a partition of the face are exact on any quadrangle.
+    /// parallelograms it is a polynomial of degree 5 at most, for which three Gauss points are exact. On other quadrangles, rules
+    /// of increasing order are used until the integrals converge. Inner edges of neighbouring polygons cancel, so that sums over a
+    /// partition of the face are exact on any quadrangle.
     pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MAX_FACE_NODES] {
         let bend = self.map[3][0].hypot(self.map[3][1]);
         let size = self.map[1][0].hypot(self.map[1][1]).max(self.map[2][0].hypot(self.map[2][1]));
@@ -149,7 +150,7 @@ impl ProjectedFacet {
         [[p[0] + r[0] * eta, p[1] + r[1] * eta], [q[0] + r[0] * xi, q[1] + r[1] * xi]]
     }
 
-    /// Facet coordinates of a point in the facet, by Newton's method (one step on triangles and parallelograms).
+    /// Facet coordinates of a point in the facet, by Newton's method (exact after one step on triangles and parallelograms).
     fn invert(&self, x: [f64; 2]) -> [f64; 2] {
         let mut own = [0.0, 0.0];
         for _ in 0..50 {

@@ -1,4 +1,5 @@
-//! Closed surface of a body that is meshed without solids: checks that it is closed, and turns its normals outward.
+//! Closed surfaces of bodies: extracts the boundary surface of solids, checks that a surface is closed, and turns its normals
+//! outward.
 
 use std::collections::HashMap;
 
@@ -11,13 +12,14 @@ use crate::geometry::{Point, fan_area_vectors, format_point};
 /// Largest number of edges that a message names.
 const MAX_NAMED_EDGES: usize = 6;
 
-/// Cosine of the angle between the normals of two faces, up to which their edge is an edge of the geometry.
+/// Cosine of the angle between the normals of two neighbouring faces: up to this value their common edge is an edge of the
+/// geometry, above it the surface is smooth there.
 const CREASE_COSINE: f64 = 0.95;
 
 /// Area divided by the square of the longest edge, up to which an element counts as without area.
 const MIN_RELATIVE_AREA: f64 = 1e-6;
 
-/// Cells at an edge: index, and whether the cell runs along the edge from the smaller node number.
+/// Cells at an edge: index, and whether the cell traverses the edge from the smaller to the larger node number.
 type EdgeCells = Vec<(usize, bool)>;
 
 /// Surface cells of a mesh, and their edges.

@@ -13,7 +13,7 @@ use crate::geometry::{Point, fan_area_vectors};
 pub struct SurfaceFace {
     /// Element kind of the face.
     pub kind: ElementKind,
-    /// Nodes in gmsh's order; the normal points out of the solid.
+    /// Nodes in gmsh's order. The normal points out of the solid; a mesh without solids keeps the normal of the surface cell.
     pub nodes: Vec<usize>,
     /// Solid of the face; without solids, the surface cell itself.
     pub owner: CellRef,
@@ -29,17 +29,17 @@ impl SurfaceFace {
         (self.owner, self.local_face)
     }
 
-    /// Area between the corners, mm2.
+    /// Area of the triangles between the corners, in the scene's length unit squared.
     pub fn area(&self, mesh: &Mesh) -> f64 {
         self.triangle_area_vectors(mesh).map(|triangle| triangle.norm()).sum()
     }
 
-    /// Outward area vector between the corners, mm2.
+    /// Outward area vector of the polygon of the corners, in the scene's length unit squared.
     pub fn area_vector(&self, mesh: &Mesh) -> Point {
         self.triangle_area_vectors(mesh).sum()
     }
 
-    /// Area vectors of the triangles between the first corner and the other corners.
+    /// Area vectors of the triangles that the first corner forms with each pair of successive other corners.
     fn triangle_area_vectors(&self, mesh: &Mesh) -> impl Iterator<Item = Point> {
         fan_area_vectors(self.kind.n_corners(), |i| Point::from(mesh.points[self.nodes[i]]))
     }

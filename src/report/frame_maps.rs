@@ -109,8 +109,8 @@ pub(super) fn last_files_of_steps(said: &Value, entries: &[Option<usize>]) -> Ve
     (0..entries.len()).filter(|&i| i + 1 == entries.len() || name(i) != name(i + 1)).collect()
 }
 
-/// Indices of the files to embed. If not all files fit, the last file of each step is chosen first, then other files at even
-/// distances.
+/// Indices of the files to embed. If not all files fit, the last file of each step comes first (late steps before early steps),
+/// then other files at even distances.
 fn select_files(
     source: &ResultDirectory,
     files: &[(usize, String)],
@@ -153,7 +153,7 @@ impl MapPlane {
         let sum: Vector3<f64> = doubled.iter().sum();
         let total: f64 = doubled.iter().map(Vector3::norm).sum();
         let (sin, cos) = self.azimuth.sin_cos();
-        // Project along z, as the figures do, unless the frame is nearly parallel to z.
+        // Project along z, like the SVG figures of a run, unless the frame is nearly parallel to z.
         let upright = sum.z.abs() >= 0.3 * sum.norm();
         let [x, y] =
             if upright { [Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0)] } else { across(&sum) };

@@ -1,6 +1,6 @@
 //! Report: a self-contained HTML page of the results in a directory (run, comparison or study).
 //!
-//! [`Report::of`] renders the page, which also lists damaged files. The same directory gives the same bytes.
+//! [`Report::of`] renders the page, which also lists damaged files. Equal directories give equal pages, byte by byte.
 
 mod body_surfaces;
 mod drawing;
@@ -32,7 +32,7 @@ impl Report {
     /// Renders the report of the results in `directory`.
     ///
     /// # Errors
-    /// If the directory holds no results (kind `Input`), or the page cannot be created (kind `Numerical`).
+    /// If the directory cannot be read or holds no results (kind `Input`), or the page cannot be created (kind `Numerical`).
     pub fn of(directory: &Path) -> Result<Self> {
         let mut source = ResultDirectory::open(directory)?;
         let html = match source.kind {

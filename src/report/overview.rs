@@ -34,7 +34,7 @@ pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
     page.render(&json!({ "frames": [], "bodies": [] }))
 }
 
-/// Fills in how many of the variants or runs converged.
+/// Fills in the status line (how many of the variants or runs converged) and its severity.
 fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     let good = members.iter().filter(|member| member["status"] == "converged").count();
     (page.severity, page.status) = match members.len() {

@@ -74,7 +74,7 @@ impl ResultDirectory {
     /// Reads the JSON object in the file `name`, a path relative to the directory.
     ///
     /// # Errors
-    /// If the file cannot be read or holds no JSON object (kind `Input`). The message names the file.
+    /// If the file cannot be read, is too large, or holds no JSON object (kind `Input`). The message names the file.
     pub(super) fn json(&self, name: &str) -> Result<Value> {
         let text = self.text(name)?;
         let read: Value = serde_json::from_str(&text)

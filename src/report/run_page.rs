@@ -14,7 +14,7 @@ use crate::report::page::{EmbeddedImage, Page, Table};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::value_text::{self, key_to_words, to_line, unit_of_key, units_of, with_unit};
 
-/// Longer tables show only their first and last rows.
+/// Maximum number of rows of a table. Longer tables show only their first and last rows.
 const MAX_TABLE_ROWS: usize = 2000;
 
 /// Renders the page of a run.
@@ -214,10 +214,11 @@ fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
     Table { heads, rows: rows.iter().map(row).collect(), ..Table::default() }
 }
 
-/// Quantities whose values below 1e-12 are not round-off: in metres, these quantities may be small.
+/// Quantities that may be below 1e-12 if the length unit is the metre, so that values below this limit are not taken as round-off.
 const SMALL_QUANTITIES: [&str; 4] = ["worn_volume", "max_wear_depth", "contact_area", "stick_area"];
 
-/// Formats numbers of an entry with load F and contact area A. Tangential forces below 1e-7 F and moments below 1e-7 F √A become 0.
+/// Formats the value at `key` of an entry with load F and contact area A. Tangential forces below 1e-7 F and moments below 1e-7 F
+/// √A become 0.
 pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     let load = record["normal_force"].as_f64().unwrap_or(0.0);
     let least = match key {
@@ -390,7 +391,7 @@ const FIGURE_TITLES: [(&str, &str); 7] = [
     ("history.svg", "History of the run"),
 ];
 
-/// Adds the figures of the run in the order of [`FIGURE_TITLES`], then other SVG files.
+/// Adds the SVG files of the directory: those of [`FIGURE_TITLES`] in that order, then the others.
 pub(super) fn add_figures(page: &mut Page, source: &mut ResultDirectory) {
     let mut files = source.files("", ".svg");
     let place = |file: &String| {

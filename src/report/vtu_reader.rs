@@ -41,7 +41,7 @@ impl VtuGrid {
     /// Reads the grid of a .vtu file.
     ///
     /// # Errors
-    /// If the file cannot be read, or is not a .vtu file as this program writes it (kind `Input`).
+    /// If the file cannot be read, is too large, or is not a .vtu file as this program writes it (kind `Input`).
     pub fn read(path: &Path) -> Result<Self> {
         let of_file = |error: std::io::Error| Error::input(error.to_string());
         let mut file = File::open(path).map_err(of_file)?;
@@ -57,7 +57,7 @@ impl VtuGrid {
     /// Parses the bytes of a .vtu file.
     ///
     /// # Errors
-    /// As [`Self::read`].
+    /// If the bytes are not those of a .vtu file as this program writes it (kind `Input`).
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         const MARK: &[u8] = b"<AppendedData encoding=\"raw\">\n_";
         let at = bytes.windows(MARK.len()).position(|window| window == MARK);

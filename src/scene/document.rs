@@ -146,7 +146,8 @@ impl Document {
         }
     }
 
-    /// Location of `key`. If `key` does not exist, location of the innermost table around it that exists.
+    /// Location of `key`. If `key` does not exist, location of the innermost table around it that exists; the whole scene if there
+    /// is none.
     pub fn location(&self, key: &str) -> Location {
         let mut node = &self.root;
         let mut found = None;
@@ -161,7 +162,8 @@ impl Document {
         }
     }
 
-    /// Location from the start of a key to the end of its value if both are on one line, otherwise location of the key alone.
+    /// Location from the start of a key to the end of its value if both are on one line, otherwise location of the key alone. If an
+    /// override sets the key or the value, the location is the override.
     fn place_of(&self, key: &ValueSource, value: &ValueSource) -> Location {
         match (key, value) {
             (ValueSource::File(key), ValueSource::File(value)) => {
@@ -192,7 +194,7 @@ pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = Cow<'_, str>> {
     })
 }
 
-/// The text up to the closing quote, without escape characters, and the text after the quote.
+/// The text up to the closing quote, with escape sequences resolved, and the text after the quote.
 fn unquoted(text: &str) -> (String, &str) {
     let (mut segment, mut escaped) = (String::new(), false);
     for (i, c) in text.char_indices() {
@@ -302,7 +304,7 @@ pub(super) fn name_of(item: &TomlNode) -> Option<&str> {
     }
 }
 
-/// Whether a float holds an integer exactly.
+/// Whether a float is an integer with a magnitude below 9e15, so that its conversion to i64 is exact.
 pub(super) fn is_whole(number: f64) -> bool {
     number.fract() == 0.0 && number.abs() < 9.0e15
 }

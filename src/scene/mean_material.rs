@@ -27,7 +27,8 @@ pub struct MeanMaterial {
 /// no face is under the frame, all faces count.
 ///
 /// # Errors
-/// If the group is not a surface, or if elements have no material.
+/// If the contact group is not a group of outer surfaces, a volume group is missing, or a contact face belongs to no solid element.
+/// If an element has several materials, none, or no axes.
 pub fn mean_material_under_frame(fe: &MeshedBodyPlan, frame: &FramePlan) -> Result<MeanMaterial> {
     let mesh = &fe.mesh;
     let regions = ElementMaterials::new(&fe.fem_spec("body"))?;
@@ -51,7 +52,7 @@ pub fn mean_material_under_frame(fe: &MeshedBodyPlan, frame: &FramePlan) -> Resu
 /// Mean material of the whole body `fe`, all elements with equal weights.
 ///
 /// # Errors
-/// If elements have no material.
+/// If the mesh has no solid elements, or a volume group is missing. If an element has several materials, none, or no axes.
 pub fn mean_material_of_body(fe: &MeshedBodyPlan) -> Result<MeanMaterial> {
     let regions = ElementMaterials::new(&fe.fem_spec("body"))?;
     let elements: Vec<(usize, f64)> = (0..regions.n_elements()).map(|element| (element, 1.0)).collect();
@@ -104,7 +105,7 @@ fn lies_under(frame: &FramePlan, point: &Point) -> bool {
     }
 }
 
-/// Weighted mean of axes (directions without sign). The result has the sign of the first axis.
+/// Weighted mean of axes (directions without sign). The mean makes an angle of at most 90 degrees with the first axis.
 fn mean_axis(lines: &[(Point, f64)]) -> Point {
     let first = lines[0].0;
     if lines.iter().all(|(line, _)| *line == first) {

@@ -49,7 +49,8 @@ pub fn read_with_meshes(path: &Path, overrides: &[String], meshes: &MeshCache) -
     plan_from_document(parse::read_document(path, overrides)?, meshes)
 }
 
-/// As [`read`], for a scene given as text. Messages name the scene `path`, and relative paths refer to the folder of `path`.
+/// As [`read`], for a scene given as text. Messages use `path` as the name of the scene; relative paths in the scene refer to the
+/// folder of `path`.
 ///
 /// # Errors
 /// As [`read`].

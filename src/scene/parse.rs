@@ -22,7 +22,8 @@ const MAX_SCENE_BYTES: u64 = 16 << 20;
 /// Reads the scene file at `path` and applies the overrides (`key.path=value`).
 ///
 /// # Errors
-/// All errors of the file and the overrides: the file cannot be read, is not UTF-8 or not TOML, or an override is malformed.
+/// If the file cannot be read, is a folder, is larger than 16 MiB, or is not UTF-8. Otherwise the first syntax error of the file,
+/// and all overrides that are malformed or cannot be applied.
 pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Diagnostics> {
     let bytes = read_bytes(path).map_err(|message| file_error(path, message))?;
     let text = String::from_utf8(bytes).map_err(|error| {
@@ -38,7 +39,7 @@ pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Diag
 /// Parses the `text` of the scene file at `path` and applies the overrides.
 ///
 /// # Errors
-/// As [`read_document`].
+/// The first syntax error of the text, and all overrides that are malformed or cannot be applied.
 pub(super) fn parse_document(
     path: &Path,
     text: String,

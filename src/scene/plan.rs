@@ -52,7 +52,8 @@ pub struct Plan {
     pub fibre_bodies: [Option<usize>; 2],
     /// Fraction of the wear depth that is taken from body 1.
     pub wear_share: f64,
-    /// Wear depth, as a fraction of the element size, at which meshes move with the wear; `None` if meshes do not move.
+    /// Wear depth since the last move, as a fraction of the element height, at which meshes move with the wear; `None` if meshes do
+    /// not move.
     pub mesh_motion_threshold: Option<f64>,
     /// Time integrator of wear over wear jumps.
     pub integrator: Integrator,
@@ -70,7 +71,7 @@ pub struct Plan {
     pub interior_requests: Vec<InteriorPointRequest>,
     /// Required accuracy; `None` if the scene fixes cells, increments and jumps.
     pub accuracy: Option<AccuracyPlan>,
-    /// Interval, in increments, at which a monotone step writes fields to files.
+    /// Interval, in increments, between the fields that a step without cycles, sliding and rolling writes to files.
     pub fields_every: usize,
     /// Cache of the flexibilities of finite-element bodies; `None` without a cache.
     pub flexibility_cache: Option<fem::FlexibilityCache>,
@@ -130,7 +131,7 @@ pub enum BodyPlan {
     Fe(Box<MeshedBodyPlan>),
     /// Boundary elements.
     Be(Box<BeBodyPlan>),
-    /// Boundary-element half-space.
+    /// Half-space whose surface is the plane of the contact frame.
     HalfSpace(Box<BodyMaterial>),
     /// Half-space whose surface is meshed only around the frame.
     TruncatedHalfSpace(Box<TruncatedHalfSpacePlan>),
@@ -205,7 +206,7 @@ pub struct MeshedBodyPlan {
     pub body_force: [f64; 3],
     /// Material of each volume group; `None` means the elements outside all named regions.
     pub regions: Vec<(Option<String>, RegionMaterial)>,
-    /// Element formulation; `None` for the default of the mesh.
+    /// Formulation of 8-node hexahedra, or an element type that the mesh must contain; `None` for the default formulation.
     pub element: Option<Element>,
     /// Model of the near field of the contact.
     pub near_field: NearField,
@@ -214,7 +215,7 @@ pub struct MeshedBodyPlan {
 /// Displacement components prescribed on a group. A component with `None` is free.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrescribedDisplacement {
-    /// Dotted key of the support in the scene: "body1.fixed.0".
+    /// Dotted key of the support in the scene, e.g. "body1.fixed.0".
     pub key: String,
     /// Physical group.
     pub group: String,
@@ -250,7 +251,7 @@ pub enum FramePlan {
         body: usize,
         /// Whether each face or each node has a cell.
         points: FramePoints,
-        /// Origin in global x, y.
+        /// Origin of gap shapes, rotations and moments in global x, y.
         center: [f64; 2],
         /// Angle of the cells' x from global x.
         azimuth: f64,

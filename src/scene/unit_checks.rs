@@ -117,8 +117,8 @@ fn check_modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
     }
 }
 
-/// Smallest half-width and smallest cell side of a grid frame, along its non-periodic directions or, if both are periodic, along
-/// both.
+/// Smallest half-width and smallest cell side of a grid frame; `None` for a mesh frame. A periodic direction counts only if both
+/// directions are periodic.
 fn grid_half_width_and_cell(frame: &FramePlan) -> Option<[f64; 2]> {
     let FramePlan::Grid { half_width, cells, periodic, .. } = frame else { return None };
     let cell = |axis: usize| 2.0 * half_width[axis] / cells[axis] as f64;
@@ -139,8 +139,8 @@ fn line_contact_length(frame: &FramePlan) -> Option<f64> {
     }
 }
 
-/// Half-width and cell side of any frame. For a mesh frame, these are half of its largest extent and the square root of the mean
-/// face area.
+/// Half-width and cell side of any frame. For a mesh frame: half of its largest extent, and a cell side estimated from its two
+/// largest extents and its number of faces.
 fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     let FramePlan::Mesh { body, .. } = plan.frame else { return grid_half_width_and_cell(&plan.frame) };
     let fe = plan.bodies[body].as_meshed()?;

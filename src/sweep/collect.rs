@@ -23,7 +23,7 @@ impl CollectedQuantity {
     /// Parses a path.
     ///
     /// # Errors
-    /// The message and help text, if the entries of a step do not have such a number.
+    /// The message and help text, if the path is empty or does not lead to a number in the entries of a step.
     pub fn parse(path: &str) -> Result<Self, (String, String)> {
         let parts: Vec<String> = key_segments(path).map(Cow::into_owned).collect();
         let Some((step, fields)) = parts.split_first() else {

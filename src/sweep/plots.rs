@@ -1,4 +1,4 @@
-//! Plots of a study: curves against the cycles, results against the values of an axis, heat maps, and scatter plots of samples.
+//! Plots of a study: curves during a step, results against the values of an axis, heat maps, and scatter plots of samples.
 
 use std::collections::HashMap;
 

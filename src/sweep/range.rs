@@ -128,7 +128,8 @@ fn log(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..=last).map(value).collect()
 }
 
-/// Numbers of a range with a step. Returns a message and a help text if the step does not lead to `to` or gives too many numbers.
+/// Numbers of a range with a step. The step must lead to `to`, have a magnitude comparable with the ends, and give at most `most`
+/// numbers. Otherwise returns a message and a help text.
 fn steps(from: f64, to: f64, step: f64, most: usize) -> Result<Vec<f64>, (String, String)> {
     let use_count = "give `count` instead of `step`".to_owned();
     let Some(([a, b, by], power)) = decimals([from, to, step]) else {

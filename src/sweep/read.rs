@@ -90,7 +90,8 @@ impl Sweep {
 /// Reads the study file at `path`; `overrides` apply to the scene of every run.
 ///
 /// # Errors
-/// All errors of the study file and of its scene with each combination of values, by file.
+/// Errors of the study file. If it has none except in `output`, also all errors of its scene with each combination of values. The
+/// list has one item per file.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>> {
     let document = parse::read_document(path, &[]).map_err(|mistakes| vec![reworded_for_study(mistakes)])?;
     if document.get("study").is_none() && document.get("body1").is_some() {

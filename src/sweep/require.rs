@@ -7,7 +7,7 @@ use crate::sweep::axes::Axis;
 const SAME: f64 = 1e-12;
 /// Maximum length of a condition, bytes.
 const LONGEST: usize = 500;
-/// Comparison operators; those that start with another operator come first.
+/// Comparison operators. `<=` and `>=` come before `<` and `>`, so that the longer operator is recognised.
 const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
 
 const EXAMPLE: &str = "write a comparison of axis names and numbers, as in \"tilt + angle <= 120\"";

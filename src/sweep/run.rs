@@ -240,7 +240,7 @@ impl StudyRunner<'_> {
     /// Writes the tables and plots of the study; `study.json` is written last.
     ///
     /// # Errors
-    /// If a file cannot be written (kind `Resources`).
+    /// If a file cannot be written (kind `Resources`), or the results cannot be serialised (kind `Numerical`).
     pub fn write(&self, result: &StudyResult) -> Result<()> {
         let json = result.to_json()?;
         write_atomically(&self.directory.join("study.csv"), result.to_csv().as_bytes())?;

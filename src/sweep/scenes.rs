@@ -172,7 +172,7 @@ impl<'a> SceneReader<'a> {
         let (key, _) = option.split_once('=')?;
         for (axis, &value) in axes.iter().zip(choice) {
             let Some(k) = axis.keys.iter().position(|known| known == key) else { continue };
-            // If the key is invalid, all values of the key are invalid.
+            // An unknown or invalid key is an error of the key, whatever its value.
             let of_key = matches!(mistake.kind, DiagnosticKind::UnknownKey | DiagnosticKind::BadOverride);
             return Some(if of_key { axis.place_of_key(k) } else { axis.place_of_value(k, value) });
         }

@@ -28,7 +28,8 @@ pub struct StudyKeys {
     pub title: String,
     /// Scene file, relative to the study file.
     pub scene: String,
-    /// Comparisons of axes and numbers that each run must satisfy, e.g. "tilt + 'sliding angle' <= 120"; others are omitted.
+    /// Comparisons of axes and numbers that each run must satisfy, e.g. "tilt + 'sliding angle' <= 120"; other combinations are
+    /// omitted.
     #[serde(default)]
     pub require: Vec<String>,
     /// Without effect: every run is computed. In earlier versions, `true` obtained symmetry-equivalent runs from each other.
@@ -96,7 +97,8 @@ pub struct SampleKeys {
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SampleMethod {
-    /// Sobol sequence, scrambled by Owen's method: evenly in all ranges together, best with a power of two for `count`.
+    /// Sobol sequence, scrambled by Owen's method: the points are spread evenly over all ranges together. A power of two for
+    /// `count` is best.
     ///
     /// A larger `count` with the same seed begins with the same points.
     #[default]
@@ -109,9 +111,9 @@ pub enum SampleMethod {
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SampledRange {
-    /// Smallest number.
+    /// First end of the range.
     pub from: f64,
-    /// Largest number.
+    /// Second end of the range.
     pub to: f64,
     /// Distribution over the range: "linear" (uniform, default) or "log" (uniform in the logarithm).
     #[serde(default)]
@@ -137,6 +139,6 @@ pub struct OutputKeys {
     ///
     /// Default: forces, contact area, peak pressure and wear volume of the last step.
     pub collect: Vec<String>,
-    /// Results during a step, over the cycles or, without cycles, over the increments.
+    /// Results during a step, over the cycles, the sliding distance, or otherwise the increments.
     pub curves: Vec<String>,
 }

@@ -5,9 +5,10 @@ use crate::error::Result;
 use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
-    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to the body's own loads and contact forces. Takes one
-    /// solve. The contact forces, N, `[3 n_c]`, are in global axes and in the order of [`Self::flexibility`]. For an unconstrained
-    /// body, the forces are put in equilibrium first, and the mean rigid-body motion is zero.
+    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to the body's own loads, its prescribed displacements and
+    /// contact forces. Takes one solve. The contact forces, N, `[3 n_c]`, are in global axes and in the order of
+    /// [`Self::flexibility`]. For an unconstrained body, the forces are put in equilibrium first, and the mean rigid-body motion is
+    /// zero.
     ///
     /// # Errors
     /// If memory does not suffice, or the solver cannot be created or does not converge.
@@ -98,7 +99,7 @@ impl CondensedBody {
     /// row. Zero for prescribed dofs. Takes one solve for each dof of `loaded`.
     ///
     /// # Errors
-    /// If memory for the workspace does not suffice.
+    /// As [`Self::solve`].
     pub fn flexibility_rows(&self, loaded: &[usize], at: &[usize]) -> Result<Vec<f64>> {
         let free = |node: usize, component: usize| self.model.free_dof(node, component);
         let dofs: Vec<_> = loaded.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();

@@ -1,4 +1,4 @@
-//! Stress exposure of a body by failure criterion, at points and in cells: 0 without stress, 1 at failure.
+//! Stress exposure of a body for each failure criterion, at points and in cells: 0 without stress, 1 at failure.
 
 use rayon::prelude::*;
 
@@ -16,8 +16,8 @@ pub struct ExposureField {
     pub cells: Vec<StressExposure>,
 }
 
-/// Exposures by all criteria that apply to any cell, for the recovered `stress` at the points. `limit` returns the strength and the
-/// material axes (columns, global) of a cell, or `None` if its strength is unknown.
+/// Exposures for each criterion that applies to at least one cell, from the recovered `stress` at the points. `limit` returns the
+/// strength and the material axes (columns, global) of a cell, or `None` if its strength is unknown. The exposure is then zero.
 pub(crate) fn exposures<'a>(
     points: &RecoveryPoints,
     stress: &[[f64; 6]],

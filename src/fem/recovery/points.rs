@@ -126,7 +126,7 @@ pub(super) struct PointTopology {
     pub cells_at: Vec<Vec<usize>>,
     /// Whether a point is a corner of a cell, `[n_points]`.
     pub is_vertex: Vec<bool>,
-    /// Whether a point is on the border of its material, `[n_points]`.
+    /// Whether a point is on the border of its material, `[n_points]`. Outer faces are part of the border.
     pub on_material_border: Vec<bool>,
 }
 

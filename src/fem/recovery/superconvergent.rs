@@ -2,11 +2,11 @@
 //!
 //! At a vertex inside a material, a polynomial of the elements' degree is fitted to the stress at the superconvergent points of the
 //! surrounding elements. Second-order hexahedra use all monomials of degree up to 2 along each of their axes, like the 27-node
-//! shape functions. The complete quadratic polynomial would smooth variations that two elements resolve. A vertex on the border of
-//! its material takes the polynomial of the nearest inner vertex of its elements. If these elements have no inner vertex (one layer
-//! of elements), the fit uses the integration points of these elements and of their neighbours. A middle node takes the mean of the
-//! polynomials of its nearest corners. Materials never share a patch. The recovery is linear in the samples, and its weights depend
-//! only on mesh and materials, so the weights are stored.
+//! shape functions. The complete quadratic polynomial, which has 10 terms, would smooth variations that two elements resolve. A
+//! vertex on the border of its material takes the polynomial of the nearest inner vertex of its elements. If these elements have no
+//! inner vertex (one layer of elements), the fit uses the integration points of these elements and of their neighbours. A middle
+//! node takes the mean of the polynomials of its nearest corners. A patch never crosses a material interface. The recovery is
+//! linear in the samples, and its weights depend only on mesh and materials, so the weights are stored.
 //!
 //! # Source
 //! Zienkiewicz and Zhu (1992), Int. J. Numer. Meth. Engng 33, 1331-1364, section 3.
@@ -36,9 +36,11 @@ pub struct StressRecovery {
     rules: RecoveryRules,
     /// Whether the integration points of each element are samples too, `[n_cells]`.
     samples_gauss_points: Vec<bool>,
-    /// Weights of the samples at each point: start of the entries of each point, sample indices, values.
+    /// Start of the entries of each point in `samples` and `weights`, and the end of the last, `[n_points + 1]`.
     starts: Vec<usize>,
+    /// Index of the stress sample of each entry.
     samples: Vec<u32>,
+    /// Weight of the stress sample of each entry.
     weights: Vec<f64>,
 }
 

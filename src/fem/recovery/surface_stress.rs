@@ -19,8 +19,9 @@ use crate::material::{Stiffness, tensor_to_voigt};
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
 
-/// Voigt components in the plane (11, 22, 12), and of the traction (33, 23, 13).
+/// Voigt indices of the in-plane components 11, 22, 12.
 const IN_PLANE_VOIGT: [usize; 3] = [0, 1, 5];
+/// Voigt indices of the components 33, 23, 13 of the traction.
 const OUT_OF_PLANE_VOIGT: [usize; 3] = [2, 3, 4];
 
 /// Strain, stiffness and own traction at a point of the contact surface.
@@ -109,7 +110,8 @@ impl FaceAverages {
         sum.load += sample.own_traction * sample.weight;
     }
 
-    /// Points with at least one face, in ascending order.
+    /// Averages at the points with at least one face, in ascending order. Points without a normal or a valid mean stiffness are
+    /// omitted.
     pub fn points(&self) -> Vec<SurfaceStressPoint> {
         let found = self.0.iter().enumerate().filter(|(_, sum)| sum.weight > 0.0);
         found.filter_map(|(point, sum)| sum.point(point)).collect()
@@ -159,7 +161,7 @@ pub(crate) fn surface_stress_points(
 impl FaceSum {
     fn point(&self, point: usize) -> Option<SurfaceStressPoint> {
         let n = self.area.try_normalize(0.0)?;
-        // The global axis most nearly normal to n gives the first tangent.
+        // The first tangent is normal to n and to the global axis that is most nearly normal to n.
         let least = n.iamin();
         let a = n.cross(&Vector3::ith(least, 1.0)).normalize();
         let axes = Matrix3::from_columns(&[a, n.cross(&a), n]);

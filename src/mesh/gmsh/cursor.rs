@@ -129,7 +129,7 @@ impl<'a> Cursor<'a> {
         if self.is_binary() { Ok(()) } else { self.end_line() }
     }
 
-    /// Reads the number 1 that shows the byte order; all later numbers are binary.
+    /// Reads the number 1 that shows the byte order. From then on, integers, sizes and reals are read as binary; words stay text.
     pub(super) fn start_binary(&mut self, size: usize) -> Result<()> {
         self.binary = Some(Binary { swapped: false, size });
         let one: [u8; 4] = self.take("the number 1 that marks the byte order")?;

@@ -32,8 +32,8 @@ enum Version {
 /// Reads the mesh in the .msh file `path`.
 ///
 /// # Errors
-/// If the file cannot be read, is not a .msh file of version 2.2 or 4.1, is truncated or contradicts itself. The message gives the
-/// file, the line or byte, the invalid content, and the allowed values.
+/// If the file cannot be read, is not a .msh file of version 2.2 or 4.1, is truncated, or contradicts itself. If it has partitions
+/// or unsupported elements. The message gives the file, the line or byte, the invalid content, and the allowed values.
 pub fn read(path: &Path) -> Result<Mesh> {
     parse(&read_bytes(path)?, &path.display().to_string())
 }
@@ -41,7 +41,7 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// Reads the mesh in the bytes of a .msh file; `source` names it in messages.
 ///
 /// # Errors
-/// As [`read`].
+/// As [`read`], for the contents of the file.
 pub fn parse(bytes: &[u8], source: &str) -> Result<Mesh> {
     let (raw, fields, warnings) = parse_sections(bytes, source)?;
     let mut mesh = raw.into_mesh(source)?;
@@ -50,8 +50,8 @@ pub fn parse(bytes: &[u8], source: &str) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// Reads the fields of elements in the .msh file `path`, with warnings about them. The file may have no mesh (gmsh saves such
-/// views).
+/// Reads the fields of elements in the .msh file `path`, with warnings about them. The file may have no mesh, because gmsh can save
+/// fields alone.
 ///
 /// # Errors
 /// As [`read`].
@@ -111,7 +111,7 @@ fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementFie
     Ok((raw, fields, warnings))
 }
 
-/// Refuses a file that is not a .msh file at all; the message names the usual mistakes.
+/// Refuses an empty file, a .msh file of version 1, and a file that does not begin with a section; the message gives the remedy.
 fn check_start(bytes: &[u8], source: &str) -> Result<()> {
     let mend =
         "a .msh file of version 2.2 or 4.1 is expected; convert other formats with scripts/import-mesh";
@@ -132,7 +132,7 @@ fn check_start(bytes: &[u8], source: &str) -> Result<()> {
     Ok(())
 }
 
-/// `$MeshFormat`: version, ASCII or binary, size of numbers, byte order.
+/// Reads `$MeshFormat`: version, ASCII or binary, size of numbers, byte order.
 fn read_format(cursor: &mut Cursor) -> Result<Version> {
     let word = cursor.word("the version, 2.2 or 4.1")?;
     let version = match word {
@@ -169,7 +169,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
     Ok(version)
 }
 
-/// `$PhysicalNames`: always text, `dimension tag "name"` line by line.
+/// Reads `$PhysicalNames`, which is always text: `dimension tag "name"` line by line.
 fn read_physical_names(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let n: u64 = cursor.number("the number of physical names")?;
     cursor.check_count(n, 5, "physical names")?;

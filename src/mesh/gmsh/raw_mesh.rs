@@ -12,7 +12,7 @@ struct RawBlock {
     kind: ElementKind,
     nodes: Vec<u64>,
     tags: Vec<u64>,
-    /// Index of each element into [`RawMesh::group_sets`].
+    /// For each element, the index of its set of physical tags in [`RawMesh::group_sets`].
     sets: Vec<u32>,
 }
 
@@ -37,10 +37,10 @@ pub(super) struct RawMesh {
     nodes_read: bool,
     elements_read: bool,
     blocks: Vec<RawBlock>,
-    /// Distinct sets of physical tags, and the index of each.
+    /// Distinct sets of physical tags; `set_index` gives the index of each set.
     group_sets: Vec<Vec<i64>>,
     set_index: HashMap<Vec<i64>, u32>,
-    /// Element blocks whose entity the file does not declare, in order: dimension and tag.
+    /// Dimension and tag of each entity that has an element block but is not declared in the file, in the order of the blocks.
     undeclared: Vec<(usize, i64)>,
 }
 
@@ -78,7 +78,7 @@ impl RawMesh {
         block.sets.push(element.group_set);
     }
 
-    /// Element kind of a type number of gmsh; unknown types are refused by number.
+    /// Element kind of a type number of gmsh. The error for an unsupported type contains its number and the supported types.
     pub(super) fn kind(&self, cursor: &Cursor, code: u64) -> Result<ElementKind> {
         u32::try_from(code).ok().and_then(ElementKind::from_gmsh_code).ok_or_else(|| {
             let known: Vec<String> =

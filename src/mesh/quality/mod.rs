@@ -28,7 +28,7 @@ pub struct Quality {
     pub folded_at_nodes: usize,
     /// Faces of neighbours that do not match.
     pub nonconforming_faces: NonconformingFaces,
-    /// Positions of the points that coincide with an earlier point, mm.
+    /// Positions of the points that coincide with an earlier point, in the scene's length unit.
     pub coincident_points: Vec<[f64; 3]>,
 }
 
@@ -123,7 +123,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
     })
 }
 
-/// Axis normal to the plane that contains all points; `None` if there is no such plane.
+/// Coordinate axis (0 to 2) normal to the plane that contains all points; `None` if no plane normal to an axis contains them.
 fn plane_of(points: &[[f64; 3]]) -> Option<usize> {
     let extents = [0, 1, 2].map(|k| {
         let [low, high] = bounds(points.iter().map(|x| x[k]));

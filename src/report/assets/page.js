@@ -7,7 +7,7 @@
   const whole = (text) => new Uint32Array(bytes(text));
   document.documentElement.classList.add("js");
 
-  // The colours of the program's own pictures: light is low, the lightness falls evenly.
+  // Colours of the SVG figures, from low to high values; the lightness decreases uniformly.
   const STOPS = [[255, 255, 217], [217, 240, 163], [127, 205, 187], [65, 182, 196], [29, 145, 192], [37, 82, 160], [8, 29, 88]];
   const ZONES = [[245, 245, 245], [0, 114, 178], [240, 180, 90]];
   const ZONE_WORDS = ["open", "stick", "slip"];
@@ -22,13 +22,13 @@
     return (digits < -4 || digits > 6 ? x.toExponential(4) : x.toFixed(Math.max(0, 4 - digits))).replace("-", "\u2212");
   };
   const units = data.units || {};
-  // Slip is a length; that of rolling is per rolled distance, without unit.
+  // Slip is a length; in rolling, it is the slip per rolled distance, without unit.
   const rolls = (frame) => Boolean(data.rolling[data.frames[frame].entry]);
   const rolling = (data.frames || []).map((_, i) => rolls(i));
   const slipWords = !rolling.includes(true) ? "Slip in the increment" : rolling.includes(false) ? "Slip (of rolling per distance)" : "Slip per rolled distance";
   const unitOf = (field, frame) => (field.key.startsWith("slip") && rolls(frame) ? "" : field.unit);
 
-  // Quantities of a cell.
+  // Quantities that the maps show, one value per cell.
   const length2 = (a, b) => (i) => Math.hypot(a ? a[i] : 0, b ? b[i] : 0);
   const plain = (name) => (f) => (i) => (f[name] ? f[name][i] : 0);
   const FIELDS = [
@@ -61,7 +61,7 @@
   };
   const computed = (frame, field) => {
     const f = fieldsOf(frame), of = field.of(f);
-    // What slips without contact is no slip.
+    // The displacement of a cell without contact is not slip.
     const mask = field.key === "slip" && f.status ? (i) => f.status[i] > 0 : () => true;
     return Float32Array.from({ length: data.frames[frame].n }, (_, i) => (mask(i) ? of(i) : 0));
   };
@@ -70,7 +70,7 @@
     if (!peaks.has(values)) { let most = 0; for (const v of values) if (v > most) most = v; peaks.set(values, most); }
     return peaks.get(values);
   };
-  // Over all frames whose values have the unit of this one.
+  // Largest value of a field over all frames in which the field has the same unit as in `frame`.
   const largestOfAll = (field, frame) => Math.max(0, ...data.frames.map((_, i) => (unitOf(field, i) === unitOf(field, frame) ? largest(valuesOf(i, field)) : 0)));
   const inMenu = (field) => (field.unit && !(field.key === "slip" && rolling.includes(true)) ? `${field.words}, ${field.unit}` : field.words);
   const label = (item) => (item.entry === null ? `field file ${item.file}` : data.entries[item.entry]);
@@ -120,7 +120,7 @@
       const [cx, cy] = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
       const to = (x, y) => [AREA[0] + AREA[2] / 2 + (x - cx) * scale, AREA[1] + AREA[3] / 2 - (y - cy) * scale];
       const from = (px, py) => [cx + (px - AREA[0] - AREA[2] / 2) / scale, cy - (py - AREA[1] - AREA[3] / 2) / scale];
-      // Cells by squares of the plane, to find the one under the pointer.
+      // Cells sorted into squares of the plane, to find the cell under the pointer.
       const n = Math.max(1, Math.min(128, Math.ceil(Math.sqrt(mesh.offsets.length)))), bins = Array.from({ length: n * n }, () => []);
       const bin = (v, c) => Math.min(n - 1, Math.max(0, Math.floor(((v - c + half) / (2 * half)) * n)));
       for (let cell = 0; cell < mesh.offsets.length; cell++) {
@@ -205,7 +205,7 @@
       mark();
     }
 
-    // The cell that is pointed at, on the picture as it was drawn.
+    // Redraws the stored picture and marks the cell under the cursor.
     function mark() {
       context.drawImage(still, 0, 0);
       if (cursor >= 0) { path(cursor); context.strokeStyle = "#d55e00"; context.lineWidth = 3; context.stroke(); }
@@ -262,7 +262,7 @@
     const move = (by) => { $("map-entry").value = String(Math.min(data.frames.length - 1, Math.max(0, frame + by))); change(); };
     $("map-back").addEventListener("click", () => move(-1)); $("map-on").addEventListener("click", () => move(1));
     draw();
-    // What a test looks at.
+    // For tests: the screen position of a cell, and the number of cells.
     return { centre: (cell) => { const box = canvas.getBoundingClientRect(), [x, y] = shape.to(...shape.centre(cell)), s = box.width / canvas.width; return [box.left + x * s, box.top + y * s]; }, cells: () => values.length };
   })();
 

@@ -1,4 +1,4 @@
-// Draws the bodies in space with three.js; without WebGL, a line of text instead.
+// Draws the bodies in space with three.js. Without WebGL, shows a line of text instead.
 window.orthowearView = (page) => {
   "use strict";
   const { data, meshes, floats, whole, shownFields, valuesOf, largest, largestOfAll, label, inMenu, unitOf, fill, colour, ZONES, colourBar, units } = page;
@@ -38,10 +38,10 @@ window.orthowearView = (page) => {
   const largestU = Math.max(1e-300, ...bodies.map((b) => largest(b.fields.displacement)));
   const flat = bodies.every((b) => data.frames.some((f) => meshes[f.mesh].points.length === surfaces[b.surface].points.length));
   if (flat) { $("view-relief").value = "50"; $("view-body2").checked = false; $("view-body1").checked = false; }
-  // A slider of 0..100 stands for 0 and a range of factors that shows up to a quarter of the size.
+  // Magnification of displacements for the slider position 0 to 100. At 100, the largest displacement appears as a quarter of the size.
   const factor = () => { const s = Number($("view-scale").value) / 100; return s === 0 ? 0 : Number(((0.25 * (flat ? frameSize : bounds.size)) / largestU * s ** 3).toPrecision(2)); };
 
-  // Triangles with a colour and a grey for light, from the state of the controls: positions [9 per triangle], colours likewise.
+  // Surfaces that the controls select, as triangles: 9 coordinates and 9 colour values per triangle.
   function pieces() {
     const file = Number($("view-entry").value), [kind, key] = $("view-field").value.split(":");
     const field = shownFields.find((f) => f.key === key), list = [], scale = factor(), lift = (Number($("view-lift").value) / 100) * 0.6;
@@ -61,7 +61,7 @@ window.orthowearView = (page) => {
     return { list, most, unit: kind === "frame" ? (i < 0 ? "" : unitOf(field, i)) : BODY.find(([k]) => k === key)[2], zones: kind === "frame" && key === "status" };
   }
 
-  // The frame, raised by what it shows along its normals.
+  // The frame surface, raised along its normals in proportion to the field shown.
   function framePiece(i, field, most) {
     const mesh = meshes[data.frames[i].mesh], values = valuesOf(i, field), n = mesh.points.length / 3;
     const sums = new Float32Array(n), counts = new Float32Array(n), normals = new Float32Array(3 * n), corners = [];
@@ -161,7 +161,7 @@ window.orthowearView = (page) => {
     notes.push("The rigid-body motion of body 2 is not part of its displacement. Rotate by dragging or with the arrow keys; zoom with the wheel, + and −.");
     $("view-note").textContent = notes.join(" ");
   }
-  // Colours on bodies that are hidden would be an empty view.
+  // If a field of the bodies is chosen while both are hidden, show body 1; otherwise the view would be empty.
   $("view-field").addEventListener("change", (event) => {
     if (event.target.value.startsWith("body:") && !$("view-body1").checked && !$("view-body2").checked) $("view-body1").checked = true;
     if (event.target.value.startsWith("frame:")) $("view-frame").checked = true;

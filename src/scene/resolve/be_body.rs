@@ -89,7 +89,8 @@ fn check_surface_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh)
     }
 }
 
-/// The closed surface of a surface mesh, or the boundary surface of a volume mesh.
+/// The closed surface of a surface mesh, or the boundary surface of a volume mesh, with outward normals. `None` if an error was
+/// reported.
 pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Option<Mesh> {
     let skin = mesh.volume_cells().next().is_some().then(|| closed_surface::boundary_surface(mesh));
     let oriented = closed_surface::orient_outward(skin.as_ref().unwrap_or(mesh));

@@ -31,7 +31,7 @@ pub(super) fn resolve_fe(
         return None;
     };
     check_quality(r, &format!("{key}.mesh"), &mesh);
-    // A mesh without volume elements has been reported. All further errors would only repeat that.
+    // If the mesh has no volume elements, `check_quality` has reported it. All further errors would only repeat that.
     mesh.volume_cells().next()?;
     let regions = placements::resolve(r, key, body, &mesh, materials);
     let before = r.diagnostics.len();
@@ -198,7 +198,7 @@ fn prescribed_displacement(
     sound.then_some(support)
 }
 
-/// Reports foundations whose stiffness is not positive. Returns whether all are admissible.
+/// Reports foundations with a negative stiffness, or with no stiffness above zero. Returns whether all are admissible.
 fn check_foundations(r: &mut Resolver, key: &str, body: &FeBody) -> bool {
     let mut sound = true;
     for (i, foundation) in body.foundation.iter().enumerate() {
@@ -340,7 +340,7 @@ pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Me
     }
 }
 
-/// Reports an element formulation for element types that the mesh does not contain.
+/// Reports the key `element` if the mesh has no volume elements of its type.
 pub(super) fn check_element(r: &mut Resolver, key: &str, element: Option<Element>, mesh: &Mesh) {
     let Some(element) = element else { return };
     let (name, kind) = match element {

@@ -82,7 +82,7 @@ fn alternative_meshes(
     }
 }
 
-/// The mesh, or `None` if it does not contain all groups of the body (reported).
+/// The mesh, or `None` if it lacks a surface group of the body (reported).
 fn mesh_with_groups(
     r: &mut Resolver,
     place: &str,
@@ -90,7 +90,7 @@ fn mesh_with_groups(
     mesh: &Arc<Mesh>,
 ) -> Option<Arc<Mesh>> {
     let before = r.diagnostics.len();
-    // Only surface groups are checked. Other groups can prevent a variant, but they are no error of the scene.
+    // Only surface groups are checked. If another group is missing, a variant may be impossible, but the scene is valid.
     for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {
         let mend = "the second mesh of a body needs the same contact, support and load groups as the first";
         r.accept(group_faces(mesh, group), place, ["this mesh", mend]);

@@ -85,14 +85,15 @@ fn mean_face_area(fe: &MeshedBodyPlan) -> f64 {
         .map_or(f64::INFINITY, |frame| frame.mean_cell_area())
 }
 
-/// Default points of the cells: nodes if a finite-element body has linear contact faces and neither body is a half-space, otherwise
-/// faces. A checkerboard of tractions on linear faces would displace neither body, whereas a half-space responds to every cell.
+/// Default points of the cells: nodes if the frame is on a finite-element body with linear contact faces and neither body is a
+/// half-space, otherwise faces. A checkerboard of tractions on linear faces would displace neither body, whereas a half-space
+/// responds to every cell.
 fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoints {
     let half_space = bodies
         .iter()
         .flatten()
         .any(|body| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_)));
-    // A boundary-element body has nodes inside its faces, so its cells are always faces.
+    // A boundary-element body has nodes inside its faces, so its cells are faces by default.
     let own = bodies[body].as_ref().and_then(BodyPlan::as_fe);
     if !half_space && own.is_some_and(MeshedBodyPlan::has_linear_contact_faces) {
         FramePoints::Nodes
@@ -129,7 +130,7 @@ fn frame_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodyPlan>; 
     }
 }
 
-/// Resolves the initial gap. Its angles are measured from the frame's x axis.
+/// Resolves the initial gap. The angles of the result are measured from the frame's x axis.
 pub(super) fn resolve_gap(
     r: &mut Resolver,
     frame: Option<&FramePlan>,

@@ -53,11 +53,11 @@ enum LoadState {
     Unspecified,
     /// Prescribed and nonzero.
     Active,
-    /// Zero, or replaced by a prescribed displacement.
+    /// The step prescribes zero, or replaces the load by a displacement, cycles, sliding or rolling.
     Released,
 }
 
-/// States of the [`FRICTION_LOADS`] after a step. Cycles and rolling replace a tangential force.
+/// States of the [`FRICTION_LOADS`] after a step. Cycles, sliding and rolling replace a tangential force.
 fn load_states(step: &Step) -> [LoadState; 2] {
     let tangential = match step.tangential {
         Some(Tangential::Force(force)) if force != [0.0; 2] => LoadState::Active,
@@ -73,7 +73,8 @@ fn load_states(step: &Step) -> [LoadState; 2] {
     [tangential, spin]
 }
 
-/// Reports load points that prescribe a tangential force or a spin moment in a step without friction.
+/// Reports, for each kind of friction load, the first load point with a nonzero load (spin moments only if `level`). The steps of
+/// the load points have no friction.
 pub(super) fn check_load_points(
     r: &mut Resolver,
     key: &str,
@@ -109,7 +110,7 @@ pub(super) fn check_inherited_loads(
     for (kind, (what, load, motion)) in FRICTION_LOADS.iter().enumerate().take(kinds) {
         let mut holder: Option<&Step> = None;
         for (i, step) in steps {
-            // An invalid step may prescribe anything.
+            // The loads after an invalid step are unknown, so no earlier load is assumed to act.
             let Some(step) = step else {
                 holder = None;
                 continue;

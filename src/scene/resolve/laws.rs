@@ -49,7 +49,7 @@ struct FibreChoice {
     fibre: Option<UniformFibre>,
 }
 
-/// Resolves the laws. Their angles are measured from the frame's x axis.
+/// Resolves the laws. The angles of the result are measured from the frame's x axis.
 pub(super) fn resolve(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -174,7 +174,8 @@ fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
 }
 
 /// Fibre direction for the law of `section`: the angles of the law, else the fibre of the body that the law names, else the fibre
-/// of the only body with a fibre. `fibre_body` receives the index (0 or 1) of that body.
+/// of the only body with a fibre. A varying fibre is replaced by its mean under the frame. `fibre_body` receives the index (0 or 1)
+/// of the body whose fibre is used.
 fn law_fibre(
     r: &mut Resolver,
     ground: LawContext<'_>,

@@ -14,7 +14,8 @@ use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::material::Material;
 use crate::scene::suggest::{closest, quoted_list};
 
-/// Maximum condition number of a stiffness matrix. The rounding error of its inverse is about 1e-16 times this.
+/// Maximum condition number of a stiffness matrix. The relative rounding error of its inverse is about 1e-16 times the condition
+/// number.
 const MAX_CONDITION: f64 = 1e12;
 
 /// Ratio of the largest to the smallest modulus above which the moduli are reported as the cause of a nearly singular stiffness.

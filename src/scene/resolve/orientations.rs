@@ -231,7 +231,7 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     wrong.is_empty().then(|| Orientation::PerElement(Arc::new(axes)))
 }
 
-/// Adds the axes of one line of a table.
+/// Adds the axes of one line of a table. A line for an element that is not a solid is ignored.
 fn add_line(
     axes: &mut ElementAxes,
     line: &str,

@@ -96,7 +96,8 @@ impl BodyContext<'_> {
         find_material(r, key, name, None, self.materials)
     }
 
-    /// Plies from bottom to top, in a volume group or in all elements outside of regions with a material, fibre or layup.
+    /// Laminate of the volume group `group`, plies from bottom to top. Without `group`: of all elements outside the regions that
+    /// have a material, fibre or layup of their own.
     fn layup(
         &self,
         r: &mut Resolver,
@@ -154,7 +155,7 @@ impl BodyContext<'_> {
         Some(RegionMaterial::Layup(plies))
     }
 
-    /// Range of z of the elements of a layup; `None` if there are none.
+    /// Range of z of the elements of a layup; `None` if there are no elements, or all their nodes have the same z.
     fn z_range(&self, group: Option<&String>) -> Option<[f64; 2]> {
         let own =
             |region: &Region| region.fibre.is_some() || region.layup.is_some() || region.material.is_some();

@@ -6,7 +6,7 @@ use crate::evolution::step::Rolling;
 use crate::scene::plan::{BodyPlan, FramePlan};
 use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};
 
-/// Tolerance of a rolling direction along an axis, in quarter turns.
+/// Maximum deviation of the rolling direction from an axis of the frame, in quarter turns.
 const AXIS_TOLERANCE_QUARTER_TURNS: f64 = 1e-9;
 
 /// Resolves the rolling of the step at `key`.
@@ -53,7 +53,7 @@ pub(super) fn resolve(
     })
 }
 
-/// Reports frames and bodies that do not allow steady rolling.
+/// Reports frames and bodies that do not allow steady rolling, and spin creepages on periodic frames.
 pub(super) fn check_model(r: &mut Resolver, frame: Option<&FramePlan>, bodies: &[Option<BodyPlan>; 2]) {
     let keys = (0..r.list_length("steps")).map(|i| format!("steps.{i}.rolling"));
     let rolling: Vec<String> = keys.filter(|key| r.document.get(key).is_some()).collect();

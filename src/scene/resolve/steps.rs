@@ -36,7 +36,7 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
     steps
 }
 
-/// Resolves entry `i` of `steps`, which has several steps if it has a load history.
+/// Resolves entry `i` of `steps`. Returns one step, or one step per row if the entry has a load history.
 fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<NumberedStep> {
     let key = format!("steps.{i}");
     let Some(keys) = r.section::<Keys>(&key) else { return vec![(i, None)] };
@@ -107,7 +107,7 @@ fn step_without_history(keys: &Keys, i: usize) -> Step {
     }
 }
 
-/// Reports other controls in a step with a history.
+/// Reports other controls, cycles, sliding and rolling in a step with a history.
 fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     let others = prescribed_controls(keys).into_iter().flatten().chain([
         ("cycles", keys.cycles.is_some()),
@@ -184,7 +184,8 @@ fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     }
 }
 
-/// Reports rotations and moments on a periodic frame, because the displacement that a rotation causes is not periodic.
+/// On a periodic frame, reports all moments, nonzero twists, and rotations that change the gap along a periodic direction. The
+/// displacement of such a rotation is not periodic.
 fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: [bool; 2]) {
     if periodic == [false; 2] {
         return;

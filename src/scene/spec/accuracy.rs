@@ -8,9 +8,9 @@ use serde::Deserialize;
 #[serde(untagged)]
 #[schemars(inline)]
 pub enum Accuracy {
-    /// Relative error of all results that have an error estimate.
+    /// Target relative error of all results that have an error estimate.
     Number(#[schemars(extend("exclusiveMinimum" = 0), range(max = 0.1))] f64),
-    /// Relative error of some results.
+    /// Target relative error of selected results.
     Table(AccuracyTable),
 }
 

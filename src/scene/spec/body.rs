@@ -28,8 +28,8 @@ pub enum Body {
         /// Half side length of the square around the frame to which the surface of the half-space is truncated.
         ///
         /// The square is meshed with boundary elements and solved with full-space kernels; the surface outside is fixed. Allowed
-        /// are 1.1 to 1000 times the larger `half_width` of a grid frame. For comparison with programs without half-space kernels;
-        /// omit it for the exact half-space.
+        /// are 1.1 to 1000 times the larger `half_width` of a grid frame. The truncation allows comparisons with programs without
+        /// half-space kernels; omit it for the exact half-space.
         truncated: Option<Positive>,
     },
     /// Body that does not deform.
@@ -58,7 +58,7 @@ pub struct FeBody {
     pub displaced: Vec<Displaced>,
     /// Surface groups in symmetry planes (normal along x, y or z): zero normal displacement, zero shear traction.
     ///
-    /// If the plane cuts the contact, both bodies need one, unless one body is rigid.
+    /// If a symmetry plane cuts the contact, both bodies need a group in this plane, unless one body is rigid.
     #[serde(default)]
     pub symmetry: Vec<String>,
     /// Surface groups on elastic foundations.
@@ -108,7 +108,7 @@ pub struct BeBody {
     pub displaced: Vec<Displaced>,
     /// Surface groups in symmetry planes (normal along x, y or z): zero normal displacement, zero shear traction.
     ///
-    /// If the plane cuts the contact, both bodies need one, unless one body is rigid.
+    /// If a symmetry plane cuts the contact, both bodies need a group in this plane, unless one body is rigid.
     #[serde(default)]
     pub symmetry: Vec<String>,
     /// Surface groups under pressure.
@@ -170,7 +170,8 @@ pub struct Displaced {
     #[serde(default = "all_components")]
     #[schemars(length(min = 1))]
     pub components: Vec<Component>,
-    /// Prescribed displacements, in the order of `components`; with `gradient` those at the origin, default 0, else required.
+    /// Prescribed displacements, in the order of `components`. With `gradient` they apply at the origin and default to 0; without
+    /// it they are required.
     pub value: Option<Vec<f64>>,
     /// Gradient of a displacement that varies linearly: one row of derivatives along x, y, z for each of `components`.
     #[serde(default)]

@@ -13,7 +13,7 @@ pub struct Compare {
     /// Models of body 1 and body 2 in each variant, e.g. "FE-BE"; the first variant is the reference.
     ///
     /// FE: finite elements, BE: boundary elements, HS: half-space, THS: truncated half-space, rigid. Default: the scene as written,
-    /// FE-FE, BE-BE, FE-BE and HS-HS.
+    /// FE-FE, BE-BE, FE-BE and HS-HS; in the last four, rigid bodies and exact half-spaces keep their models.
     #[schemars(length(min = 1))]
     pub variants: Option<Vec<String>>,
     /// Mesh and elements of body 1 in variants that replace its `kind`.

@@ -7,7 +7,8 @@ use super::frame::{Positive, PositiveCount};
 
 /// Direction of material axis 1 (fibre) in a meshed body.
 ///
-/// It is the same everywhere (`tilt`, `azimuth`), given by element (`field`, `file`), or wound around an axis (`cylindrical`).
+/// It is the same everywhere (`tilt`, `azimuth`), given for each element (`field`, `file`), or wound around an axis
+/// (`cylindrical`).
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FibreDirection {
@@ -22,8 +23,8 @@ pub struct FibreDirection {
     pub field: Option<String>,
     /// File with the direction of each element, relative to the scene file: CSV or .msh.
     ///
-    /// A line of a CSV file: element number, fx, fy, fz (direction of axis 1) and optionally gx, gy, gz (direction of axis 2). A
-    /// .msh file contains the element field `field`.
+    /// Each line of a CSV file contains: element number, fx, fy, fz (direction of axis 1) and optionally gx, gy, gz (direction of
+    /// axis 2). A .msh file contains the element field `field`.
     pub file: Option<String>,
     /// Fibres wound around an axis.
     pub cylindrical: Option<CylindricalWinding>,

@@ -50,12 +50,12 @@ pub enum Frame {
     },
 }
 
-/// Default of switches that are on.
+/// Default of boolean keys that are true unless given.
 pub(super) fn yes() -> bool {
     true
 }
 
-/// Default of counts.
+/// Default of counts that are 1 unless given.
 pub(super) fn one() -> PositiveCount {
     PositiveCount(1)
 }
@@ -107,7 +107,8 @@ pub enum FramePoints {
 
 /// Initial gap between the undeformed surfaces.
 ///
-/// Shapes belong to body 2, above the plane z = 0. Curved surfaces are parabolic approximations unless `exact = true`.
+/// Shapes belong to body 2, above the plane z = 0. Curved surfaces are parabolic approximations unless `exact = true`. r is the
+/// distance from the lowest point or tip, along the plane.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -123,7 +124,7 @@ pub enum Gap {
         #[serde(default)]
         offset: [f64; 2],
     },
-    /// Ellipsoid: gap `x^2 / (2 radii[0]) + y^2 / (2 radii[1])`.
+    /// Ellipsoid: gap `x^2 / (2 radii[0]) + y^2 / (2 radii[1])`, x and y along its first and second axis.
     Ellipsoid {
         /// Radii of curvature along the two axes. Excludes `semi_axes`.
         radii: Option<[Positive; 2]>,
@@ -174,11 +175,12 @@ pub enum Gap {
         #[serde(default)]
         offset: [f64; 2],
     },
-    /// Gap heights from a file, shifted to the first touch.
+    /// Gap heights from a file, shifted to the first touch: the lowest cell has gap 0.
     Heights {
         /// CSV or NPY file of gap heights, relative to the scene file; row = index along x, column = index along y.
         file: String,
-        /// Spacing of the heights along x, y, centred in the frame and interpolated. Default: one height per cell.
+        /// Spacing of the heights along x, y. The map is centred in the frame, and its heights are interpolated at the cells.
+        /// Default: one height per cell.
         spacing: Option<[Positive; 2]>,
         /// Position of the centre of the height map relative to the frame's centre, along the frame's x, y; needs `spacing`.
         #[serde(default)]

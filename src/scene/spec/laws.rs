@@ -119,11 +119,12 @@ pub struct WearIntegration {
     /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
     #[schemars(range(min = 0, max = 1))]
     pub share: f64,
-    /// Time integration of wear over a jump of many cycles; default "sdirk2".
+    /// Time integration of wear over a wear jump; default "sdirk2".
     pub integrator: Integrator,
     /// Tolerance of the estimated wear depth error (root mean square), relative to the largest wear depth; default 1e-3.
     ///
-    /// It controls the length of wear jumps if `jumps` is not given, and the correction of cycles with few increments.
+    /// It sets the length of wear jumps if `jumps` is not given. It also sets the accuracy with which resolved cycles correct the
+    /// wear of cycles with few increments (see `increments`).
     pub tolerance: WearTolerance,
     /// Wear depth since the last move, as a fraction of the element height, at which meshes move to the worn surface.
     ///
@@ -142,7 +143,7 @@ impl Default for WearIntegration {
     }
 }
 
-/// Estimated error of the wear depth relative to the largest wear depth; default 1e-3.
+/// Tolerance of the estimated wear depth error, relative to the largest wear depth; default 1e-3.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline)]

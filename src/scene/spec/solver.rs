@@ -36,7 +36,7 @@ pub struct Solver {
     pub compression_tolerance: f64,
 }
 
-/// Kinds of work that are omitted.
+/// Kinds of work to omit if the scene does not need them.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(inline)]
@@ -147,7 +147,8 @@ pub struct InteriorPoints {
     pub to: [f64; 3],
     /// End of the second side of the rectangle, which starts at `from`, global x, y, z; default: a line.
     pub across: Option<[f64; 3]>,
-    /// Number of points on the line with both ends, or on the sides of the rectangle [along, across].
+    /// Number of points on the line, including both ends; for a rectangle two numbers: along the side towards `to`, along the side
+    /// towards `across`.
     pub points: PointCounts,
 }
 
@@ -156,9 +157,9 @@ pub struct InteriorPoints {
 #[serde(untagged)]
 #[schemars(inline)]
 pub enum PointCounts {
-    /// On a line, with both ends.
+    /// Number of points on a line, including both ends.
     Line(#[schemars(range(min = 2))] usize),
-    /// Along and across a rectangle.
+    /// Numbers of points along the two sides of a rectangle: towards `to`, towards `across`.
     Rectangle(#[schemars(inner(range(min = 2)))] [usize; 2]),
 }
 

@@ -47,7 +47,8 @@ pub struct Step {
     pub cycles: Option<Cycles>,
     /// Steady sliding of body 2 over body 1.
     pub sliding: Option<Sliding>,
-    /// Steady rolling under the loads of the previous steps; each increment is a steady state of linearly growing creepages.
+    /// Steady rolling under the loads of the previous steps. The creepages grow linearly over the increments; each increment is a
+    /// steady state.
     pub rolling: Option<Rolling>,
 }
 
@@ -160,7 +161,8 @@ pub struct Cycles {
     pub amplitude: Option<Positive>,
     /// Amplitude (±) of the tangential force on body 1; needs friction. Excludes `amplitude`.
     pub force_amplitude: Option<Positive>,
-    /// Semi-axis of an elliptic path perpendicular to `angle`, a displacement or force as the amplitude. Needs `path = "ellipse"`.
+    /// Semi-axis of an elliptic path perpendicular to `angle`: a displacement with `amplitude`, a force with `force_amplitude`.
+    /// Needs `path = "ellipse"`.
     pub amplitude2: Option<Positive>,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
