@@ -14,12 +14,13 @@ pub fn flag() -> &'static AtomicBool {
     &REQUESTED
 }
 
-/// Resets the flag. Call it only while nothing is computed: results after the cancellation may be wrong and are not marked.
+/// Resets the flag. Call it only while nothing is computed, because a running computation with skipped work would not notice the
+/// cancellation.
 pub fn reset() {
     REQUESTED.store(false, Ordering::Relaxed);
 }
 
-/// Whether cancellation was requested. Later results may be wrong and are discarded.
+/// Whether cancellation was requested. Results computed after the request may be wrong, so the callers discard them.
 pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

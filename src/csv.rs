@@ -32,7 +32,7 @@ impl Separators {
     ///
     /// # Errors
     /// If the line mixes separators, may contain a decimal comma, or uses another separator than the lines before. The error text
-    /// begins with "has" and continues a message such as "the row".
+    /// is a predicate that begins with "has": the caller puts a subject, such as "the row", in front of it.
     pub(crate) fn check(&mut self, line: &str) -> Result<(), String> {
         let blank = line.split_whitespace().nth(1).map(|_| ' ');
         let separator = line.chars().find(|c| [',', ';'].contains(c)).or(blank);
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     /// Truth: by docs/scene.md, decimal commas together with semicolons, blanks or tabs are refused. Texts, units and dates in
-    /// other columns may hold blanks.
+    /// other columns may hold blanks. A line with another separator than the line before is refused, too.
     #[test]
     fn decimal_commas_are_no_separators() {
         for wrong in

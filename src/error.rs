@@ -13,7 +13,7 @@ pub mod exit {
     pub const INPUT: u8 = 2;
     /// Not converged, or no physical solution (such as lost contact); results so far are kept.
     pub const NOT_CONVERGED: u8 = 3;
-    /// Insufficient memory or disk space.
+    /// Insufficient memory or disk space, or a file that cannot be written.
     pub const RESOURCES: u8 = 4;
     /// Stopped by a signal; results so far are kept.
     pub const INTERRUPTED: u8 = 130;
@@ -29,11 +29,11 @@ pub mod exit {
 /// Kind of an [`Error`], which determines the exit code of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorKind {
-    /// A scene, mesh, material or command-line value is invalid (exit code 2).
+    /// A scene, mesh, material or command-line value is invalid, or a file cannot be read (exit code 2).
     Input,
     /// Memory or disk space is insufficient, or a file cannot be written (exit code 4).
     Resources,
-    /// A numerical stage failed for a reason unrelated to the input (exit code 1).
+    /// A numerical method failed although the input is valid, or the program has a defect (exit code 1).
     Numerical,
     /// An iteration did not converge (exit code 3).
     NotConverged,
@@ -41,7 +41,7 @@ pub enum ErrorKind {
     Interrupted,
 }
 
-/// Error with its context, outermost first.
+/// Error message with its kind and its context; the outermost context comes first.
 #[derive(Debug, Clone)]
 pub struct Error {
     kind: ErrorKind,
@@ -64,12 +64,12 @@ impl Error {
         Self { kind: ErrorKind::Input, message: message.into(), context: Vec::new() }
     }
 
-    /// Failure of memory, disk or file system.
+    /// Insufficient memory or disk space, or a file that cannot be written.
     pub fn resources(message: impl Into<String>) -> Self {
         Self { kind: ErrorKind::Resources, message: message.into(), context: Vec::new() }
     }
 
-    /// Failure of a numerical stage.
+    /// Failure of a numerical method, or a defect of the program.
     pub fn numerical(message: impl Into<String>) -> Self {
         Self { kind: ErrorKind::Numerical, message: message.into(), context: Vec::new() }
     }
@@ -79,7 +79,7 @@ impl Error {
         Self { kind: ErrorKind::NotConverged, message: message.into(), context: Vec::new() }
     }
 
-    /// Cancelled computation.
+    /// Error of a cancelled computation.
     pub(crate) fn interrupted() -> Self {
         Self { kind: ErrorKind::Interrupted, message: "interrupted".to_owned(), context: Vec::new() }
     }

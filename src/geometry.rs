@@ -53,8 +53,8 @@ impl Triad {
     }
 }
 
-/// Material axes of a fibre as columns: 1 along the fibre, 2 in the surface 90 degrees left of the azimuth, 3 = 1 x 2. With `tilt`
-/// t and `azimuth` a in radians, the fibre is (cos t cos a, cos t sin a, sin t).
+/// Material axes of a fibre as columns: axis 1 along the fibre, axis 2 in the surface at `azimuth` + 90 degrees, axis 3 = 1 x 2.
+/// With `tilt` t and `azimuth` a in radians, the fibre is (cos t cos a, cos t sin a, sin t).
 ///
 /// # Source
 /// docs/conventions.md: 1 = cos t e1 + sin t n, 3 = -sin t e1 + cos t n, with the unit vector e1 at the azimuth and the normal n.
@@ -81,7 +81,7 @@ impl Side {
         -self.gap_sign()
     }
 
-    /// Sign of the body's displacement in the gap and of P on the body: -1 for body 1, +1 for body 2.
+    /// Sign of the body's displacement in the gap, and of the traction P on the body: -1 for body 1, +1 for body 2.
     pub fn gap_sign(self) -> f64 {
         match self {
             Self::Lower => -1.0,

@@ -36,7 +36,8 @@ pub struct Array2 {
 /// Reads an array from the bytes of a .npy file: little-endian f4, f8, i4 or i8 in C or Fortran order.
 ///
 /// # Errors
-/// If the bytes are not a .npy file, have an unsupported type or number of dimensions, do not fit the header, or hold no values.
+/// If the bytes are not a .npy file, are damaged, or hold no values. If the format version, the value type or the number of
+/// dimensions is not supported.
 pub fn read(bytes: &[u8]) -> Result<Array2> {
     let (header, data) = split(bytes)?;
     let descr = field(header, "descr")?;
@@ -282,7 +283,7 @@ mod tests {
     }
 
     /// Truth: written files follow numpy.lib.format. Their header is a dictionary whose shape is a tuple, and their data start at a
-    /// multiple of 64 bytes.
+    /// multiple of 64 bytes. A second array of the same name is refused.
     #[test]
     fn archives_hold_npy_files() {
         let values = [1.5, -2.0, f64::MIN_POSITIVE, 4.0, 5.0, 6.0];

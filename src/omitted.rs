@@ -9,11 +9,12 @@ use serde::{Deserialize, Serialize};
 pub enum OmittableWork {
     /// Tangential tractions as unknowns, in steps without friction and wear.
     TangentialUnknowns,
-    /// Pressures in the iterations for friction: they are solved first, if normal and tangential directions are not coupled.
+    /// Pressures as unknowns of the friction iterations: without coupling of normal and tangential directions, the pressures are
+    /// solved first.
     NormalComponents,
     /// Tangential gap after a solve, in scenes without friction that write no fields.
     TangentialGap,
-    /// One of two half-space operators: their Green's functions are summed.
+    /// The second of two half-space operators: one operator with the sum of both Green's functions suffices.
     SecondHalfSpace,
     /// Blocks of half-space operators between normal and tangential directions, if they vanish for the materials.
     VanishingBlocks,

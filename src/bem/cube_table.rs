@@ -37,8 +37,9 @@ const COMPARED: usize = 2048;
 /// Number of values stored before the coefficients of a cached patch: face, level, two positions.
 const SQUARE_LEN: usize = 4;
 
-/// Rows and columns of the stored entries of a matrix: row by row, or (xx, yy, zz, yz, xz, xy) for a symmetric matrix.
+/// Rows and columns of the stored entries of a matrix, row by row.
 const GENERAL: [(usize, usize); 9] = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)];
+/// Rows and columns of the stored entries of a symmetric matrix: xx, yy, zz, yz, xz, xy.
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
 
 /// Number of entries per direction for symmetric G, including two zeros for SIMD alignment.
@@ -50,7 +51,7 @@ pub(super) const GENERAL_LEN: usize = 28;
 /// Reflections that leave a field unchanged. The table covers one direction of each set of equivalent directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum DirectionSymmetry {
-    /// G(-x) = G(x) in a full space.
+    /// Inversion of a full space: G(-x) = G(x).
     Inversion,
     /// Reflections of a half-space z <= 0 across the planes x = 0 and y = 0. `true` marks a plane of material symmetry.
     Planes([bool; 2]),
@@ -238,9 +239,9 @@ impl<const LEN: usize> ChebyshevPatch<LEN> {
 }
 
 impl<const LEN: usize> CubeTable<LEN> {
-    /// Computes a table with an error of about `tolerance`; more if the limits on patches and halvings are reached or the integrals
-    /// are less accurate. The table is compared with the integrals in evenly spread directions and in `others`. `integral` returns
-    /// the field and an estimate of its error, relative to the largest entries.
+    /// Computes a table with an error of about `tolerance`. The error is larger if the limits on patches and halvings are reached,
+    /// or the integrals are less accurate. The table is compared with the integrals in evenly spread directions and in `others`.
+    /// `integral` returns the field and an estimate of its error, relative to the largest entries.
     ///
     /// # Errors
     /// As the integrals, and if the run is cancelled.
@@ -416,7 +417,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         let pairs = signs * signs.transpose();
         let matrix = |part: usize, factor: f64| {
             if LEN == SYMMETRIC_LEN {
-                // All signs of an inversion are equal.
+                // All signs of an inversion are equal, so their products are 1.
                 voigt_to_tensor(&std::array::from_fn(|k| factor * sums[6 * part + k]))
             } else {
                 Matrix3::from_fn(|i, k| factor * pairs[(i, k)] * sums[9 * part + 3 * i + k])

@@ -4,9 +4,9 @@
 //! On a line x(s) = m + s h, -1 ≤ s ≤ 1, a rule with n Gauss points has a relative error of about ρ^(-2n). Here
 //! `ρ + 1/ρ = |z - 1| + |z + 1|` for the nearest complex singularity z of the kernel. With r = x - y, the isotropic kernel of a
 //! point y is singular where r·r = 0. Along a stiff direction an anisotropic kernel varies as if distances were shorter. Its terms
-//! behave like 1/√(r·A⁻¹r). Here A_jl = C_kjkl (no sum over k) is the form of displacements along the material axis k. The zeros of
-//! r·A⁻¹r approximate all singularities. Displacement directions with much softer shear, such as the diagonals of cubic crystals,
-//! contribute additional forms.
+//! behave like 1/√(r·A⁻¹r). Here A_jl = C_kjkl (no sum over k) is the quadratic form of displacements along the material axis k.
+//! The zeros of r·A⁻¹r approximate all singularities. Displacement directions with much softer shear, such as the diagonals of
+//! cubic crystals, contribute additional forms.
 
 use std::f64::consts::PI;
 
@@ -22,7 +22,7 @@ pub(super) struct Parallelogram {
     pub half_sides: [Point; 2],
 }
 
-/// Quadratic forms of a material, and the Bernstein ellipses that 1, 2, ... Gauss points require, given by their semi-axes.
+/// Quadratic forms of a material, and the semi-axes of the Bernstein ellipses that rules with 1, 2, ... Gauss points require.
 #[derive(Debug)]
 pub(super) struct QuadratureOrder {
     /// A⁻¹ of each form.
@@ -49,7 +49,8 @@ impl QuadratureOrder {
             let [aa, ab, bb] =
                 [a.dot(&patch.half_sides[0]), a.dot(&patch.half_sides[1]), b.dot(&patch.half_sides[1])];
             let [ca, cb, cc] = [a.dot(&away), b.dot(&away), (metric * away).dot(&away)];
-            // Of the parallels to one side, the one through the projection of `y` on the other side (within the patch) is used.
+            // For each side of the patch, the rule is chosen on one line parallel to it. The line passes through the projection of
+            // `y` on the other side (within the patch).
             let across = |[aa, ab, bb]: [f64; 3], [ca, cb]: [f64; 2]| {
                 let t = (cb / bb).clamp(-1.0, 1.0);
                 bernstein_semi_axis(aa, ca - t * ab, cc - 2.0 * t * cb + t * t * bb)
@@ -84,9 +85,10 @@ fn bernstein_semi_axis(aa: f64, ca: f64, cc: f64) -> f64 {
 /// Number of sampled directions on the Fibonacci spiral, in addition to the diagonals.
 const DIRECTIONS: usize = 200;
 
-/// Minimum ratio of largest to smallest eigenvalue for the form of an additional direction. The first constant is relative to the
-/// largest ratio of the material axes, the second to the largest ratio of all sampled directions.
+/// Minimum ratio of largest to smallest eigenvalue for the form of an additional direction, relative to the largest ratio of the
+/// material axes.
 const MIN_RATIO_OVER_AXES: f64 = 1.2;
+/// The same minimum ratio, relative to the largest ratio of all sampled directions. The larger minimum counts.
 const MIN_RATIO_SHARE: f64 = 0.5;
 
 /// Maximum cosine between additional directions (20 degrees).

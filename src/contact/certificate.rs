@@ -4,7 +4,7 @@
 use super::{ContactState, Increment};
 use crate::linalg::vector::nan_max;
 
-/// Independent checks of a state. Relative checks are 0 for an exact solution.
+/// Independent checks of a state. Dimensionless checks are 0 for an exact solution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StateChecks {
     /// Natural residual ([`Increment::natural_residual`]).
@@ -14,7 +14,8 @@ pub struct StateChecks {
     /// Largest max(|q|_μ - p, 0), divided by the largest pressure. |q|_μ is the magnitude of the scaled tangential traction.
     pub max_cone_violation: f64,
     /// Σ A |p g_n| / E with the elastic energy E. If E <= 1e-12 E_0, E_0 replaces E, where E_0 = ½ Σ A p² S_nn is the energy of
-    /// cells that deform independently. This happens if the tractions of a complete contact cause no deformation.
+    /// cells that deform independently. E is zero, for example, if flat surfaces touch everywhere on a periodic frame: the uniform
+    /// pressure causes no deformation.
     pub normal_gap_energy: f64,
     /// Σ A (p |Δg|*_μ + q·Δg), divided by the denominator of `normal_gap_energy`. |Δg|*_μ is the slip scaled by the friction
     /// coefficients.
@@ -48,8 +49,8 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     a.into_iter().chain(b).reduce(nan_max)
 }
 
-/// Ratio of the elastic energy to the energy of cells that deform independently, up to which the elastic energy counts as zero.
-/// Such a small elastic energy consists of errors of the tractions.
+/// Ratio of the elastic energy to the energy of cells that deform independently, up to which the elastic energy counts as zero. A
+/// smaller elastic energy comes from errors of the tractions alone.
 const MIN_ELASTIC_ENERGY_SHARE: f64 = 1e-12;
 
 /// Largest number of kernels integrated for the direct sums of one path point.
@@ -115,7 +116,8 @@ pub fn check(
     sums: OperatorCheck,
 ) -> StateChecks {
     if problem.normal_only() {
-        // Remove tangential displacements of earlier solutions. A resumed run does not contain them.
+        // Remove tangential displacements left by earlier solutions. A resumed run starts without them, and must give the same
+        // result.
         let n = problem.n();
         it.elastic.chunks_exact_mut(3 * n).for_each(|planes| planes[..2 * n].fill(0.0));
     }
@@ -126,7 +128,7 @@ pub fn check(
     }
     let n = problem.n();
     let residual = problem.natural_residual(it);
-    // The residual is infinite if a solve stopped at its start, before any traction existed. The relative error is then 1.
+    // The residual is infinite if a solve stopped at its start, before any traction existed. It then counts as 1.
     let natural_residual = if residual == f64::INFINITY { 1.0 } else { residual };
     let mut checks = StateChecks { natural_residual, ..StateChecks::default() };
     checks.min_gap = f64::INFINITY;

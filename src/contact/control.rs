@@ -35,8 +35,8 @@ pub enum Pressures {
 pub enum SlipReference {
     /// Tangential gaps `[2, N]`, mm, at the end of the previous increment.
     Previous(Vec<f64>),
-    /// The previous path point of a closed cycle; the last point precedes the first. Cells that stick through the whole cycle keep
-    /// the tangential gap at which they stuck.
+    /// The previous path point of a closed cycle; the last point precedes the first. In cells that stick through the whole cycle,
+    /// slip is measured from the tangential gap at which they stuck.
     PreviousPoint {
         /// Cells that stick through the cycle.
         stick_mask: Vec<bool>,
@@ -84,7 +84,7 @@ pub struct PathPoint {
     /// Tangential control.
     pub tangential: TangentialControl,
     /// Balance that determines the unknown rigid motions, in place of the forces of both controls. `None` if the controls suffice:
-    /// for forces along the common axes of a flat frame, or without forces.
+    /// without forces, or for forces along axes that all cells of a flat frame share.
     pub balance: Option<Balance>,
     /// Reference from which slip is measured.
     pub reference: SlipReference,

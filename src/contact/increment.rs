@@ -39,8 +39,8 @@ pub struct Increment<'a> {
     pub scales: Arc<ContactScales>,
     /// Wear depth at the start, `[N]`, mm.
     pub wear_depth: &'a [f64],
-    /// Number of repetitions of the slip whose wear opens the gap: 1, or the number of cycles of an implicit stage. 0 if wear does
-    /// not change the gap.
+    /// Ratio of the gap opened by wear to the wear depth of one pass through the path points: 1, or the number of cycles of an
+    /// implicit stage. 0 if wear does not change the gap.
     pub slip_repeats: f64,
     /// Whether the pressures are unknown.
     pub pressures: Pressures,
@@ -146,7 +146,8 @@ impl Increment<'_> {
         self.fill_gradient(it);
     }
 
-    /// Cells, in ascending order, whose flexibility is not formed although rigid bodies would overlap in them.
+    /// Returns the cells, in ascending order, whose flexibility is not formed although undeformed bodies would overlap in them at
+    /// the motions of `it`.
     pub fn closed_by_motion(&self, it: &ContactState) -> Vec<usize> {
         let mut cells = self.flexibility.unformed_cells();
         let gap = |cell: usize, end: usize| {
@@ -289,7 +290,7 @@ impl Increment<'_> {
 
     /// Computes the wear depth dw = Σ p |Δg|_i of one pass through the path points. |Δg|_i is the slip, weighted with the specific
     /// wear rates and the wear path factor of the cell. Adds the wear depth at the start and `slip_repeats` dw to the normal gap
-    /// (docs/theory-wear.md). dw is implicit in pressure and slip.
+    /// (docs/theory-wear.md). dw follows from the unknown pressure and slip, so that wear is implicit.
     fn fill_wear(&self, it: &mut ContactState) {
         let n = self.n();
         it.wear_rate.fill(0.0);

@@ -158,7 +158,7 @@ fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     }
     let highest = z[top];
     z.iter_mut().for_each(|value| *value -= highest);
-    // With this shift, the cell with the largest value reaches the force; the other cells can only add to it.
+    // With this shift, the cell with the largest value carries the force alone, so that the sum is at least the force.
     let mut lift = force.max(0.0) / areas[top];
     for _ in 0..200 {
         let (mut sum, mut slope) = (0.0, 0.0);
@@ -192,7 +192,8 @@ fn newton_step([a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
 }
 
 /// Rigid displacement v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = f, where f is the prescribed force. `planes` contains the
-/// predictors ẑ and the pressures p. a is the step size `step`, and clip(·; p) is the radial return to the disc of radius p.
+/// predictors ẑ and the pressures p. a is the step size `step`, and clip(·; p) is the radial return to the disc of radius p. If f
+/// reaches the friction limit, returns the loss of equilibrium and v = 0.
 ///
 /// v minimises the convex potential Σ A h(ẑ - a M Rᵀ v; p) + a f·v with Huber's function h, and is found by damped Newton steps.
 /// `wanted` is the scaled force f̂ = M⁻¹ Rᵀ f. R and M are the matrices of [`FrictionScaling`].

@@ -15,7 +15,7 @@ use crate::evolution::run::Run;
 use crate::evolution::step::Step;
 use crate::geometry::{Side, format_short};
 
-/// The part of a unit direction that is orthogonal to the earlier directions counts as zero below this norm.
+/// Norm below which the part of a unit direction that is orthogonal to the earlier directions counts as zero.
 const MIN_DIRECTION_NORM: f64 = 1e-6;
 
 impl Run<'_> {
@@ -141,7 +141,7 @@ impl PreparedModel<'_> {
         ))
     }
 
-    /// Names the unconstrained bodies; body 2 if only forces are prescribed.
+    /// Names the unconstrained bodies; "body 2" if there are none.
     fn who(&self) -> &'static str {
         match self.model.floating.iter().map(|body| body.side).collect::<Vec<_>>()[..] {
             [Side::Lower] => "body 1",
@@ -229,7 +229,7 @@ fn allowed_rotation(normals: &[Vector3<f64>], rotation: &Vector3<f64>) -> Vector
     }
 }
 
-/// Sign that makes the largest component positive: the sense of an unresisted motion is arbitrary.
+/// Sign that makes the largest component positive, because the sense of an unresisted motion is arbitrary.
 fn sign_of_largest(direction: Vector3<f64>) -> f64 {
     direction[direction.iamax()].signum()
 }

@@ -24,7 +24,8 @@ pub struct RunCheckpoint {
     pub(super) given_warnings: GivenWarnings,
     pub(super) timings: Vec<(String, f64)>,
     pub(super) fretting_loops: Vec<FrettingLoop>,
-    /// Numbers of solves, iterations and operator applications on earlier, smaller frames. The next record of a jump includes them.
+    /// Numbers of solves, iterations and operator applications of jumps that were not taken on earlier, smaller frames. The next
+    /// record of a jump includes them.
     #[serde(default)]
     pub(super) discarded_work: [usize; 3],
 }

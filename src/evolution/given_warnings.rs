@@ -11,7 +11,7 @@ pub enum StepWarning {
     NoContactPastFirstTouch,
     /// Contact reaches an edge of the frame beyond which the bodies continue.
     FrameEdge,
-    /// The tangential displacement is large beside the contact.
+    /// The tangential displacement is large compared with the contact.
     LargeSliding,
     /// Nothing resists a motion of an unconstrained body, and no load drives it.
     UnresistedMotion,
@@ -21,7 +21,7 @@ pub enum StepWarning {
     UnstableJump,
 }
 
-/// Warnings given so far, each with the index of its step. All entries of a load history count as one step.
+/// Warnings given so far, each with the index of its step. All load points of a history count as one step.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct GivenWarnings(Vec<(usize, StepWarning)>);
 

@@ -53,7 +53,8 @@ use crate::evolution::warnings::{large_friction_warning, path_dependence_warning
 /// A step that does not converge ends the run; its state is kept, with [`Outcome::NotConverged`].
 ///
 /// # Errors
-/// If the model is inconsistent, `from` belongs to another model, a number becomes non-finite, or the observer cannot write.
+/// If the model, a step or `from` is invalid, a body cannot be solved, or memory does not suffice. If a number underflows or
+/// becomes non-finite, or the observer cannot write.
 pub fn run(
     model: &Model,
     steps: &[Step],

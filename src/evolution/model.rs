@@ -66,7 +66,7 @@ pub(super) struct PreparedModel<'a> {
     pub free_translations: Vec<Vector3<f64>>,
 }
 
-/// Refuses a model without cells, with fields of other sizes, or with a gap that is not finite.
+/// Refuses a model without cells, with fields of wrong sizes, or with a gap that is not finite.
 fn check_sizes(model: &Model) -> Result<()> {
     let n = model.frame.n_cells();
     if n == 0 {

@@ -19,7 +19,7 @@ use crate::evolution::state;
 use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
 use crate::omitted::OmittableWork;
 
-/// Laws that act in an increment, and the number of times its slip occurs.
+/// Laws that act in an increment, and the ratio of the gap opened by wear to the wear depth (`slip_repeats`).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ActiveLaws<'f> {
     pub friction: bool,
@@ -102,7 +102,7 @@ fn solve(
 /// Grids with fewer cells across may be too coarse to show the gap between the contact and the edge of the frame.
 const MIN_CELLS_ACROSS: usize = 12;
 
-/// Smallest allowed peak pressure. Below it the squares of the other pressures underflow, and the friction law fails.
+/// Smallest allowed peak pressure. Below it the squares of smaller pressures underflow, and the friction law fails.
 const MIN_PEAK_PRESSURE_MPA: f64 = 1e-140;
 
 /// Refuses nonzero pressures so small that their squares underflow.
@@ -125,7 +125,7 @@ fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &s
 /// flexibility of these cells and continues.
 ///
 /// # Errors
-/// As [`solve`], and if a body cannot be solved.
+/// As [`solve`], and if a body cannot be solved or memory does not suffice.
 pub(super) fn solve_and_check(
     (prepared, problem): (&PreparedModel, &mut Increment),
     it: &mut ContactState,
@@ -278,7 +278,7 @@ impl Run<'_> {
         if self.has_friction() && !rolls {
             return Ok(());
         }
-        // A prescribed force of zero is allowed. Without friction, the tangential force vanishes at once.
+        // A prescribed force of zero is allowed, because the tangential force is zero without friction.
         let pulled = matches!(self.controls.tangential, Tangential::Force(force) if force != [0.0; 2]);
         // Inclined cells carry a spin moment by their pressures.
         let level = self.prepared.model.frame.has_uniform_axes();
@@ -305,8 +305,9 @@ impl Run<'_> {
         self.step().friction && self.prepared.ellipse.is_some()
     }
 
-    /// Replaces tangential force and spin moment by fixed motions if friction does not act or the step rolls. Without friction both
-    /// are zero, and any position satisfies them. Only inclined cells carry a spin moment without friction.
+    /// Replaces tangential force and spin moment by fixed motions if friction does not act or the step rolls. Without friction the
+    /// prescribed values are zero, and any position satisfies them. A spin moment on inclined cells stays prescribed without
+    /// friction, because their pressures carry it.
     pub(super) fn effective_loads(&self, mut loads: PrescribedLoads) -> PrescribedLoads {
         if !self.has_friction() {
             loads.tangential = TangentialControl::Shift;

@@ -13,8 +13,8 @@ pub enum CheckpointEvent {
     StepEnd,
     /// The run ends early.
     Aborted,
-    /// The run ends here and resumes with other operators: contact reaches the edge of the frame in the next jump, or the observer
-    /// requests it.
+    /// The run ends here and resumes with other operators. Contact reaches the edge of the frame in the next jump, or the observer
+    /// requests a rebuild.
     Suspended,
 }
 
@@ -35,7 +35,7 @@ pub trait Observer: Send {
     /// Called where the run can resume: after every record, and where it ends early. `checkpoint` creates the checkpoint.
     ///
     /// # Errors
-    /// If it cannot be written; the run stops.
+    /// If the checkpoint cannot be written; the run stops.
     fn on_checkpoint(
         &mut self,
         _moment: CheckpointEvent,

@@ -193,7 +193,7 @@ pub struct JumpRecord {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Divergence {
-    /// The contact solver reached its iteration limit.
+    /// The contact solver reached its iteration limit or stopped making progress.
     Iterations,
     /// The tangential load exceeds the friction limit.
     GrossSliding,

@@ -54,7 +54,8 @@ pub(super) struct Run<'a> {
     pub(super) given_warnings: GivenWarnings,
     /// Rollback point at the end of the last record.
     pub(super) rollback_point: RollbackPoint,
-    /// Numbers of solves, iterations and operator applications on earlier, smaller frames. The next record of a jump includes them.
+    /// Numbers of solves, iterations and operator applications of jumps that were not taken on earlier, smaller frames. The next
+    /// record of a jump includes them.
     pub(super) discarded_work: [usize; 3],
     /// Solves, iterations and operator applications of the jump in which contact reached the edge of the present frame.
     pub(super) untaken_jump_work: [usize; 3],

@@ -55,7 +55,7 @@ pub struct Cycles {
 /// Motion of body 2 in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CycleMotion {
-    /// Back and forth on a line, or around an ellipse, about the position at the start of the step.
+    /// Back and forth on a line, or around an ellipse, about the position or force at the start of the step.
     ClosedPath(ClosedPath),
     /// Steady sliding in one direction.
     Sliding {
@@ -84,7 +84,7 @@ pub struct ClosedPath {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedCycleSettings {
     /// Relative tolerance of the wear of a cycle. Refinement ends when the root-mean-square wear depth changes by less, or when the
-    /// wear volumes of coupled and resolved cycles agree within it.
+    /// wear volumes of coupled and resolved cycles agree within this tolerance.
     pub tolerance: f64,
     /// Use of the resolved cycles.
     pub correction: Correction,

@@ -8,13 +8,14 @@ use serde::{Deserialize, Serialize};
 /// Safety factor on the length of the next jump.
 const ERROR_TARGET: f64 = 0.9;
 
-/// Exponents of the present and the last error in the length of the next jump. Both are divided by the order of the error per
-/// length.
+/// Exponent of the present error in the length of the next jump, divided by the order of the error per length.
 const CURRENT_ERROR_EXPONENT: f64 = 0.7;
+/// Exponent of the last error in the length of the next jump, divided by the order of the error per length.
 const LAST_ERROR_EXPONENT: f64 = 0.4;
 
-/// Bounds on the ratio of the lengths of two successive jumps.
+/// Largest ratio of the lengths of two successive jumps.
 const MAX_LENGTH_GROWTH: f64 = 5.0;
+/// Smallest ratio of the lengths of two successive jumps.
 const MIN_LENGTH_GROWTH: f64 = 0.2;
 
 /// Controller of jump lengths: next length (cycles or mm), and ratio of the last estimated error to the allowed error.
@@ -73,7 +74,7 @@ impl StepController {
         (self.last_error_ratio, self.rejected_length) = (None, Some(length));
     }
 
-    /// Sets the next length after a jump that was rejected for another reason.
+    /// Sets the next length to half of a jump that was rejected for another reason than its error.
     pub fn halve(&mut self, length: f64) {
         self.next_length = 0.5 * length;
         (self.last_error_ratio, self.rejected_length) = (None, Some(length));

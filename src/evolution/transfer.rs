@@ -55,7 +55,8 @@ impl RunCheckpoint {
     /// tangential gap.
     ///
     /// # Errors
-    /// If the checkpoint is within a monotone step, the frames do not match, or a body cannot be solved.
+    /// If the model is invalid, the checkpoint is within a monotone step, or the frames do not match. If a body cannot be solved or
+    /// memory does not suffice.
     pub fn transfer_to(
         self,
         new_cell_indices: &[usize],

@@ -25,12 +25,12 @@ const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Largest number of solutions of a stage, with strokes between them to update the stick zone.
 const MAX_STICK_PASSES: usize = 8;
 
-/// Largest share of the contact area that the second stage of SDIRK2 may lose. A jump that loses more is too long, because wear
-/// widens contacts, and only single cells at the edge open and close.
+/// Largest share of the contact area that the second stage of SDIRK2 may lose. A jump that loses more is too long: wear widens
+/// contacts, so that only single cells at the edge open.
 const MAX_LOST_CONTACT_SHARE: f64 = 0.05;
 
-/// Ratio of the reported error of the wear volume to the embedded estimate. At tilt 90 of the reference scene the embedded estimate
-/// contains a fifth to a third of the error (docs/theory-wear.md).
+/// Ratio of the reported error of the wear volume to the embedded estimate. In the reference scene with a tilt of 90 degrees, the
+/// embedded estimate contains a fifth to a third of the error (docs/theory-wear.md).
 const VOLUME_ERROR_FACTOR: f64 = 2.0;
 
 /// Weight of the square root in the error budget of the Euler methods, for cells that come into contact.
@@ -56,8 +56,8 @@ struct Scheme {
 }
 
 /// L-stable SDIRK method of order 2 with an embedded third-order quadrature. The weights b̃ of the quadrature for the rates at the
-/// abscissae c = 0, γ, 1 satisfy Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. The estimate contains the error of growing contacts, the larger
-/// part, completely. It contains only a part of the error of a rate that is linear in the depth (docs/theory-wear.md).
+/// abscissae c = 0, γ, 1 satisfy Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. The estimate contains all of the error from growing contacts, which
+/// is the larger part. It contains only a part of the error of a rate that is linear in the depth (docs/theory-wear.md).
 const SDIRK2: Scheme = Scheme {
     stages: &[
         StageWeights { implicit_weight: GAMMA, solution_weight: 1.0 - GAMMA, abscissa: GAMMA },
@@ -161,7 +161,7 @@ impl WearJump {
         [self.solves, self.report.iterations, self.report.applications]
     }
 
-    /// Adds the work of rejected trials.
+    /// Adds work that no other record contains: first strokes, rejected trials and discarded jumps.
     pub fn charge_work(&mut self, [solves, iterations, applications]: [usize; 3]) {
         self.solves += solves;
         self.report.iterations += iterations;
@@ -200,10 +200,11 @@ pub(super) struct StageSpec<'s> {
 }
 
 impl Run<'_> {
-    /// Integrates the wear over `length` cycles. Updates path points and rates of `cycling`, but not the wear depth of the state.
+    /// Integrates the wear over `length` (cycles, or mm of sliding). Updates path points and rates of `cycling`, but not the wear
+    /// depth of the state.
     ///
     /// # Errors
-    /// If a body cannot be solved.
+    /// As [`Self::solve_stage`].
     pub(super) fn integrate(
         &mut self,
         JumpSpec { integrator, length, options }: JumpSpec,
@@ -272,7 +273,7 @@ impl Run<'_> {
     /// Solves the path points of a cycle, or steady sliding.
     ///
     /// # Errors
-    /// If a body cannot be solved.
+    /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
     pub(super) fn solve_stage(
         &mut self,
         StageSpec { step_fraction, wear_depth: worn, slip_repeats, options }: StageSpec,

@@ -27,7 +27,7 @@ impl Ball {
     }
 }
 
-/// Binary tree of balls. Each branch is halved along the longest extent of the centres of its balls.
+/// Binary tree of balls. Each branch with more than `LEAF` balls is halved along the longest extent of the centres of its balls.
 pub(crate) struct BallTree {
     balls: Vec<Ball>,
     order: Vec<usize>,

@@ -32,7 +32,8 @@ pub enum FrictionLaw {
         /// Angle of the first axis from the frame's x, radians.
         angle: f64,
     },
-    /// Fibre-reinforced plastic (docs/scene.md): coefficients interpolated between fibre, transverse and normal direction.
+    /// Fibre-reinforced plastic (docs/scene.md). The coefficients along and across the fibre change linearly with the tilt, from
+    /// `mu_l` and `mu_t` to `mu_n` at 90 degrees.
     Frp {
         /// Coefficient along fibres in the surface.
         mu_l: f64,

@@ -44,13 +44,13 @@ fn legendre(n: usize, x: f64) -> (f64, f64) {
     (current, n as f64 * (x * current - previous) / (x * x - 1.0))
 }
 
-/// The `n` x `n` Gauss rule on the square [-1, 1]^2; weights sum to 4.
+/// The `n` x `n` Gauss rule on the square [-1, 1]^2, exact to degree 2n - 1 along each axis; weights sum to 4.
 pub fn quadrilateral(n: usize) -> Vec<RulePoint<2>> {
     let line = gauss_legendre(n);
     line.iter().flat_map(|&(x, u)| line.iter().map(move |&(y, v)| ([x, y], u * v))).collect()
 }
 
-/// The `n` x `n` x `n` Gauss rule on the cube [-1, 1]^3; weights sum to 8.
+/// The `n` x `n` x `n` Gauss rule on the cube [-1, 1]^3, exact to degree 2n - 1 along each axis; weights sum to 8.
 pub fn hexahedron(n: usize) -> Vec<RulePoint<3>> {
     let line = gauss_legendre(n);
     quadrilateral(n)

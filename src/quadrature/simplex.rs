@@ -1,6 +1,6 @@
 //! Rules on the reference triangle (0,0), (1,0), (0,1) and the reference tetrahedron.
 //!
-//! Rules of higher degree, without an upper limit, are products of Gauss rules that are collapsed onto the simplex. All weights are
+//! Rules of higher degree are products of Gauss rules, collapsed onto the simplex; their degree has no upper limit. All weights are
 //! positive.
 
 use super::RulePoint;
@@ -13,8 +13,8 @@ fn unit_line(n: usize) -> Vec<(f64, f64)> {
 
 /// Rule on the reference triangle, exact to `degree`; weights sum to 1/2.
 ///
-/// Degree 1 uses the centroid, degree 2 uses the three-point rule of Strang and Fix (1973), and higher degrees use the collapsed
-/// square.
+/// Degrees 0 and 1 use the centroid, degree 2 uses the three-point rule of Strang and Fix (1973), and higher degrees use the
+/// collapsed square.
 pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
     const SIXTH: f64 = 1.0 / 6.0;
     match degree {
@@ -32,8 +32,8 @@ pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
 
 /// Rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
 ///
-/// Degree 1 uses the centroid, degree 2 uses the four-point rule of Hammer, Marlowe and Stroud (1956), and degree 3 uses a rule of
-/// eight points. Higher degrees use the collapsed cube.
+/// Degrees 0 and 1 use the centroid, degree 2 uses the four-point rule of Hammer, Marlowe and Stroud (1956), and degree 3 uses a
+/// rule of eight points. Higher degrees use the collapsed cube.
 pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     if degree <= 1 {
         return vec![([0.25; 3], 1.0 / 6.0)];
@@ -105,8 +105,8 @@ mod tests {
         }
     }
 
-    /// Truth: a Gauss rule of n points is exact to degree 2n - 1, and the collapse adds two degrees. The rule has n³ points with
-    /// the smallest n for which 2n - 1 is at least degree + 2.
+    /// Truth: a Gauss rule of n points is exact to degree 2n - 1, and the collapse adds two degrees. The rule on the tetrahedron
+    /// has n³ points with the smallest n for which 2n - 1 is at least degree + 2.
     #[test]
     fn no_more_points_than_the_degree_takes() {
         for degree in 4..12 {

@@ -5,7 +5,7 @@ use super::gauss::{gauss_legendre, quadrilateral};
 use super::simplex::triangle;
 
 /// Rule on the wedge (triangle (0,0), (1,0), (0,1) times [-1, 1]); weights sum to 1. It is the product of the triangle rule of
-/// `degree` and the `n`-point Gauss rule.
+/// `degree` and the `n`-point Gauss rule, which is exact to degree 2n - 1 along z.
 pub fn wedge(degree: usize, n: usize) -> Vec<RulePoint<3>> {
     let line = gauss_legendre(n);
     triangle(degree)

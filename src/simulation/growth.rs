@@ -18,8 +18,8 @@ use crate::simulation::plan_bodies::BODY_KEYS;
 /// over mesh faces.
 const GAP_TOLERANCE: f64 = 1e-9;
 
-/// Tolerance for changes of the gap that applied loads cause in half-space near-field bodies, relative to the maximum of this gap.
-/// The polynomials and the quadrature from which this gap is computed depend on the frame.
+/// Applied loads of bodies with half-space near fields contribute to the gap. Between two frames the gap may change by this
+/// tolerance times the largest contribution. The polynomials and the quadrature of the contribution depend on the frame.
 const OWN_LOAD_GAP_TOLERANCE: f64 = 1e-4;
 
 /// State from which a run continues on a larger frame.
@@ -68,8 +68,8 @@ impl FrameGrowth {
     /// Transfers the state to the larger frame of `study` and adds a note. Also returns the new indices of the old cells, `[N]`.
     ///
     /// # Errors
-    /// If the near field of a body changes to or from a half-space, or the gap in the old cells changes. If the surfaces are closer
-    /// outside the old cells than within, or a body cannot be solved.
+    /// If the near field of a body changes to or from a half-space, the old cells' gap changes, or a frame is no grid. If the
+    /// surfaces are closer outside the old cells than within, or a body cannot be solved.
     pub fn transfer_to(self, plan: &Plan, study: &Simulation) -> Result<(RunCheckpoint, Vec<usize>)> {
         let model = study.model();
         for (index, key) in BODY_KEYS.into_iter().enumerate() {

@@ -74,7 +74,7 @@ impl StiffnessUpdate {
     /// Transfers the state to the bodies of `study` and adds a note.
     ///
     /// # Errors
-    /// If a body cannot be solved.
+    /// As [`RunCheckpoint::transfer_to`].
     pub fn transfer_to(self, plan: &Plan, study: &Simulation) -> Result<RunCheckpoint> {
         let places: Vec<usize> = (0..self.snapshot.n_cells()).collect();
         let mut snapshot =

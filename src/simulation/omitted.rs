@@ -158,7 +158,7 @@ fn bodies_couple_normal_tangential(
         .bodies
         .iter()
         .any(|body| body.as_meshed().is_some() || matches!(body, BodyPlan::TruncatedHalfSpace(_)));
-    // Grid operators that keep vanishing blocks multiply them. Dense operators detect vanishing blocks themselves.
+    // Grid operators that keep vanishing blocks count as coupled. Dense operators detect vanishing blocks themselves.
     if meshed || (frame.grid.is_some() && cross_blocks(plan, frame) == CrossBlocks::Keep) {
         return Ok(true);
     }

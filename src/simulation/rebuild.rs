@@ -55,7 +55,8 @@ pub(super) struct SimulationBuilder<'a> {
 }
 
 impl SimulationBuilder<'_> {
-    /// Builds the plan on its frame as enlarged so far, or on the shared frame, with the meshes as moved so far.
+    /// Builds the simulation of the plan with the meshes as moved so far. Its frame is the plan's frame as enlarged so far, or the
+    /// shared frame.
     pub fn build<'p>(
         &mut self,
         plan: &'p Plan,
@@ -106,10 +107,11 @@ impl SimulationBuilder<'_> {
         Ok(NextSegment { study, snapshot, stage, cell_map: None })
     }
 
-    /// Builds the next segment after a simulation that continues.
+    /// Builds the next segment of a run. `study` is the simulation of the previous segment, `way` the continuation, which must not
+    /// be `Stop`.
     ///
     /// # Errors
-    /// If the next simulation cannot be built, or the run was cancelled meanwhile.
+    /// If the next simulation cannot be built, the state cannot be transferred to it, or the run was cancelled meanwhile.
     pub fn build_next<'p>(
         &mut self,
         plan: &'p Plan,

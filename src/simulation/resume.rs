@@ -149,7 +149,8 @@ fn is_finished(plan: &Plan, directory: &Path) -> bool {
     matching_summary(plan, directory).is_some_and(|summary| summary["status"] == "converged")
 }
 
-/// Summary in `directory` if it belongs to `plan`: same scene and version, and not older than the files that the scene names.
+/// Summary in `directory` if it belongs to `plan`: same scene, accuracy and version, and not older than the files that the scene
+/// names.
 fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
     let path = directory.join(SUMMARY_FILE);
     let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();

@@ -15,10 +15,10 @@ use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, wears, worn_bodies};
 pub type WornMeshes = [Option<Arc<Mesh>>; 2];
 
 /// Meshes of the worn bodies for a total wear depth `worn` (`[N]`, mm) of both bodies on `frame` (default: the plan's frame). Both
-/// meshes are `None` without wear.
+/// meshes are `None` if `worn` is empty.
 ///
 /// # Errors
-/// If an element would invert or become too flat, or memory does not suffice.
+/// If the plan's frame is invalid, an element would invert or become too flat, or memory does not suffice.
 pub fn worn_meshes(
     plan: &Plan,
     frame: Option<&ContactFrame>,

@@ -33,7 +33,7 @@ pub(super) struct BoundaryKernel<'a> {
     pub summed_columns: SummedColumns,
 }
 
-/// Columns of which only row sums are stored.
+/// Further columns of the equations, of which only the row sums are stored.
 #[derive(Clone, Copy)]
 pub(super) struct SummedColumns {
     /// Whether the columns of rigid translations of the prescribed dofs are included.
@@ -53,7 +53,7 @@ impl SummedColumns {
 }
 
 impl TreeOrder {
-    /// Dof at a position.
+    /// Number of the dof at a position in tree order.
     pub fn dof(&self, at: usize) -> usize {
         3 * self.nodes[at / 3] + at % 3
     }
@@ -105,7 +105,7 @@ impl CollocationKernel for BoundaryKernel<'_> {
     }
 }
 
-/// Block structure over the cluster tree of the elements of a body. Of `summed` further columns only row sums are stored.
+/// Block structure over the cluster tree of the elements of a body. For `summed` further columns, only the row sums are stored.
 pub(super) fn layout(elements: &BoundaryElements, summed: usize) -> CollocationLayout {
     let n = elements.n_elements();
     let extent = |i: usize| -> BoundingBox<3> {

@@ -1,8 +1,8 @@
 //! Collocation equations in low-rank blocks, solved by the generalised minimal residual method (GMRES).
 //!
 //! As in the dense equations, the diagonal block of a node follows from rigid translations. It is minus the sum of the compressed
-//! off-diagonal blocks, so translations stay stress-free to rounding. The columns of prescribed displacements and boundary values
-//! are compressed together with the columns of the unknowns, but only their row sums are stored.
+//! off-diagonal blocks (plus the unit matrix for exterior domains), so translations stay stress-free to rounding. Columns of
+//! prescribed dofs, boundary values and free motions are compressed, too, but only their row sums are stored.
 
 use faer::{MatMut, MatRef};
 use nalgebra::Matrix3;
@@ -22,15 +22,16 @@ use crate::linalg::hierarchical::{
     CoarseBlockJacobi, CollocationMatrix, CollocationUnknowns, DiagonalAndBorder,
 };
 
-/// The error of an entry is this × tolerance / √n for n unknowns. The error of a whole row, divided by the free term 1/2, then
-/// stays below the tolerance.
+/// The allowed error of an entry is this × tolerance / √n for n unknowns. The error of a whole row, divided by the free term 1/2,
+/// then stays below the tolerance.
 const ENTRY_ERROR_SHARE: f64 = 0.5;
 
 /// Number of right-hand sides solved together.
 const RIGHT_SIDES_PER_BLOCK: usize = 24;
 
-/// Number of Krylov vectors per right-hand side before a restart, and maximum number of products.
+/// Number of Krylov vectors per right-hand side before a restart.
 const RESTART: usize = 40;
+/// Maximum number of products per right-hand side.
 const MAX_GMRES_PRODUCTS: usize = 400;
 
 /// Typical number of products per right-hand side.
@@ -39,8 +40,9 @@ const TYPICAL_GMRES_PRODUCTS: usize = 12;
 /// Number of loaded elements whose columns are computed in parallel.
 const BATCH: usize = 16;
 
-/// Residual of the iteration as a multiple of the compression tolerance, and the smallest residual that single precision reaches.
+/// Residual of the iteration as a multiple of the compression tolerance.
 const RESIDUAL_OVER_TOLERANCE: f64 = 0.05;
+/// Smallest residual that single precision reaches.
 const MIN_SINGLE_PRECISION_RESIDUAL: f64 = 1e-7;
 
 /// Admissible tolerances. The blocks are stored in single precision.
@@ -56,10 +58,11 @@ pub struct CompressedEquations {
     order: TreeOrder,
     /// Additions to the diagonal blocks of the nodes.
     diagonal_blocks: Vec<Matrix3<f64>>,
-    /// Border of the matrix for the free rigid motions: columns `[n + motions, motions]` and rows `[n, motions]`.
+    /// Border columns of the matrix for the free rigid motions, `[n + motions, motions]`.
     columns: DenseMatrix,
+    /// Border rows of the matrix for the free rigid motions, each stored as a column, `[n, motions]`.
     rows: DenseMatrix,
-    /// Right-hand side of the boundary values.
+    /// Right-hand side of the boundary values and of the mean displacements along the free motions.
     boundary_value_side: Vec<f64>,
     preconditioner: CoarseBlockJacobi,
 }
@@ -312,12 +315,12 @@ fn rigid_translation_blocks(
     Ok((0..n / 3).map(of_node).collect())
 }
 
-/// The equations as the system of a Krylov method.
+/// The equations as the system of a Krylov method. The buffers `x` and `y` hold a vector and its product with the blocks in single
+/// precision, in which the blocks are stored.
 struct KrylovSystem<'a> {
     equations: &'a CompressedEquations,
     /// Number of right-hand sides.
     count: usize,
-    /// Buffers in single precision: a vector and its product with the blocks, which are stored in single precision.
     x: Vec<f32>,
     y: Vec<f32>,
 }

@@ -130,8 +130,8 @@ impl BoundaryElements {
         })
     }
 
-    /// Element with the largest ratio of node spacing to thickness behind its centre, and this ratio; `None` if no element lies
-    /// behind the centre of another.
+    /// Element with the largest ratio of node spacing to thickness behind its centre, and this ratio. `None` if no ray from a
+    /// centre into the body meets an element without common corners.
     pub fn max_spacing_to_thickness(&self) -> Option<(usize, f64)> {
         let corners = |panel: &Panel| -> Vec<Point> {
             let places = &panel.kind.face_reference_nodes()[..panel.kind.n_corners()];

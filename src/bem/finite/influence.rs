@@ -31,7 +31,7 @@ const MOST_DIVISIONS: usize = 14;
 pub struct Influence {
     /// ∫ U N_a dS with the shape function N_a of node a, mm/MPa.
     pub single_layer: [Matrix3<f64>; MOST_NODES],
-    /// ∫ T N_a dS.
+    /// ∫ T N_a dS, dimensionless.
     pub double_layer: [Matrix3<f64>; MOST_NODES],
 }
 
@@ -89,7 +89,8 @@ pub(super) struct NodalState {
     pub traction: Point,
 }
 
-/// Step of the fourth-order differences of the traction kernel, relative to the distance; their relative error is 1e-7.
+/// Step of the fourth-order differences of the traction kernel, relative to the distance. The differences have a relative error of
+/// 1e-7.
 const STEP: f64 = 0.01;
 
 /// Displacement field of a double layer (unit area with a displacement `density`).
@@ -100,7 +101,7 @@ struct DoubleLayer<'a> {
 }
 
 impl DoubleLayer<'_> {
-    /// Displacement per area; `r` points from y to the element.
+    /// Displacement per area at the evaluation point y; `r` points from y to the element.
     fn at(&self, r: &Point) -> Point {
         self.traction_operator.apply(&self.kernels.field.at(r)).transpose() * self.density
     }
@@ -211,8 +212,8 @@ impl QuadraturePoint {
 
 impl PreparedElement {
     pub fn new(kernels: &InfluenceIntegrator, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
-        // The minimum is the degree plus one for affine quadrilaterals, and the degree plus two for all others. Triangles are
-        // collapsed squares.
+        // The minimum is the degree plus one for affine quadrilaterals, and the degree plus two for all others. Triangles need the
+        // larger number because they are collapsed squares.
         let affine = panel.is_affine() && !panel.is_triangle();
         let min_points = degree + if affine { 1 } else { 2 };
         let whole = ReferencePart::whole(panel.is_triangle());
@@ -321,7 +322,7 @@ impl InfluenceIntegrator {
     ) {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let n = self.quadrature_order.points_along(&middle, &half, &seen.y);
-        // The logarithm is singular at the same points as the kernel.
+        // The logarithm is singular at the same points as the kernel, and takes two more Gauss points.
         let n = n.map(|n| (n + 2).min(MOST_POINTS));
         if n.is_none() && divisions > 0 {
             self.add_edge_principal_value(seen, (from, middle, divisions - 1), sum);
@@ -396,7 +397,8 @@ impl InfluenceIntegrator {
     #[inline]
     fn add(&self, nodes: &ElementNodes, y: &Point, sample: &QuadraturePoint, influence: &mut Influence) {
         let field = self.field.at(&(sample.at - y));
-        // The kernel has the force at y and returns tractions; the transpose gives the displacement at y.
+        // The operator gives the traction on the element due to a force at y. By reciprocity, its transpose gives the displacement
+        // at y due to displacements of the element.
         let traction = sample.traction_operator.apply(&field).transpose();
         for (a, value) in sample.shape_values.iter().enumerate().take(nodes.reference_points().len()) {
             let factor = value * sample.area;

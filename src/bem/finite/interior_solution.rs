@@ -2,8 +2,8 @@
 //!
 //! Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and its derivative have kernels that grow like 1/r² and 1/r³. The linear field
 //! at the nearest surface point is therefore subtracted before integration, so that the remaining density vanishes at this point.
-//! For interior domains the integrals reproduce a linear field, so the field is added afterwards. For exterior domains they give
-//! zero.
+//! For interior domains the integrals of a linear field reproduce it, so the field is added afterwards. For exterior domains these
+//! integrals are zero.
 
 use nalgebra::Matrix3;
 
@@ -66,7 +66,7 @@ impl BoundaryElements {
         if along.abs() > MIN_NORMAL_COSINE * foot.distance {
             return along < 0.0;
         }
-        // Next to an edge, the flux of a point force at y through the surface decides: -3 for y inside, 0 outside.
+        // Next to an edge, the trace of the flux of a point force at y through the surface decides: -3 for y inside, 0 outside.
         let flux = (0..self.n_elements()).map(|i| {
             let influence = self.influence_off_element(i, y);
             influence.double_layer.iter().take(self.nodes_of(i).len()).map(|block| block.trace()).sum::<f64>()
@@ -157,8 +157,8 @@ fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
 }
 
 impl InteriorSolution<'_> {
-    /// Displacement and stress at a point inside the body or on its surface. On common sides and corners they are means over the
-    /// adjacent elements.
+    /// Displacement and stress at a point inside the body or on its surface. On common sides and corners of elements, both are
+    /// means over the adjacent elements.
     pub fn at(&self, y: &Point) -> PointState {
         let stiffness = self.elements.stiffness();
         let feet = self.elements.coincident_points(y);

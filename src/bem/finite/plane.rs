@@ -54,7 +54,7 @@ impl BoundaryElements {
     /// carry no traction; the surface beyond the elements is fixed.
     ///
     /// # Errors
-    /// If the elements are not constant, memory does not suffice, or the run is cancelled.
+    /// If the elements are not constant, memory does not suffice, the equations are singular, or the run is cancelled.
     pub fn plane_response(&self, loaded: &[usize], par: Par) -> Result<PlaneResponse> {
         if self.interpolation() != Interpolation::Constant {
             return Err(Error::input("the meshed surface of a half-space takes constant elements"));

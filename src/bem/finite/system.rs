@@ -55,7 +55,7 @@ impl SolutionMethod {
 type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 
 impl BoundaryElements {
-    /// Three rows of node `node` of an element.
+    /// Three rows of the equations, for local node `node` of an element.
     fn rows(&self, (element, node): (usize, usize), domain: Domain) -> Rows {
         let n = self.n_nodes();
         let (mut h, mut g) = (vec![Matrix3::zeros(); n], vec![Matrix3::zeros(); n]);
@@ -190,7 +190,8 @@ impl BoundaryValueProblem<'_> {
     /// Solves the problem by the method that [`SolutionMethod::of`] gives for its number of unknowns.
     ///
     /// # Errors
-    /// If memory does not suffice, rigid motions are unconstrained, the iteration does not converge, or the run is cancelled.
+    /// If memory does not suffice, rigid motions are unconstrained, or the run is cancelled. For compressed equations, also if the
+    /// iteration does not converge or the equations are too inaccurate.
     pub fn solve(&self, par: Par) -> Result<BoundarySolution> {
         self.solve_by(SolutionMethod::of(3 * self.elements.n_nodes()), par)
     }
@@ -198,7 +199,7 @@ impl BoundaryValueProblem<'_> {
     /// Solves the problem by a given method.
     ///
     /// # Errors
-    /// As [`Self::solve`].
+    /// As [`Self::solve`], and if the tolerance of the compressed equations is not admissible.
     pub fn solve_by(&self, equations: SolutionMethod, par: Par) -> Result<BoundarySolution> {
         match equations {
             SolutionMethod::Dense => {
@@ -215,7 +216,7 @@ impl BoundaryValueProblem<'_> {
     /// Solves assembled compressed equations.
     ///
     /// # Errors
-    /// As [`Self::solve`], and if the compressed equations are too inaccurate.
+    /// If the iteration does not converge, the equations are too inaccurate, memory does not suffice, or the run is cancelled.
     pub fn solve_compressed(&self, equations: &CompressedEquations) -> Result<BoundarySolution> {
         let (unknown, report) = equations.solve(self)?;
         let solution = self.solution(unknown, Some(report))?;
@@ -310,8 +311,8 @@ mod tests {
     }
 
     /// Truth: the solved equations leave a relative residual below 1e-12. The residual exceeds 1e-3 if a response to a unit
-    /// traction is 10 % too large. Large prescribed displacements must not hide this error: 1 mm on a cube of 2 mm, and 1 MPa for
-    /// E = 2e5 MPa.
+    /// traction is 10 % too large. Large prescribed displacements must not hide this error: the cube of 2 mm has a displacement of
+    /// 1 mm, and the unit traction is 1 MPa for E = 2e5 MPa.
     #[test]
     fn wrong_responses_show_beside_prescribed_displacements() {
         let stiffness = Stiffness::isotropic(2e5, 0.3).unwrap();

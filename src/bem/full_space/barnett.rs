@@ -48,7 +48,7 @@ impl BarnettField {
         Self { stiffness: stiffness.clone() }
     }
 
-    /// Field at a point other than the origin, mm; derivatives along the coordinate axes.
+    /// Field at `x` (mm), not the origin, with derivatives along the coordinate axes.
     ///
     /// # Errors
     /// If the sums do not converge with 16384 directions (stiffness ratios too large).
@@ -94,7 +94,7 @@ impl Contractions {
         Self { across: [contract(a, a), both(a, b), contract(b, b)], along: [both(a, t), both(b, t)] }
     }
 
-    /// Means over `n` directions; the first is `offset` steps from a.
+    /// Means over `n` directions; the first direction is `offset` steps from the vector a.
     fn sums(&self, n: usize, offset: f64) -> Sums {
         let mut sums = Sums { value: Matrix3::zeros(), slopes: [Matrix3::zeros(); 2] };
         for k in 0..n {

@@ -1,4 +1,4 @@
-//! Tabulated field of a point force in a full space, for millions of evaluations.
+//! Field of a point force in a full space for millions of evaluations, in closed form or tabulated.
 
 use nalgebra::Vector3;
 

@@ -2,11 +2,13 @@
 //! frame.
 //!
 //! All quantities are in the axes (x, y, n) of the frame. The outward normal is +n for the lower body and -n for the upper body.
-//! `u(x) = ∫ G(x - y) t(y) dA`; rows of G: displacement, columns: traction on the body. G(x) = Γ(φ) / |x| with x = |x| (cos φ,
-//! sin φ), and G(-x) = G(x)^T. Body 2 carries the traction P and body 1 carries -P, so that S = G(lower) + G(upper).
+//! Tractions t on a body cause the displacement `u(x) = ∫ G(x - y) t(y) dA` of its surface: rows of G are displacements, columns
+//! tractions. G(x) = Γ(φ) / |x| with x = |x| (cos φ, sin φ), and G(-x) = G(x)^T. Body 2 carries the traction P and body 1 carries
+//! -P, so that S = G(lower) + G(upper).
 //!
-//! [`Stiffness`](crate::material::Stiffness) -> [`SurfaceGreen`] -> [`PatchIntegrator`] -> [`FftFlexibility`] (grid frames) or
-//! [`DenseFlexibility`] (any plane frame). Periodic grids: [`SurfaceGreen`] -> [`PeriodicFlexibility`].
+//! [`Stiffness`](crate::material::Stiffness) -> [`SurfaceGreen`] -> [`PatchIntegrator`] -> [`FftFlexibility`] (grid frames),
+//! [`DenseFlexibility`] or [`CompressedFlexibility`] (any plane frame). Periodic grids: [`SurfaceGreen`] ->
+//! [`PeriodicFlexibility`].
 
 pub mod green;
 pub mod grid;

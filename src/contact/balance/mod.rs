@@ -5,9 +5,9 @@
 //! areas A (docs/theory-contact.md).
 //!
 //! For given radii of the friction discs the admissible set is convex, and ρ minimises a convex potential. Damped Newton steps find
-//! ρ. The potential is piecewise quadratic in the normal predictors and a Huber function of the tangential predictors. The radii
-//! are the computed pressures, so a few minimisations follow one another. If the pressures do not depend on the tangential
-//! tractions, as on flat frames, the second minimisation is exact.
+//! ρ. The potential is piecewise quadratic in the normal components of P* - D R ρ and a Huber function of the tangential
+//! components. The radii are the computed pressures, so that each minimisation uses the pressures of the previous one. If the
+//! pressures do not depend on the tangential tractions, as on flat frames, the second minimisation is exact.
 
 mod potential;
 
@@ -26,14 +26,14 @@ pub const MOTION_COMPONENTS: usize = 3 + MAX_RIGID_MODES;
 /// Relative rigid motion, by components.
 pub type RigidMotion = [f64; MOTION_COMPONENTS];
 
-/// One value per unknown motion; further values are zero.
+/// Vector of one value per unknown motion; its remaining entries are zero.
 type MotionValues = SVector<f64, MOTION_COMPONENTS>;
 
 /// Largest eigenvalue of the Gram matrix of the gaps at which a combination of motions counts as unresisted. The motions are scaled
 /// to unit mean square gap.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// The work of the loads on an unresisted motion counts as rounding error up to this factor times their largest work on any motion.
+/// Rounding error of the work of the loads on an unresisted motion, relative to the largest prescribed work on a motion.
 const LOAD_TOLERANCE: f64 = 1e-9;
 
 /// Largest number of updates of the friction radii in one projection. The remaining error appears in the natural residual.
@@ -42,11 +42,12 @@ const MAX_RADIUS_UPDATES: usize = 6;
 /// How equilibrium under prescribed forces is lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LossOfEquilibrium {
-    /// Direction of the unresisted motion of body 2. For a balance, its largest component has magnitude 1.
+    /// Direction of the unresisted motion of body 2. On a path point with a balance its largest component has magnitude 1,
+    /// otherwise it is a unit vector.
     pub motion: RigidMotion,
-    /// Whether the motion separates the bodies.
+    /// Whether the motion mainly separates the bodies: its largest opening exceeds its largest slip.
     pub separates_bodies: bool,
-    /// Fraction of the load along the motion that friction carries.
+    /// Work of the friction limits on the motion, divided by the work of the load on the motion.
     pub carried_load_fraction: f64,
 }
 
@@ -59,10 +60,10 @@ pub struct StepSizes {
     pub tangential: f64,
 }
 
-/// Relation between tangential tractions and their predictors.
+/// Relation between tangential tractions and their predictors, the tractions before the friction limit applies.
 #[derive(Clone, Copy)]
 enum FrictionBound<'a> {
-    /// Unlimited: the traction is the predictor.
+    /// Unlimited friction: the traction equals the predictor.
     Stick,
     /// Radial return to discs of these radii, `[N]`.
     Radius(&'a [f64]),

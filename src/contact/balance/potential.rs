@@ -11,8 +11,8 @@ use super::{
 /// Largest number of Newton steps for one set of friction radii.
 const MAX_NEWTON_STEPS: usize = 80;
 
-/// If the relative defect of the works at the end of Newton's method exceeds this value, equilibrium is lost. Also the eigenvalue,
-/// relative to the largest, above which a motion counts as changing normal gaps.
+/// Largest relative defect of the works at the end of Newton's method. A larger defect means that equilibrium is lost. This number
+/// is also a bound on eigenvalues, relative to the largest one: motions with a larger eigenvalue change normal gaps.
 const UNBALANCED_SHARE: f64 = 1e-6;
 
 type Matrix = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
@@ -63,8 +63,8 @@ impl Balance {
             if error <= 1e-14 * here.size {
                 return Ok(());
             }
-            // The floor makes the matrix regular where no cell touches or all cells slip in one direction. It limits a step to
-            // about 10 (|rho| + size / stiffness).
+            // The floor makes the matrix regular if no cell touches or all cells slip in one direction. It limits a step to about
+            // 10 (|rho| + size / stiffness).
             let floor = 0.1 * error / (rho.norm() + here.size / stiffness);
             let mut matrix = here.hessian;
             (0..MOTION_COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
@@ -269,7 +269,7 @@ impl Balance {
         (*direction, failure)
     }
 
-    /// Computes the pressures of the motion `rho`. Returns whether they equal the previous values to rounding.
+    /// Computes the pressures at the motion `rho`. Returns whether they equal the previous values to rounding.
     pub(super) fn write_pressures(
         &self,
         from: ProjectionStart,
@@ -288,7 +288,7 @@ impl Balance {
         change <= 1e-14 * largest
     }
 
-    /// Computes the projected tractions of the motion `rho`. If `sliding` is given, all tangential tractions are at their limits,
+    /// Computes the projected tractions at the motion `rho`. If `sliding` is given, all tangential tractions are at their limits,
     /// opposite to `sliding`.
     pub(super) fn write(
         &self,

@@ -35,7 +35,7 @@ fn products(
             continue;
         }
         for plane in planes.clone() {
-            // A uniform rigid displacement of the gap is a Lagrange multiplier and adds no curvature.
+            // A uniform normal motion is a Lagrange multiplier, so the change of gap that it causes is subtracted from y.
             let shift = if problem.rigid_axes.is_none() && plane == 2 {
                 new.rigid_motion[end][2] - old.rigid_motion[end][2]
             } else {

@@ -11,7 +11,8 @@ use crate::omitted::AllowedOmissions;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Fastest suitable method: "cg" where only pressures are unknown, else "newton"; "bb" where these stop converging.
+    /// Fastest suitable method: "cg" where only pressures are unknown, else "newton". If "cg" stops converging, "newton" continues;
+    /// if "newton" does, "bb".
     #[default]
     Auto,
     /// Semismooth Newton with a preconditioned Krylov method.

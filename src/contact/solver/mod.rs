@@ -84,8 +84,8 @@ pub fn solve(
     report
 }
 
-/// Sets the rigid motion of unloaded path points so that the smallest normal gap is zero. Without normal force and tractions any
-/// separation would be in equilibrium.
+/// Sets the normal motion of unloaded path points on flat frames so that the smallest normal gap is zero. Without normal force and
+/// tractions any separation would be in equilibrium.
 fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     for (end, spec) in problem.path_points.iter().enumerate() {

@@ -1,8 +1,9 @@
 //! Solves for the pressures first and for the tangential tractions afterwards.
 //!
-//! Applies to pairs of bodies whose normal and tangential problems do not couple: equal bodies, or incompressible bodies on rigid
-//! bodies. Each pressure iteration costs one product with the normal part of the operator. The tangential equations then have a
-//! given friction limit in every cell. They have two components instead of three, in the cells in contact only.
+//! Applies to pairs of bodies whose normal and tangential problems do not couple: bodies of equal elastic constants, or
+//! incompressible bodies on rigid bodies. Each pressure iteration costs one product with the normal part of the operator. The
+//! tangential equations then have a given friction limit in every cell. They have two components instead of three, in the cells in
+//! contact only.
 //!
 //! # Source
 //! Johnson 1985, Contact Mechanics, section 7.2: the normal and the tangential problem of similar bodies are independent.

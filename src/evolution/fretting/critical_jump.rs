@@ -117,7 +117,7 @@ mod tests {
         let n = 30;
         let areas: Vec<f64> = (0..n).map(|i| 1.0 + 0.1 * (i % 3) as f64).collect();
         let wear: Vec<f64> = (0..n).map(|i| if i % 7 == 0 { 0.0 } else { 1.0 + 0.05 * i as f64 }).collect();
-        // A S = A K A is symmetric, because the kernel K is.
+        // A S = A K A is symmetric, because the kernel K is symmetric.
         let kernel = |i: usize, j: usize| 1.0 / (1.0 + (i as f64 - j as f64).abs());
         let normal = DMatrix::from_fn(n, n, |i, j| areas[j] * kernel(i, j));
         let operator = Normal(normal);

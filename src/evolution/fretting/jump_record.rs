@@ -92,7 +92,7 @@ impl Run<'_> {
         ));
     }
 
-    /// Adds the result of a jump to the state and delivers its record.
+    /// Adds the result of a converged jump to the state, and delivers the record of the jump.
     pub(super) fn commit_jump(&mut self, cycling: &mut WearStepState, accepted: AcceptedJump) -> Result<()> {
         let AcceptedJump { jump, length, clock, .. } = accepted;
         let number = cycling.jumps_done + 1;

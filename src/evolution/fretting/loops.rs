@@ -50,7 +50,7 @@ impl Run<'_> {
     /// Solves one increment of a cycle at the wear depth `worn` (`[N]`, mm), from `place` to the path point `end` of `course`.
     ///
     /// # Errors
-    /// If a body cannot be solved.
+    /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
     pub(super) fn solve_stroke(
         &mut self,
         (course, end, loads): (&FrettingPath, usize, PrescribedLoads),
@@ -73,7 +73,7 @@ impl Run<'_> {
     /// Resolves the cycle at the current wear depth and records its fretting loop. The state of the run does not change.
     ///
     /// # Errors
-    /// If a body cannot be solved.
+    /// As [`Self::solve_stroke`].
     pub(super) fn record_fretting_loop(&mut self, cycling: &WearStepState) -> Result<()> {
         let (step, cycles) = (self.step(), self.cycles());
         let (SlipSource::ClosedPath(coarse), CycleMotion::ClosedPath(closed)) =

@@ -17,9 +17,10 @@ use crate::geometry::format_short;
 /// Ratio of wear depth to approach below which errors are negligible.
 const NEGLIGIBLE_DEPTH_SHARE: f64 = 1e-3;
 
-/// Largest growth of the contact radius, and largest change of the stick-zone radius, in a controlled jump. The larger of the two
-/// limits counts: a number of cells, or a share of the contact radius.
+/// Largest growth of the contact radius, and largest change of the stick-zone radius, in a controlled jump, in cells. The larger of
+/// this limit and [`MAX_RADIUS_GROWTH_SHARE`] counts.
 const MAX_RADIUS_GROWTH_CELLS: f64 = 2.0;
+/// The same limit as a share of the contact radius.
 const MAX_RADIUS_GROWTH_SHARE: f64 = 0.05;
 
 /// Largest length of controlled explicit jumps, relative to the longest stable jump.
@@ -174,7 +175,7 @@ impl Run<'_> {
         )));
     }
 
-    /// Refuses explicit jumps above the stability limit.
+    /// Refuses a prescribed number of explicit jumps if the jumps exceed the stability limit.
     pub(super) fn refuse_unstable(&self, cycling: &WearStepState) -> Result<()> {
         let cycles = self.cycles();
         let (Some(critical), JumpPolicy::Number(jumps)) = (cycling.critical_length, cycles.jumps) else {
@@ -243,8 +244,8 @@ impl Run<'_> {
         (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Rejection::Other)
     }
 
-    /// Radii of circles with the areas of two sets of cells: in contact at any path point, and in contact but sticking through the
-    /// cycle.
+    /// Radii of two circles: with the area of the cells in contact at any path point, and with the area of those that stick through
+    /// the cycle.
     fn contact_and_stick_radius(&self, cycling: &WearStepState) -> [f64; 2] {
         let areas = &self.prepared.model.frame.areas;
         let touching = self.cells_in_contact(&cycling.cycle.contact);

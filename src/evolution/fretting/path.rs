@@ -35,8 +35,9 @@ impl FrettingPath {
         Self { drive, path_points, center, center_force }
     }
 
-    /// The same path with the increments of `closed`. Increments are shorter at the start of each stroke, in the share `transition`
-    /// of the stroke over which slip spreads.
+    /// The same path with the increments of `closed`. On a line with prescribed displacement the increments grow along each stroke,
+    /// because slip spreads in its first part. `transition` is this part as a fraction of the stroke. Other paths have equal
+    /// increments.
     pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
         Self::from_offsets(&closed.graded_offsets(transition), closed.drive, (self.center, self.center_force))
     }
@@ -58,7 +59,8 @@ impl FrettingPath {
         }
     }
 
-    /// Loads that return body 2 to the centre, and the tangential control afterwards.
+    /// Loads that return to the start of the path: to the displacement `center`, or to the force `center_force`. Also returns the
+    /// tangential control for the steps that follow.
     pub fn return_to_center(&self, loads: PrescribedLoads) -> (PrescribedLoads, Tangential) {
         match self.drive {
             Drive::Shift => (

@@ -12,10 +12,11 @@ const MAX_FACTOR_EXTRAPOLATION: f64 = 0.1;
 /// Growth of the ratio of elastic lag to slip after which a cycle that needed no correction is resolved again.
 const RECHECK_LAG_GROWTH: f64 = 2.0;
 
-/// Ratio of normal forces after which a cycle is resolved again: the elastic lag then takes another share of the stroke.
+/// Factor of change of the normal force after which a cycle is resolved again, because the elastic lag then takes another share of
+/// the stroke.
 const RECHECK_FORCE_RATIO: f64 = 2.0;
 
-/// Resolved cycle in comparison with the coupled path points.
+/// Result of a resolved cycle: correction and error of the wear that the coupled path points give.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ResolvedCycle {
     /// Whether the factors correct the wear. If not, all factors are 1, and the cycle only measures the error.
@@ -45,9 +46,11 @@ pub struct ResolvedCycle {
     pub(super) normal_force: f64,
     /// Wear depth when the cycle was resolved, `[N]`, mm.
     pub(super) wear_depth: Vec<f64>,
-    /// Remaining error of the wear per cycle, `[N]`: relative to the cell's wear if it is corrected, else per wear volume, 1/mm2.
+    /// Remaining error of the wear per cycle, `[N]`. With correction it is relative to the wear of the cell. Otherwise it is the
+    /// error of the wear depth per wear volume, 1/mm2.
     pub(super) remaining_error: Vec<f64>,
-    /// Remaining relative error of the wear volume per cycle; with correction, in addition to the errors of the cells.
+    /// Remaining relative error of the wear volume per cycle. With correction, the errors of the cells (`remaining_error`) are
+    /// added to it.
     pub(super) remaining_volume_error: f64,
     /// Share of the wear volume that the factors do not represent.
     pub(super) unresolved_wear_fraction: f64,
@@ -96,7 +99,7 @@ impl ReversalCorrection {
 /// Slip of a cycle between its coupled path points. The elastic lag of a cell is the motion of body 2 minus the slip.
 #[derive(Clone, Copy)]
 pub(super) struct CycleSlip {
-    /// Whether every cell slips on the stroke to each path point at which it carries pressure.
+    /// Whether every cell slips in each increment at whose end it carries pressure.
     pub(super) full_slip: bool,
     /// Largest ratio of the elastic lag of a cell to the displacement of body 2: share of a stroke in which slip spreads over the
     /// contact.

@@ -33,7 +33,8 @@ const CONFIRMING_REFINEMENT: usize = 4;
 /// 15 to 75 degrees to the fibre. With 8 increments the wear was right to 1e-3, but the force across the stroke was 15 % too small.
 const MAX_FORCE_CHANGE: f64 = 0.01;
 
-/// Relative difference between the tangential forces of prescribed increments and of the resolved cycle that triggers a warning.
+/// Relative difference between the tangential forces of prescribed increments and of the resolved cycle, above which a warning is
+/// given.
 const MIN_REPORTED_FORCE_DIFFERENCE: f64 = 0.02;
 
 /// Smallest wear of a cell, relative to the largest, for which the cell has an individual factor. Both wear depths follow from the
@@ -46,7 +47,7 @@ const MAX_WEAR_FACTOR: f64 = 4.0;
 /// Lower bound on the share of a stroke in which slip spreads over the contact.
 const MIN_FIRST_INCREMENT_SHARE: f64 = 0.02;
 
-/// Relative accuracy to which a resolved cycle measures the error of the coupled cycle where it corrects nothing.
+/// Relative accuracy with which a resolved cycle measures the error of the coupled cycle if it does not correct this error.
 const MEASUREMENT_TOLERANCE_SHARE: f64 = 0.1;
 
 /// Wear of one cycle.
@@ -73,8 +74,8 @@ impl CycleWear {
         self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)
     }
 
-    /// First-order extrapolation of the wear from a coarser cycle and this one. `ratio` is the number of increments of this cycle
-    /// divided by the number of increments of the coarser cycle.
+    /// First-order extrapolation of wear and dissipation from a coarser cycle and this one. `ratio` is the number of increments of
+    /// this cycle divided by the number of increments of the coarser cycle.
     fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
         let limit = |fine: f64, coarse: f64| (ratio * fine - coarse) / (ratio - 1.0);
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
@@ -104,7 +105,7 @@ impl Run<'_> {
     /// updates factors and rates of `cycling`. If increments do not converge, rates and factors stay as they are.
     ///
     /// # Errors
-    /// If a body cannot be solved.
+    /// As [`Self::solve_stroke`].
     pub(super) fn update_resolved_cycle(&mut self, cycling: &mut WearStepState) -> Result<()> {
         let (SlipSource::ClosedPath(course), CycleMotion::ClosedPath(closed)) =
             (&cycling.slip_source, &self.cycles().motion)
@@ -227,14 +228,14 @@ impl Run<'_> {
             factor_rate,
             dissipation_factor,
             remaining_error: change,
-            // Relative to the wear that the factors represent.
+            // The error is relative to the wear that the factors represent.
             remaining_volume_error: (unresolved.abs() + drift) / (1.0 - unresolved).max(f64::EPSILON),
             ..measurement
         });
     }
 
     /// Creates a resolved cycle without correction. Its remaining errors are the difference from the coupled cycle plus the change
-    /// by the last refinement.
+    /// by the last refinement. The error of the wear volume also includes the drift of the tractions.
     fn error_measurement(
         &self,
         cycling: &WearStepState,
@@ -269,7 +270,7 @@ impl Run<'_> {
         }
     }
 
-    /// Warns once of wear that the factors do not represent.
+    /// Warns if the factors miss more wear than the tolerance, unless they did at the previous resolved cycle.
     fn warn_of_unresolved_wear(&mut self, cycling: &WearStepState, (missed, tolerance): (f64, f64)) {
         if missed <= tolerance
             || cycling
@@ -377,7 +378,7 @@ impl Run<'_> {
         let mut first: Option<(usize, CycleWear)> =
             (is_refined && !extrapolates).then(|| (increments, coarser.clone()));
         loop {
-            // If the first cycle agrees with the coupled path points, possibly by chance, the next one confirms the agreement.
+            // If the first cycle agrees with the coupled path points, possibly by chance, the next one tests the agreement.
             let confirms = may_agree
                 && first
                     .as_ref()

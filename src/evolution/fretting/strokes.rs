@@ -18,7 +18,7 @@ use crate::omitted::OmittableWork;
 
 /// Largest number of cycles without wear that are solved until a cycle is periodic.
 const MAX_SETTLING_CYCLES: usize = 10;
-/// Largest change of the responses per cycle in a periodic cycle, relative to the range of the responses.
+/// Largest change of the responses from one cycle to the next for which the cycle counts as periodic, relative to their range.
 const PERIODIC_TOLERANCE: f64 = 1e-3;
 
 /// Returns whether the responses at the path points equal the responses in the previous cycle, within `PERIODIC_TOLERANCE` of their
@@ -133,7 +133,7 @@ impl Run<'_> {
     /// stroke does not converge, the path points keep their coupled solution and the report gives the reason.
     ///
     /// # Errors
-    /// If a body cannot be solved.
+    /// As [`Self::solve_stroke`].
     pub(in crate::evolution) fn recompute_stick_zone(
         &mut self,
         (course, loads): (&FrettingPath, PrescribedLoads),
@@ -143,7 +143,7 @@ impl Run<'_> {
     ) -> Result<SolveReport> {
         let half = course.reversal_index();
         let options = stroke_options(options);
-        // A stage that ends before 1 skips the check of the operator, which would repeat in every stroke.
+        // A span that ends below the fraction 1 skips the check of the operator, which would repeat in every stroke.
         let stage = &ProgressSpan { name: stage.name, from: stage.from, to: stage.from };
         let solved = (Unknowns::from_state(&ring.contact), ring.stick_mask.clone(), ring.stick_gap.clone());
         let mut reference = IncrementStart::at_path_point(&ring.contact, half).reference;

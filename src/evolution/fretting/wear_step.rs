@@ -91,7 +91,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Ends the step: records the last fretting loop on request and returns body 2 to the centre if steps follow.
+    /// Ends the step: records the last fretting loop on request. If steps follow, restores the displacement or force at the centre
+    /// of the cycles.
     fn finish_wear_step(&mut self, cycling: &WearStepState) -> Result<()> {
         if self.observer.wants_loops() {
             self.record_fretting_loop(cycling)?;
@@ -239,7 +240,7 @@ impl Run<'_> {
         (loads, (loads.normal == NormalControl::Approach).then_some(controls.rigid[2]))
     }
 
-    /// Returns body 2 to the centre of the cycles for the steps that follow.
+    /// Restores the tangential displacement or force at the centre of the cycles, for the steps that follow.
     fn return_to_center(&mut self, course: &FrettingPath) -> Result<()> {
         let rigid = [course.center[0], course.center[1], self.state.rigid_motion[2]];
         let loads = self.effective_loads(self.controls.loads_at_shift());

@@ -23,7 +23,7 @@ pub(super) struct BuiltBody {
     pub body: Box<dyn ElasticBody>,
     /// Memory that the body keeps, bytes.
     pub resident_bytes: usize,
-    /// Near-field model, if the body has a mesh.
+    /// Near-field model, if the body has a finite-element mesh.
     pub near_field: Option<NearFieldRecord>,
     /// Truncation error of a half-space with a meshed surface.
     pub truncation: Option<TruncationRecord>,

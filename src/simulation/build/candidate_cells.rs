@@ -1,4 +1,5 @@
-//! Candidate cells, which may come into contact under the prescribed steps. Meshed bodies form their flexibility on these first.
+//! Candidate cells, which may come into contact under the prescribed steps. Meshed bodies form their flexibility on these cells
+//! first.
 //!
 //! Under a prescribed approach, bodies touch where their undeformed surfaces would overlap, and surfaces move apart around a
 //! contact. This estimate is no strict bound. The solver checks each state in the other cells and forms missing rows.
@@ -81,8 +82,8 @@ fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
     Some(2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
 
-/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm. Added over all steps, it bounds the motion; `None` if a
-/// prescribed force determines the motion.
+/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm. The sum over all steps bounds the in-plane motion. `None`
+/// if a prescribed force determines this motion.
 fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
     let shift = match step.tangential {
         Some(Tangential::Force(_)) => return None,

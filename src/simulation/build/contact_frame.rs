@@ -67,9 +67,9 @@ fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     }
 }
 
-/// Drops those cells of a frame made of the faces of body `index` that cannot touch the other body. Against a meshed body, it keeps
-/// the cells over the contact faces of that body. Otherwise, for a gap from the mesh, it keeps the cells whose normals point
-/// towards the plane of the other body.
+/// Drops the cells of a frame of body `index` that cannot touch the other body. Against a meshed body, it keeps the cells over the
+/// contact faces of that body. Otherwise, for a gap from the mesh, it keeps the cells whose normals point towards the plane of the
+/// other body.
 fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, SceneError> {
     let other = 1 - index;
     let Some(fe) = plan.bodies[other].as_meshed() else {

@@ -14,8 +14,9 @@ use crate::simulation::failure::{AtKey, SceneError};
 /// symmetry planes, the normal turns by more.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
-/// Marks the cells at whose outer edges a meshed body ends: at an edge of the body, a symmetry plane, or a side of a slice. A
-/// surface that continues smoothly beyond its contact group does not end at the edge of the group.
+/// Marks the cells at whose outer edges a meshed body ends: at an edge of the body, a symmetry plane, or a side of a slice. A cell
+/// is not marked if both bodies continue beyond another of its outer edges. A surface that continues smoothly beyond its contact
+/// group does not end at the edge of the group.
 ///
 /// # Errors
 /// If a contact group is invalid.
@@ -43,7 +44,7 @@ pub(crate) fn continuing_axes(plan: &Plan, frame: &ContactFrame) -> Result<[bool
     Ok(found)
 }
 
-/// Edge of a cell that lies on the boundary of the frame.
+/// Cell edge on the boundary of the frame.
 struct OuterEdge {
     cell: usize,
     /// Outward direction along the frame's x and y.

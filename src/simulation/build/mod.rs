@@ -82,8 +82,8 @@ pub struct BuildReport {
 /// Builds the simulation of `plan`; `progress` receives each stage.
 ///
 /// # Errors
-/// If a mesh, support, material or frame of the plan is wrong, memory does not suffice, or `stop` is set meanwhile (kind
-/// `Interrupted`).
+/// If a control, mesh, support, material or frame of the plan is wrong, or a body cannot be solved. If memory does not suffice, or
+/// `stop` is set meanwhile (kind `Interrupted`).
 pub fn build<'p>(
     plan: &'p Plan,
     progress: &mut dyn FnMut(ProgressEvent),
@@ -188,7 +188,7 @@ impl<'p> Builder<'p, '_> {
     /// Builds body `index` with the near field of its mesh, because the half-space was rejected, and warns.
     ///
     /// # Errors
-    /// If the scene requires the half-space, or the mesh does not fit the frame.
+    /// If the scene requires the half-space, the mesh does not fit the frame, or the body cannot be built.
     fn fall_back_to_mesh(
         &mut self,
         index: usize,
@@ -410,7 +410,8 @@ impl Simulation<'_> {
         self.model
     }
 
-    /// Axes, fibres and wear of the surface under the frame. For a body with varying fibres, the fibre of the friction law is used.
+    /// Axes, fibres and wear of the surface under the frame. If no body has a uniform fibre direction, the fibre of the friction
+    /// law is used.
     pub fn surface(&self) -> SurfaceProperties {
         let plan = self.plan;
         let azimuth = self.model.frame.azimuth;

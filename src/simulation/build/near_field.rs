@@ -31,7 +31,7 @@ impl NearFieldModel {
         }
     }
 
-    /// Whether the gap includes the curvature correction of flat faces. Half-space displacements do not follow the flat faces.
+    /// Whether the gap is corrected for the curvature of flat faces, because half-space displacements do not follow these faces.
     pub fn corrects_face_curvature(&self) -> bool {
         self.half_space_fit().is_some()
     }
@@ -45,7 +45,8 @@ impl NearFieldModel {
 /// Chooses the near-field models of both bodies of `plan` on `frame`.
 ///
 /// # Errors
-/// If a body that requests a half-space does not admit one, or a body is invalid.
+/// If a body that requests a half-space does not admit one, a body is invalid, or the block system is requested with boundary
+/// elements.
 pub(crate) fn choose_near_fields(
     plan: &Plan,
     frame: &ContactFrame,

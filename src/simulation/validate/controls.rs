@@ -31,7 +31,8 @@ fn refuse_friction_on_unconstrained_be(
 }
 
 /// Refuses impossible controls: moments without a lever arm, contradictions to symmetry planes at the contact, and bodies with a
-/// common rigid motion. On unconstrained bodies, also refuses rotations, moments, and displacements along unconstrained directions.
+/// common rigid motion. On unconstrained bodies, also refuses rotations, moments, displacements along unconstrained directions, the
+/// block system, and friction on boundary elements.
 ///
 /// Displacements that later steps keep need no separate check, because the step that prescribes them is refused.
 ///
@@ -102,7 +103,7 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
 }
 
 /// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist it. Frames with
-/// inclined cells are not checked here. There, the start of the step refuses a moment that the cells cannot resist.
+/// inclined cells are not checked here. On these frames, the start of the step refuses a moment that the cells cannot resist.
 ///
 /// # Errors
 /// If a moment has no lever arm. The error has the key of the moment.

@@ -32,8 +32,8 @@ const MIN_CELL_AREA_RATIO: f64 = 0.9;
 /// Minimum ratio of cell area to area per contact node beside a half-space, unless the scene selects the near field of the mesh.
 const MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE: f64 = 0.01;
 
-/// A warning for coarse contact faces needs a body with at least this share of the normal compliance. Measured for a flat pin of 8
-/// mm on a plate with faces of 3.3 cells per node: peaks are 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
+/// Smallest share of a body in the normal compliance for which its coarse contact faces cause a warning. Measured for a flat pin of
+/// 8 mm on a plate with faces of 3.3 cells per node: peaks are 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
 const MIN_COMPLIANCE_SHARE: f64 = 0.1;
 
 /// Minimum number of cells along each side of a grid that a message recommends.
@@ -69,8 +69,9 @@ const FIXED_NORMAL_SHARE: f64 = 0.999;
 /// Checks that the bodies and the `frame` of `plan` are compatible. Returns notes and warnings for the user.
 ///
 /// # Errors
-/// If a support fixes contact nodes along the normal, or the meshes overlap. If the cells are finer than every meshed body and no
-/// half-space takes part.
+/// If the frame is too far from the origin, an interior point lies outside its body, or a support fixes contact nodes along the
+/// normal. If the meshes overlap, or the gap does not suit a periodic frame or symmetry planes. If no half-space takes part and the
+/// cells are finer than every meshed body, or if cells beside a half-space are far finer than a mesh.
 ///
 /// # Source
 /// The frame must not have more points than the finer body has degrees of freedom, because the pressures would not be unique.
@@ -509,7 +510,7 @@ fn region_fibre_warning(
     ))
 }
 
-/// Mean face area per contact node, mm2. A face counts as many nodes as there are per face in a large regular mesh of its type.
+/// Mean face area per contact node, mm2. A face counts for as many nodes as there are per face in a large regular mesh of its type.
 fn area_per_node(body: &BodyPlan, mesh: &Mesh, faces: &[&SurfaceFace]) -> f64 {
     let nodes = |face: &&SurfaceFace| match (face.kind, body.as_be()) {
         (kind, Some(be)) => be.interpolation.n_nodes(kind.n_corners() == 3) as f64,

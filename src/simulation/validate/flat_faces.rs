@@ -62,8 +62,8 @@ pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> 
     most.filter(|_| plan.max_prescribed_approach().is_none())
 }
 
-/// Warns about excessive faceting errors under the contact. Its cells are those whose `gap` (`[N]`, mm) is at most max(`depth`,
-/// smallest gap), with `depth` in mm. For curvature-corrected (`bowed`) bodies, only the remaining error counts.
+/// Warns about excessive faceting errors under the contact. The cells of the contact are those whose `gap` (`[N]`, mm) is at most
+/// max(`depth`, smallest gap), with `depth` in mm. For curvature-corrected (`bowed`) bodies, only the remaining error counts.
 ///
 /// # Errors
 /// If frame and faces are incompatible.
@@ -126,7 +126,7 @@ fn faceting_errors(
 }
 
 /// Warns if `error` (mm) is significant. It is the error of the surface displacement that applied loads of body `key` cause. The
-/// reference is the overlap or opening of the undeformed bodies at an `approach` (mm). The `gap` (`[N]`, mm) includes that
+/// reference is the overlap or opening of the bodies before contact, at an `approach` (mm). The `gap` (`[N]`, mm) includes that
 /// displacement.
 pub(crate) fn own_load_warning(
     plan: &Plan,

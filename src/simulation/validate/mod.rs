@@ -1,4 +1,4 @@
-//! Checks of a plan against its meshes and its frame, before any solve. [`validate`] has the order of the checks.
+//! Checks of a plan against its meshes and its frame, before any solve. [`validate`] defines their order.
 
 pub(crate) mod controls;
 pub(crate) mod fit;

@@ -16,8 +16,8 @@ const MIN_CELLS_ALONG_SEAM: usize = 4;
 /// Checks a periodic frame and returns notes for the user.
 ///
 /// # Errors
-/// If the frame is periodic in both directions and an approach reaches the mean distance of the surfaces. Pressure does not reduce
-/// that distance.
+/// If the frame is periodic in both directions and an approach reaches the mean distance of the surfaces, which pressure does not
+/// reduce. A frame with an outline is exempt, because cells outside it stay open.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, SceneError> {
     let Some(grid) = frame.grid.filter(|grid| grid.periodic != [false; 2]) else { return Ok(Vec::new()) };
     let gap = plan.gap.evaluate(frame).at("gap")?;

@@ -76,7 +76,7 @@ enum OppositePlane {
     Missing,
 }
 
-/// Planes among the supports of a body that reach its contact surface. Empty for a body without a mesh.
+/// Support planes of a body that reach its contact surface. Empty for a body without a mesh.
 fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     let mut planes = Vec::new();
     let Some(body) = body.as_meshed() else { return planes };
@@ -114,7 +114,7 @@ fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     planes
 }
 
-/// Counterpart of `plane` on the body `other` with the planes `planes`.
+/// Counterpart of `plane` on the body `other`, whose support planes are `planes`.
 fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> OppositePlane {
     if matches!(other, BodyPlan::Rigid) {
         return if plane.displacement == (0.0, [0.0; 3]) {
@@ -131,8 +131,8 @@ fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> O
     }
 }
 
-/// Whether the other body shares the symmetry plane `plane` of body `own`, or is rigid. `planes` are the support planes of both
-/// bodies.
+/// Whether `plane` of body `own` is a symmetry plane that the other body shares. A rigid body shares every fixed plane. `planes`
+/// are the support planes of both bodies.
 fn is_shared_symmetry(
     plan: &Plan,
     planes: &[Vec<SupportPlane>; 2],

@@ -1,4 +1,5 @@
-//! Surface admittance W(m), divided by κ, at any wavevector κ m; W is interpolated in a table of directions.
+//! Surface admittance W(m) / κ at any wavevector κ m with the wavenumber κ and the unit vector m. W is interpolated in a table of
+//! directions.
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::AngularTable;
@@ -34,7 +35,7 @@ impl Admittance {
     }
 }
 
-/// Hermitian matrix from its real and imaginary parts in `rows`.
+/// Hermitian matrix whose real part is the symmetric part of `rows`, and whose imaginary part is the antisymmetric part.
 pub(in crate::bem::half_space) fn hermitian(rows: &Rows) -> Hermitian {
     let [xx, xy, xn, yx, yy, yn, nx, ny, nn] = *rows;
     let (half_sum, half_difference) = (|a: f64, b: f64| 0.5 * (a + b), |a: f64, b: f64| 0.5 * (a - b));

@@ -43,7 +43,7 @@ impl AngularTable {
         (16 * (order + 1)).next_power_of_two().max(512)
     }
 
-    /// Table from the values of each function at equidistant angles of a full turn; [`Self::count`] gives their number.
+    /// Table from the values of each function at equidistant angles of a full turn; [`Self::count`] gives the number of angles.
     pub(in crate::bem::half_space) fn new(planes: &[Vec<f64>]) -> Self {
         let count = planes[0].len();
         // Node j of the table lies at the angle -π + (j - 3) step, so that no index wraps around.

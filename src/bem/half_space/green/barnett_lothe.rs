@@ -140,13 +140,14 @@ impl QuadratureSums {
         Self { count: 0, n1: zero, t_inverse: zero, minus_n3: zero }
     }
 
-    /// Adds `count` equidistant points, offset by `offset` spacings; `None` if a C(ν, ν) is not positive definite within rounding.
+    /// Adds `count` equidistant points, offset by `offset` spacings; `None` if C(ν, ν) at a point is not positive definite within
+    /// rounding.
     fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) -> Option<()> {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
             // Q - R T⁻¹ Rᵀ is computed without the inverse T⁻¹. For Lamé constants λ ≫ μ, both terms are of order λ and their
             // difference is of order μ. An error δ of the inverse enters as R δ Rᵀ and amplifies rounding by (λ / μ)³. An error of
-            // the Cholesky factor amplifies it by λ / μ.
+            // the Cholesky factor amplifies rounding by λ / μ.
             let factor = at.t.cholesky()?;
             let lower = factor.l();
             let y = lower.solve_lower_triangular(&at.r.transpose())?;

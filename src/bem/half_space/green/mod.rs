@@ -1,4 +1,4 @@
-//! Surface Green's function of a half-space, or of a pair, as a Fourier series in the direction ([`SurfaceGreen`]).
+//! Surface Green's function of a half-space, or of a pair of half-spaces, as a Fourier series in the direction ([`SurfaceGreen`]).
 
 pub(super) mod admittance;
 pub(super) mod angular_table;
@@ -47,8 +47,8 @@ const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), 
 
 /// Γ(φ) of the surface Green's function Γ(φ) / r, 1/MPa, as the real Fourier series Σ γ_n exp(i n φ).
 ///
-/// It gives displacements of the surface under tractions on it. Even harmonics are symmetric matrices (from L^-1), odd harmonics
-/// antisymmetric (from S L^-1).
+/// The Green's function gives the displacement of the surface due to a force on the surface. Even harmonics are symmetric matrices
+/// (from L^-1), odd harmonics antisymmetric (from S L^-1).
 ///
 /// # Source
 /// docs/theory-half-space.md, point forces.
@@ -112,7 +112,7 @@ impl SurfaceGreen {
     /// Surface admittance W(m) for m = (cos `angle`, sin `angle`) and κ = 1, 1/MPa; Hermitian and positive definite.
     ///
     /// # Source
-    /// docs/theory-half-space.md: harmonic tractions, with the series of point forces solved for W.
+    /// docs/theory-half-space.md, harmonic tractions. The series of Γ given there is solved for W.
     pub fn symbol(&self, angle: f64) -> Matrix3<Complex<f64>> {
         // Re W has the harmonics 2π i^-n γ_n (n even), Im W has -2π γ_n / sin(n π/2) (n odd). Both factors alternate in sign.
         let turn = Complex::from_polar(1.0, angle);

@@ -32,8 +32,9 @@ const MAX_SMALLER_GRIDS: usize = 6;
 
 /// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
-/// S is symmetric, since K(-d) = K(d)^T on a uniform grid. The transform of K (the symbol) is therefore Hermitian at each
-/// wavevector. It is stored in nine real planes, or in five without coupling. Cell (ix, iy) has the index `ix * cells[1] + iy`.
+/// S is symmetric, since the influence K at the cell offset d satisfies K(-d) = K(d)^T. The transform of K (the symbol) is
+/// therefore Hermitian at each wavevector. It is stored in nine real planes, or in five without coupling. Cell (ix, iy) has the
+/// index `ix * cells[1] + iy`.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
@@ -175,8 +176,9 @@ impl Flexibility for FftFlexibility {
         if self.symbol.coarsening != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
             return None;
         }
-        // The largest grid with the padded size of `at_least`. Its number of cells along an axis is even if `at_least` is even. The
-        // choice depends on the request only, so a resumed run has the same operators.
+        // The chosen grid is the largest one with the padded size of `at_least` that lies within this grid. Its number of cells
+        // along an axis is even if `at_least` is even. The choice depends on the request only, so a resumed run has the same
+        // operators.
         let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
         let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
         let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
@@ -246,7 +248,8 @@ pub(in crate::bem::half_space) fn validate_grid(
             spacing[0], spacing[1], MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
         )));
     }
-    // Symbol, kernel table, one transform in progress (two planes) and work space.
+    // The factors count real numbers per padded cell: symbol, kernel table, one transform in progress (two complex planes) and work
+    // space.
     let bytes = padded.iter().map(|&n| n as u128).product::<u128>() * 8 * (5 + 5 + 4 + 6);
     memory::ensure(bytes, &format!("the operator on {} x {} cells", cells[0], cells[1]), "use fewer cells")
 }

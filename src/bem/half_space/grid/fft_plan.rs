@@ -219,7 +219,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
             .expect("buffers of the planned lengths");
     }
 
-    /// Transform of a real plane over the whole padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds row ix to zeros.
+    /// Transform of a real plane over the whole padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds row `ix` of the plane to the
+    /// zeros in `row`.
     pub(super) fn transform(&self, fill: impl Fn(usize, &mut [T]) + Sync) -> Vec<Complex<T>> {
         let (half, [px, py]) = (self.half_spectrum(), self.padded);
         let zero = Complex::new(T::zero(), T::zero());

@@ -9,12 +9,13 @@ use crate::bem::half_space::integrals::patch::PatchIntegrator;
 use crate::bem::half_space::integrals::rectangle_expansion::RectangleExpansion;
 use crate::cancel;
 
-/// Rows and columns of the components of the even part (xx, yy, nn, xy, xn, yn) and of the odd part (xy, xn, yn).
+/// Rows and columns of the components of the even part: xx, yy, nn, xy, xn, yn.
 const EVEN: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+/// Rows and columns of the components of the odd part: xy, xn, yn.
 const ODD: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
 /// Kernel K(d) of a uniform grid for the offsets d = target - source. Half of the offsets suffice, since K(-d) = K(d)^T. Near
-/// offsets use integrals over the cell, far offsets their expansion.
+/// offsets use integrals over the cell, far offsets use a series expansion of these integrals.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.

@@ -1,7 +1,9 @@
-//! Approximate inverses of the flexibility of half-spaces on a grid, as preconditioners, for the normal part or all components.
+//! Approximate inverses of the flexibility of half-spaces on a grid, as preconditioners, for the normal, the tangential or all
+//! components.
 //!
-//! The inverse symbol is κ W⁻¹ in the wavenumber domain of the grid, which is taken as periodic. The error is the far field of the
-//! repeated grid. Padding would take four times the work and save no iteration of conjugate gradients.
+//! The flexibility of the half-spaces is W / κ at the wavenumber κ, so the symbol of the inverse is κ W⁻¹. The grid is taken as
+//! periodic; the error comes from the far fields of its periodic images. Padding would take four times the work and save no
+//! iteration of conjugate gradients.
 //!
 //! # Source
 //! Vollebregt 2014, "A new solver for the elastic normal contact problem using conjugate gradients, deflation, and an FFT-based
@@ -46,8 +48,8 @@ impl Wavenumbers {
     }
 }
 
-/// Filter that multiplies normal gaps by κ / W_nn, or gaps of several components by κ W⁻¹. `convolution`: plan of the grid, taken
-/// as periodic; `spacing`: sides of the cells, mm.
+/// Filter that multiplies normal gaps by κ / W_nn, or gaps of several components by the block of κ W⁻¹ for these components.
+/// `convolution`: plan of the grid, taken as periodic; `spacing`: sides of the cells, mm.
 pub(in crate::bem::half_space) fn inverse_filter(
     parts: ComponentSet,
     convolution: PaddedGridPlan<f32>,

@@ -57,7 +57,7 @@ impl Cell {
     }
 }
 
-/// Cells of a frame with the Green's function between them.
+/// Influences between the cells of a frame.
 pub(in crate::bem::half_space) struct CellInfluence {
     cells: Vec<Cell>,
     /// Moments divided by the area, `[cell][function]`.
@@ -72,8 +72,9 @@ pub(in crate::bem::half_space) struct CellInfluence {
     scale: f64,
 }
 
-/// Rows and columns of the symmetric components, then of the antisymmetric components.
+/// Rows and columns of the symmetric components.
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+/// Rows and columns of the antisymmetric components.
 const ANTISYMMETRIC: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
 /// Row and column of a component.
@@ -173,8 +174,8 @@ impl CellInfluence {
         values.fill(0.0);
         let factor = 0.5 * self.scale;
         let Some(order) = self.far.order_at(r / a.radius.max(b.radius), self.decade(i, j)) else {
-            // The terms of K_IJ and K_JIᵀ are computed separately. A small cell may be thousands of its own sizes away from the
-            // centre of a large neighbour.
+            // The terms of K_IJ and K_JIᵀ are computed separately, since the expansion may hold for one of them only. A small cell
+            // may be thousands of its own sizes away from the centre of a large neighbour.
             self.add_half((i, j), d, factor, Signs::Alternate, values);
             self.add_half((j, i), d, factor, Signs::Same, values);
             return;
@@ -345,8 +346,8 @@ mod tests {
     }
 
     /// Truth: S_IJ equals the symmetrised integrals over both cells, which stay accurate at any distance. A small cell next to a
-    /// large cell is distant relative to its own size, but too near for the moments of the large cell. The terms of both cells keep
-    /// the tolerance.
+    /// large cell is distant relative to its own size, but too near for the moments of the large cell. Computed separately, the
+    /// terms of both cells keep the tolerance.
     #[test]
     fn cells_of_unlike_size_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {

@@ -11,9 +11,9 @@ use crate::quadrature::gauss_legendre;
 const MAX_POINTS: usize = 16;
 
 /// Gauss rules with up to this many points per direction are always used for polygons. They suffice at large distances only, where
-/// the exact integral loses accuracy. Otherwise the cheaper method is used; one Gauss point costs as much as `SLOWER` harmonics of
-/// the exact integral.
+/// the exact integral loses accuracy. Instead of rules with more points, the exact integral is used if it is cheaper.
 const FEW_POINTS: usize = 4;
+/// Cost of one Gauss point, in harmonics of the exact integral.
 const SLOWER: usize = 2;
 
 /// Negative natural logarithm of the accuracy of the Gauss rules (1e-14).
@@ -73,7 +73,7 @@ impl PatchIntegrator {
         let radius = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1])).fold(0.0, f64::max);
         let distance = (target[0] - center[0]).hypot(target[1] - center[1]) - radius;
         match self.points(2.0 * radius, distance) {
-            // One more point, because the Jacobian of the triangles about the centre is linear in one direction.
+            // The rule has one more point, because the Jacobian of the triangles about the centre is linear in one direction.
             Some(n) if n <= FEW_POINTS || SLOWER * (n + 1) * (n + 1) < self.green.order() => {
                 self.fan(corners, center, target, n + 1)
             }

@@ -25,8 +25,8 @@ struct Edge {
 /// unit tractions on the polygon.
 ///
 /// # Source
-/// docs/theory-half-space.md, constant traction on a polygon. The result is transposed, because the angle of Γ there is the
-/// direction from the target to the source.
+/// docs/theory-half-space.md, constant traction on a polygon. The result is transposed, because the angle of Γ in that section is
+/// the direction from the target to the source.
 pub fn integrate(green: &SurfaceGreen, corners: &[[f64; 2]], target: [f64; 2]) -> Matrix3<f64> {
     let mut even = [0.0; 6];
     let mut odd = [0.0; 3];

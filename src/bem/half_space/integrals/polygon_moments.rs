@@ -29,7 +29,8 @@ impl PolygonMoments {
     /// Moments ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, in the order of [`powers`], `[n_moments]`. Values with a > b also represent
     /// (b, a) and are doubled: 2 Re, -2 Im. Corners are counter-clockwise.
     ///
-    /// The triangle of the origin and an edge contributes 2 area / (k + 2) times the mean of the integrand along the edge.
+    /// For order k, the triangle of the origin and an edge contributes 2 area / (k + 2) times the mean of the integrand along the
+    /// edge.
     pub fn of(&self, corners: &[[f64; 2]], origin: [f64; 2]) -> Vec<f64> {
         let mut moments = vec![0.0; n_moments(self.order)];
         for (k, from) in corners.iter().enumerate() {

@@ -24,8 +24,9 @@ pub(super) const MAX_ORDER: usize = 12;
 /// Maximum number of entries of a table.
 const MAX_TABLE_LEN: usize = 1 << 22;
 
-/// Number of nodes of the local interpolation in the table, and minimum number of angles of a full turn.
+/// Number of nodes of the local interpolation in the table.
 const NODES: usize = 6;
+/// Minimum number of angles of a full turn.
 const ANGLES: usize = 1024;
 
 /// Number of angles per period of the highest harmonic.

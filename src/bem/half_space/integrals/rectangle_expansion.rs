@@ -64,7 +64,7 @@ pub(in crate::bem::half_space) struct RectangleExpansion {
 /// Tolerance of the parity test, relative to the largest value.
 const PARITY: f64 = 1e-14;
 
-/// Parity of functions at equidistant angles of a full turn: 1 if even in the angle, -1 if odd.
+/// Parity of functions at equidistant angles of a full turn: 1 if even in the angle, -1 if odd, `None` if neither.
 fn parity(terms: &[Vec<f64>], largest: &[f64]) -> Option<f64> {
     let holds = |sign: f64| {
         terms.iter().zip(largest).all(|(values, size)| {

@@ -38,8 +38,8 @@ const MAX_CELL_ASPECT_RATIO: f64 = 1e3;
 
 /// The operator S of half-spaces on a uniform periodic grid of cells.
 ///
-/// S is symmetric and positive definite, except for uniform tractions on a frame that is periodic in both directions. Their
-/// displacement is zero. Cell (ix, iy) has the index `ix * cells[1] + iy`.
+/// S is symmetric and positive definite. The exception is a frame that is periodic in both directions: uniform tractions cause no
+/// displacement. Cell (ix, iy) has the index `ix * cells[1] + iy`.
 pub struct PeriodicFlexibility {
     convolution: PaddedGridPlan,
     /// `[k_y][PLANES][padded_x]`, including the factor 1/(padded size).
@@ -56,7 +56,8 @@ pub struct PeriodicFlexibility {
 impl PeriodicFlexibility {
     /// Computes the symbol: in closed form for a frame that is periodic in both directions, otherwise by a transform per harmonic.
     ///
-    /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `periodic`: along x and y, at least one of them.
+    /// `cells`: numbers along x and y; `spacing`: sides of a cell, mm; `periodic`: whether the frame is periodic along x and along
+    /// y.
     ///
     /// # Errors
     /// - If the grid is empty or a single cell with two periodic directions, or no direction is periodic.
@@ -105,7 +106,7 @@ impl PeriodicFlexibility {
         Ok(made)
     }
 
-    /// K(0), from three products with tractions on a single cell.
+    /// Influence K(0) of a cell on itself, from three products with tractions on a single cell.
     fn influence_on_itself(&self) -> Matrix3<f64> {
         let n = self.n_cells();
         let (mut tractions, mut gap) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);

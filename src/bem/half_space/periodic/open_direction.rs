@@ -18,8 +18,9 @@ use crate::bem::half_space::green::admittance::{Admittance, Hermitian, Rows, her
 use crate::bem::half_space::grid::fft_plan::fast_size;
 use crate::cancel;
 
-/// Number of aliases on each side that are summed directly, and number of terms with decreasing weights in Euler's transformation.
+/// Number of aliases on each side that are summed directly.
 const ALIASES: usize = 10;
+/// Number of terms with decreasing weights in Euler's transformation.
 const N_EULER_TERMS: usize = 18;
 
 /// Number of additional directly summed aliases per k h / (2π δ), where δ is the singularity distance of the material.
@@ -46,8 +47,9 @@ pub(super) struct OpenDirection<'a> {
     pub admittance: &'a Admittance,
     /// Axis of the open direction, 0 or 1.
     pub axis: usize,
-    /// Number of cells along the open direction, without and with padding.
+    /// Number of cells along the open direction, without padding.
     pub cells: usize,
+    /// Number of cells along the open direction, with padding.
     pub padded: usize,
     /// Sides of the cells along the frame's x and y, mm.
     pub spacing: [f64; 2],
@@ -88,7 +90,7 @@ impl<'a> OpenDirection<'a> {
         if period <= self.padded {
             return (0..self.padded).map(|j| self.sum_over_aliases(j, self.padded, (k, paired))).collect();
         }
-        // After cancellation the remaining values are not used.
+        // After cancellation the remaining values are set to zero, and the result is not used.
         let sum = |j| match cancel::requested() {
             true => [0.0; 9],
             false => self.sum_over_aliases(j, period, (k, paired)),
@@ -112,8 +114,8 @@ impl<'a> OpenDirection<'a> {
         )
     }
 
-    /// Sum over the aliases of the wavenumber with index `j` on a line of `period` cells, at k. If k and -k coincide on the grid
-    /// (`paired`), returns the mean of the sums at k and -k.
+    /// Sum over the aliases of the wavenumber with index `j` on a line of `period` cells, for the wavenumber `k` of the periodic
+    /// direction. If k and -k coincide on the grid (`paired`), returns the mean of the sums at k and -k.
     pub(super) fn sum_over_aliases(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
         let h = self.spacing[self.axis];
         let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };

@@ -51,23 +51,24 @@ pub const TOLERANCE_RANGE: [f64; 2] = [1e-12, 1e-2];
 /// Compressed operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
 /// It equals [`DenseFlexibility`](crate::bem::half_space::DenseFlexibility) within a tolerance. Memory and time grow little faster
-/// than the number of cells. The matrix F = S A^-1, for forces instead of tractions, is symmetric. It is stored in hierarchical
-/// blocks (see [`hierarchical`](crate::linalg::hierarchical)).
+/// than the number of cells. The matrix F = S A^-1 with the cell areas A, for forces instead of tractions, is symmetric. It is
+/// stored in hierarchical blocks (see [`hierarchical`](crate::linalg::hierarchical)).
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
 pub struct CompressedFlexibility {
     matrix: HierarchicalMatrix,
     pairs: CellInfluence,
-    /// Products with the components of S for all three traction components, and for the pressure alone.
+    /// Products with the components of S for all three traction components.
     all: Vec<ComponentProduct>,
+    /// Product with the normal component of S, for the pressure alone.
     normal: Vec<ComponentProduct>,
     /// Position in the tree and area of each cell.
     place_and_area: Vec<(usize, f64)>,
     /// Integrator for direct sums.
     integrator: PatchIntegrator,
     inverses: [OnceLock<AdditiveSchwarz>; 2],
-    /// Tractions and gaps in tree order, `[3, N]`.
+    /// Buffers for tractions and for gaps in tree order, `[3, N]` each.
     scratch: Mutex<[Vec<f64>; 2]>,
 }
 
@@ -76,8 +77,9 @@ impl CompressedFlexibility {
     /// Products with a vector x differ from products with the dense operator by about `tolerance` ‖S‖ ‖x‖.
     ///
     /// # Errors
-    /// If the lengths differ, a cell has fewer than three corners or no area, or a number is not finite. If the tolerance is not
-    /// within [`TOLERANCE_RANGE`], the operator does not fit into the machine's memory, or the run is cancelled.
+    /// If the lengths differ or are zero, a number is not finite, or a cell is not a counter-clockwise polygon of positive area. If
+    /// the tolerance is not within [`TOLERANCE_RANGE`], the operator does not fit into the machine's memory, or the run is
+    /// cancelled.
     pub fn new(
         centers: &[[f64; 2]],
         cells: &[Vec<[f64; 2]>],
@@ -165,7 +167,7 @@ impl CompressedFlexibility {
         BUILD_SECONDS_PER_CELL * n * n.ln() * components * tolerance.log10().powi(2)
     }
 
-    /// Current memory, bytes. The approximate inverses are built on first use.
+    /// Current memory, bytes. The approximate inverses are built on first use, and count from then on.
     pub fn bytes(&self) -> usize {
         let inverses: usize =
             self.inverses.iter().filter_map(OnceLock::get).map(AdditiveSchwarz::bytes).sum();

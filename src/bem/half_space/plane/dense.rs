@@ -33,7 +33,7 @@ impl DenseFlexibility {
     /// mm2.
     ///
     /// # Errors
-    /// - If the lengths differ, a number is not finite, or a cell has fewer than three corners or no area.
+    /// - If the lengths differ or are zero, a number is not finite, or a cell is not a counter-clockwise polygon of positive area.
     /// - If the matrix does not fit into the memory, or the run is cancelled.
     pub fn new(
         centers: &[[f64; 2]],
@@ -130,7 +130,8 @@ fn symmetrise(rows: &mut [f64], areas: &[f64]) {
     }
 }
 
-/// Checks that the numbers of centres, cells and areas are equal, and that each cell is a valid polygon.
+/// Checks that the numbers of centres, cells and areas are equal and not zero, and that each cell is a counter-clockwise polygon of
+/// positive area.
 pub(super) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
     let n = centers.len();
     if n == 0 || cells.len() != n || areas.len() != n {

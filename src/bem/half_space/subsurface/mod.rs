@@ -31,7 +31,7 @@ const MOST_POINTS: usize = 8;
 /// Maximum number of successive halvings of a cell.
 const MOST_DIVISIONS: usize = 32;
 
-/// A quadrilateral counts as a parallelogram if it deviates by less than this share of the sides.
+/// A quadrilateral counts as a parallelogram if its half sides vary by at most this share of the longer one.
 const PARALLELOGRAM_TOLERANCE: f64 = 1e-9;
 
 /// Clusters with at most this number of quadrilaterals are not divided.
@@ -50,7 +50,7 @@ struct LoadedQuad {
 #[derive(Debug)]
 struct CellCluster {
     patch: Parallelogram,
-    /// Positions of the equivalent forces, and the force vectors.
+    /// Positions of the equivalent forces, and the force vectors; empty in leaves that have a parent.
     forces: Vec<([f64; 2], Point)>,
     members: ClusterMembers,
 }
@@ -265,7 +265,7 @@ impl<'a> SubsurfaceField<'a> {
             part.halves().iter().for_each(|half| self.add_part(half, y, divisions - 1, sum));
             return;
         }
-        // One more point if the Jacobian varies.
+        // If the Jacobian varies, the rule has one more point.
         let n = (n.unwrap_or(MOST_POINTS) + usize::from(count > 1)).min(MOST_POINTS);
         let rule = &self.rules[n - 1];
         for ((s, ws), (t, wt)) in rule.iter().flat_map(|p| rule.iter().map(move |q| (p, q))) {
@@ -274,7 +274,7 @@ impl<'a> SubsurfaceField<'a> {
         }
     }
 
-    /// Adds the field of a force at `x` on the surface.
+    /// Adds the field at `y` of a force at `x` on the surface.
     #[inline]
     fn add(&self, x: [f64; 2], force: &Point, y: &Point, sum: &mut DisplacementGradient) {
         let field = self.field.at(&Point::new(y.x - x[0], y.y - x[1], y.z));

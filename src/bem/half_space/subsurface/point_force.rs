@@ -1,4 +1,4 @@
-//! Tabulated field of a point force on the surface of a half-space, for millions of evaluations.
+//! Field of a point force on the surface of a half-space for millions of evaluations, in closed form or tabulated.
 
 use std::f64::consts::PI;
 
@@ -30,7 +30,7 @@ const MAX_INTEGRAL_CHANGE: f64 = 1e-8;
 /// Number of directions in the surface for which a table is compared with the surface field.
 const COMPARED_ON_SURFACE: usize = 1024;
 
-/// Stiffnesses below this share of the largest count as zero (rounding of rotated axes).
+/// Stiffness components below this share of the largest count as zero, because the rotation of axes leaves rounding errors.
 const ZERO_STIFFNESS_TOLERANCE: f64 = 1e-14;
 
 /// Field of a unit force at the origin of the surface of the half-space z <= 0, whose outward normal is +z.
@@ -138,7 +138,7 @@ mod tests {
             fibre.rotated(nalgebra::Rotation3::from_scaled_axis(axis * angle).matrix())
         };
         let [y, z] = [Vector3::y(), Vector3::z()];
-        // Fibre along x; tilted in the plane y = 0; tilted in the plane x = 0; between x and y.
+        // The four fibres lie along x, tilted in the plane y = 0, tilted in the plane x = 0, and between x and y.
         let upright = turned(y, 0.5).rotated(nalgebra::Rotation3::from_scaled_axis(z * (0.5 * PI)).matrix());
         let cases = [
             (fibre.clone(), [true, true]),

@@ -18,7 +18,8 @@ const POINTS: [usize; 2] = [16, 1 << 14];
 /// Convergence limit: change from a rule to the doubled rule, relative to the largest value.
 const MAX_CHANGE: f64 = 1e-11;
 
-/// Number of rules. The last one serves all points whose depth is below 4^(1 - RULES) of their distance from the z axis.
+/// Number of rules, for the ratios 1, 1/4, 1/16, ... of depth to distance from the z axis. The last rule serves all smaller ratios,
+/// too.
 const RULES: i32 = 10;
 
 /// Number of quadrature points per batch, for SIMD.
@@ -77,7 +78,7 @@ impl PointForceIntegral {
             evaluate_series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
         });
         let mixed = [contract(0, 2), contract(1, 2)];
-        // The integrand has features whose width is the inverse square root of the stiffness ratio.
+        // The integrand varies over angles of the order of the inverse square root of the stiffness ratio.
         let first = (2.0 * condition(stiffness).sqrt()) as usize;
         Self {
             plane: [contract(0, 0), contract(0, 1) + contract(1, 0), contract(1, 1)],
@@ -93,7 +94,7 @@ impl PointForceIntegral {
     /// Field at a point `x` (mm) below the surface.
     ///
     /// # Errors
-    /// If the point is not below the surface, or too near to the surface for the rule to converge.
+    /// If the point is not finite, is not below the surface, or is too near to the surface for the rule to converge.
     pub fn at(&self, x: &Vector3<f64>) -> Result<GreenTensor> {
         let distance = x.norm();
         if !distance.is_finite() || x.z >= 0.0 {
@@ -112,11 +113,11 @@ impl PointForceIntegral {
 
     /// Field at a point below the surface, and the last change on doubling the number of points, relative to the largest entries.
     ///
-    /// The trapezoidal rule is applied in s. With the quarter period K, tan ψ = k' sc(K s, k) and θ = φ + π/2 + ψ. Here k' is
-    /// approximately the ratio of depth to distance from the z axis. The poles near tan ψ = ±i k' and ±i are then far from the real
-    /// line. The number of points doubles until two conditions hold, or the largest rule is reached. The last change is at most
-    /// `change`, and the change before it is at most 10 √`change`. The second condition prevents false convergence where the
-    /// leading error, a wave in φ with as many periods as points, vanishes.
+    /// The trapezoidal rule is applied in s. With the modulus k = √(1 - k'²) and the quarter period K, tan ψ = k' sc(K s, k) and
+    /// θ = φ + π/2 + ψ. Here k' is approximately the ratio of depth to distance from the z axis. The poles near tan ψ = ±i k' and
+    /// ±i are then far from the real line. The number of points doubles until two conditions hold, or the largest rule is reached.
+    /// The last change is at most `change`, and the change before it is at most 10 √`change`. The second condition prevents false
+    /// convergence where the leading error, a wave in φ with as many periods as points, vanishes.
     pub(super) fn integrate(&self, x: &Vector3<f64>, change: f64) -> (GreenTensor, f64) {
         let direction = Direction::new(x);
         let mut sums = [0.0; TERMS];
@@ -161,7 +162,8 @@ impl PointForceIntegral {
         sums.iter_mut().zip(&terms).for_each(|(sum, terms)| *sum += terms.iter().sum::<f64>());
     }
 
-    /// Integrand F = D⁻¹ [1 − (R + τT) A] with F' = ∂F/∂τ: F, m_x F', m_y F' and F + τF' at a point of the rule, times its weight.
+    /// Terms of the sums at a point of the rule, times its weight: F, m_x F', m_y F' and F + τF'. The integrand is F = D⁻¹ [1 −
+    /// (R + τT) A], and F' = ∂F/∂τ.
     #[inline(always)]
     fn term(&self, direction: &Direction, [cos, sin, weight]: [f64; 3], a: [f64; 3]) -> [f64; TERMS] {
         // m at θ = φ + π/2 + ψ, and τ.

@@ -82,9 +82,9 @@ impl<'p> CoarseToFine<'_, 'p> {
         let start = Unknowns::from_state(it);
         let balanced = self.problem.path_points.iter().any(|end| end.balance.is_some());
         let mut rectangle = match contact_rectangle(it, self.frame) {
-            // With a balance, the previous contact rectangle need not satisfy the moment equilibrium.
+            // With a balance, tractions on the previous contact rectangle alone may be unable to satisfy the moment equilibrium.
             Some(_) if balanced => return None,
-            // The previous rectangle has little value if the body does not roll steadily yet, or has moved far.
+            // The previous rectangle is of little use if rolling is not steady yet, or if the contact has moved far.
             Some(rectangle) => {
                 let limit = if self.rolls() { STEADY_ROLLING_RESIDUAL } else { COLD_START_RESIDUAL };
                 let is_far = self.is_beyond(limit, self.problem, it, self.all());
@@ -106,7 +106,7 @@ impl<'p> CoarseToFine<'_, 'p> {
             match self.report.stop {
                 StopReason::Converged if self.report.residual <= self.options.tolerance => return Some(()),
                 StopReason::Converged => {}
-                // Equilibrium that is lost on the window may exist on the whole frame.
+                // Equilibrium may exist on the whole frame although it is lost on the window.
                 StopReason::GrossSliding | StopReason::ContactLost if outside.is_some() || balanced => {
                     start.restore_into(it);
                     return None;
@@ -162,7 +162,8 @@ impl<'p> CoarseToFine<'_, 'p> {
         factor
     }
 
-    /// Solves on coarser cells, from the coarsest to twice the frame's cell size. Returns the contact rectangle.
+    /// Solves on coarser cells, from the coarsest to twice the frame's cell size. Returns the contact rectangle, or `None` if a
+    /// solution fails.
     fn coarse(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<Rectangle> {
         let mut rectangle = self.all();
         let mut factor = self.coarsest(rectangle);
@@ -170,7 +171,7 @@ impl<'p> CoarseToFine<'_, 'p> {
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
         while factor > 1 {
             let window = self.window(rectangle, factor)?;
-            // The callback only decides whether to cancel.
+            // The callback gets the residual 1, because it only decides whether to cancel.
             let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
             self.on_window(window, it, &mut SolveControl::new(options, &mut told))?;
             if self.report.stop != StopReason::Converged {

@@ -66,7 +66,7 @@ impl CoarseToFine<'_, '_> {
         let before = change.scaled.clone();
         let options =
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
-        // The callback only decides whether to cancel.
+        // The callback gets the residual 1, because it only decides whether to cancel.
         let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
         let mut part_control = SolveControl::new(options, &mut told);
         self.on_part(&coarse, &mut change, MAX_WINDOW_ITERATIONS, &mut part_control);

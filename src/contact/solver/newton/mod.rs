@@ -38,9 +38,11 @@ const GMRES_RESTART: usize = 40;
 /// Largest number of operator products in the solution of one linear system.
 const MAX_GMRES_PRODUCTS: usize = 120;
 
-/// Bounds on the relative residual of a linear system, and ratio of this residual to the natural residual.
+/// Largest relative residual of a linear system.
 const MAX_LINEAR_TOLERANCE: f64 = 0.05;
+/// Smallest relative residual of a linear system, except in a last step ([`FINAL_STEP_TOLERANCE_SHARE`]).
 const MIN_LINEAR_TOLERANCE: f64 = 1e-3;
+/// Ratio of the relative residual of a linear system to the natural residual, where neither bound applies.
 const LINEAR_TOLERANCE_SHARE: f64 = 0.1;
 
 /// Ratio of the linear residual in the last Newton step to the tolerance of the natural residual.
@@ -53,11 +55,11 @@ const TIGHT_SOLVE_RESIDUAL: f64 = 1e-3;
 
 /// Largest number of consecutive Newton steps without a new best residual. Cells may change state in a step and raise the residual.
 const NONMONOTONE_STEPS: usize = 1;
-/// Bound on the residual of such steps, relative to the best residual.
+/// Bound on the residual of a step without a new best residual, relative to the best residual.
 const NONMONOTONE_FACTOR: f64 = 3.0;
 
-/// Residual below which the first step of a solve is accepted. The result of a failed step below it is kept as the start of the
-/// Barzilai-Borwein steps.
+/// Bound on the residual after the first step of a solve; with a larger residual the step fails. A failed step with a residual
+/// below this bound is the start of the Barzilai-Borwein steps.
 const FIRST_STEP_LIMIT: f64 = 1.0;
 
 /// Number of failed Newton steps after which the method ends.

@@ -1,6 +1,6 @@
 //! Newton iteration for steady rolling, without Barzilai-Borwein steps.
 //!
-//! The equations of steady rolling are not symmetric, and Barzilai-Borwein steps hardly reduce their residual. Such steps are
+//! The equations of steady rolling are not symmetric, and Barzilai-Borwein steps hardly reduce their residual. Fallback steps are
 //! rarely necessary, because the cell states converge from the leading edge on. If the residual stops decreasing, steps are halved.
 
 use super::super::super::{ContactState, Increment, Unknowns};
