@@ -24,7 +24,7 @@ def on_config(config):
 
 
 def outside(match):
-    """Text and path of a link to a file outside of docs/, because the file is not a page of the book."""
+    """Text for a link to a file outside of docs/: the text of the link and the path, because the file is not a page of the book."""
     text, target = match.group(1), match.group(2).removeprefix("../").split("#")[0]
     return f"`{target}`" if text in (target, target.rsplit("/", 1)[-1]) else f"{text} (`{target}`)"
 

@@ -108,8 +108,8 @@ def profiles(of):
     force, tangent = press(normal_force=1000.0), math.tan(math.radians(5.0))
     depth = math.sqrt(1000.0 * PI * tangent / (2 * STAR))
     yield Case("cone", "Sneddon 1965", of((0.22, 0.22), 'kind = "cone"\nslope = 5.0\n', force), known("press", approach=depth), ["load"])
-    # Gap B r^4, contact radius a, approach d, load P = 2 E* 4/5 d a, d = 8/3 B a^4. Pressure p = 5 P / (6 pi a^5) (a^2 + 2 r^2)
-    # sqrt(a^2 - r^2), largest at r = a / sqrt 2.
+    # Gap B r^4 and contact radius a: the approach is d = 8/3 B a^4, the load P = 2 E* 4/5 d a. The pressure is p = 5 P / (6 pi a^5)
+    # (a^2 + 2 r^2) sqrt(a^2 - r^2). It is largest at r = a / sqrt 2.
     a = (1000.0 * 15 / (64 * STAR * 1e-3)) ** 0.2
     peak = math.sqrt(2) * 5 * 1000.0 / (6 * PI * a * a)
     yield Case("power, r^4", "Sneddon 1965", of((1.25, 1.25), 'kind = "power"\nexponent = 4.0\ncoefficient = 1e-3\n', force),
@@ -121,7 +121,7 @@ def profiles(of):
 
 
 def lines():
-    """Plane strain."""
+    """Cases in plane strain: a cylinder, rolling cylinders, and a wavy surface."""
     a = math.sqrt(4 * 500.0 * 20.0 / (PI * STAR))
     peak = 1000.0 / (PI * a)
     approach = 1000.0 / (PI * STAR) * (math.log(1.0 / a) + 0.5)
@@ -140,7 +140,8 @@ def lines():
                    scene(STEEL, half_space("steel"), half_space("steel"), (0.4, 0.5), cylinder, text, (50, 1), along),
                    [("roll", "tangential_force x", share * 150.0, math.hypot(500.0, share * 150.0))]
                    + known("roll", peak_pressure=1000.0 / (PI * a)))
-    # Half of the mean pressure that closes the gap: sin^2(pi b) = 1/2 for the contact half-width b, peak 2 mean / sin(pi b).
+    # The applied mean pressure p_m is half of the pressure that closes the gap. The contact half-width b then satisfies sin^2(pi
+    # b) = 1/2, and the peak pressure is 2 p_m / sin(pi b).
     mean = PI * STAR * 2e-3 / 2
     yield Case("wave", "Westergaard 1939",
                scene(STEEL, half_space("steel"), RIGID, (0.5, 0.5), 'kind = "heights"\nfile = "wave.csv"\nspacing = [0.00048828125, 1.0]\n',
@@ -149,7 +150,7 @@ def lines():
 
 
 def wave(folder):
-    """Writes wave.csv: the gap 2e-3 mm (1 - cos 2 pi x) at the centres of 2048 cells; x is 0 in the middle of the frame."""
+    """Writes wave.csv: the gap 2e-3 mm (1 - cos 2 pi x) at the centres of 2048 intervals. x counts from the middle, hence + cos."""
     with open(folder / "wave.csv", "w", newline="", encoding="utf-8") as out:
         csv.writer(out).writerows([[2e-3 * (1 + math.cos(2 * PI * (i + 0.5) / 2048))] for i in range(2048)])
 
@@ -168,7 +169,7 @@ def punches():
 
 
 def anisotropic():
-    """Rigid spheres of R = 10 mm, P = 100 N (Willis 1966, values of the catalogue)."""
+    """Rigid spheres of R = 10 mm on an orthotropic half-space, P = 100 N (Willis 1966, values of the catalogue)."""
     for name, tilt, azimuth, half, approach, peak in [
         ("along x", 0.0, 0.0, 0.5, 0.01674191382, 287.2075736),
         ("turned by 30", 0.0, 30.0, 0.5, 0.01674191382, 287.2075736),
@@ -180,7 +181,9 @@ def anisotropic():
 
 
 def friction():
-    """Equal bodies, nu = 0 (Cattaneo 1938, Mindlin 1949, Mindlin and Deresiewicz 1953, Ciavarella 1998)."""
+    """Equal bodies with nu = 0 (Cattaneo 1938, Mindlin 1949, Mindlin and Deresiewicz 1953, Ciavarella 1998). Indentation by rigid
+    spheres with friction (Spence 1975).
+    """
     star, mu, force = 105e3, 0.3, 1000.0
     a, approach, peak = hertz(force, 10.0, star)
     most = 3 * mu * force / (16 * a) * 4 / 105e3
@@ -204,7 +207,7 @@ def friction():
     tangent = math.tan(math.radians(5.0))
     depth = math.sqrt(force * PI * tangent / (2 * star))
     text = pressed + step("pull", tangential_force=[0.5 * mu * force, 0.0])
-    # E*/G* = 1 for bodies with zero Poisson ratio.
+    # For bodies with zero Poisson ratio, the tangential and the normal contact compliance are equal (E*/G* = 1).
     yield Case("partial slip of a cone", "Ciavarella 1998", of(text, 'kind = "cone"\nslope = 5.0\n', 0.32),
                [shift("pull", mu * depth * (1 - math.sqrt(0.5)), depth)] + known("pull", approach=depth), ["load"])
     for nu, mu, kappa, ratio in [(0.3, 0.2, 1.01927, 1.01487), (0.0, 0.5, 1.07479, 1.05997), (0.3, 0.3, 1.0243, 1.01948)]:
@@ -217,7 +220,7 @@ def friction():
 
 
 def fibres():
-    """CFRP under a steel sphere of R = 50 mm: values of an independent program (tests/data/sphere-on-frp.json)."""
+    """CFRP under a steel sphere, R = 50 mm: exact values (Willis 1966); with friction and wear, those of an independent program."""
     data = json.loads((ROOT / "tests/data/sphere-on-frp.json").read_text(encoding="utf-8"))
     of = lambda tilt, half, text: scene(STEEL + CFRP, half_space("cfrp", f"fibre = {{ tilt = {tilt} }}\n"), half_space("steel"), (half, half),
                                         'kind = "sphere"\nradius = 50.0\n', text)

@@ -1,4 +1,4 @@
-/* CHOLMOD: METIS order (its own, on the matrix), supernodal L L^T, flexibility by back-solves of unit forces in batches. */
+/* Condensation by CHOLMOD: its own METIS order of the matrix, supernodal L L^T, flexibility by back-solves of unit forces in batches. */
 #include "matrix.h"
 #include <string.h>
 #include <suitesparse/cholmod.h>
@@ -21,7 +21,7 @@ int main(int argc, char **argv) {
     a.sorted = a.packed = 1;
     start();
     cholmod_factor *l = cholmod_l_analyze(&a, &c);
-    lap("order"); /* ordering and symbolic analysis in one */
+    lap("order"); /* ordering and symbolic analysis together */
     printf("symbolic_wall 0\nsymbolic_cpu 0\n");
     cholmod_l_factorize(&a, l, &c);
     if (c.status != CHOLMOD_OK) return 1;

@@ -1,4 +1,4 @@
-/* Matrix, order and contact rows as `condense write` leaves them, and the clocks of the peers. */
+/* Reads matrix, order and contact rows from a file of `condense write`, and measures time and memory of the compared programs. */
 #ifndef MATRIX_H
 #define MATRIX_H
 #include <stdint.h>

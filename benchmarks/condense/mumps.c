@@ -1,4 +1,4 @@
-/* MUMPS: the METIS order handed over, Schur complement of the contact rows, its inverse by LAPACK. */
+/* Condensation by MUMPS: METIS order of orthowear, Schur complement of the contact rows, inverse of the complement by LAPACK. */
 #include "matrix.h"
 #include <dmumps_c.h>
 #include <string.h>
@@ -43,7 +43,7 @@ int main(int argc, char **argv) {
     id.ICNTL(14) = 40;
     start();
     call(1);
-    lap("symbolic"); /* the order is given: its time is measured by the caller */
+    lap("symbolic"); /* The order is given; `compare` adds its time. */
     call(2);
     lap("factor");
     int info = 0;

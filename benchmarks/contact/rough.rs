@@ -6,8 +6,9 @@ use std::path::Path;
 
 use super::Outcome;
 
-/// Number of wavelengths across the frame for the longest waves. For the shortest waves it is SHORTEST.
+/// Number of wavelengths across the frame for the longest waves.
 const LONGEST: i32 = 2;
+/// Number of wavelengths across the frame for the shortest waves.
 const SHORTEST: i32 = 32;
 const HURST: f64 = 0.8;
 /// Share of the frame in real contact, which determines the force.

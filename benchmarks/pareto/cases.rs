@@ -7,9 +7,11 @@ use super::layer::{self, Mesh};
 /// Names of all cases.
 pub const NAMES: [&str; 5] = ["hertz", "cattaneo-mindlin", "cfrp", "wear", "layer"];
 
-/// Numbers of cells along the frame. The quick form uses fewer values of CELLS and of ACCURACIES, the requested relative errors.
+/// Numbers of cells along the frame.
 pub const CELLS: [usize; 10] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450];
+/// Requested relative errors.
 const ACCURACIES: [&str; 6] = ["3e-2", "1e-2", "3e-3", "1e-3", "3e-4", "1e-4"];
+/// Maximum number of values of CELLS and of ACCURACIES in the quick form.
 const QUICK: usize = 5;
 
 /// Family of the unchanged scene.
@@ -66,8 +68,8 @@ fn accuracy(relative: &str, table: &str) -> Configuration {
     Configuration { asked, ..configuration("accuracy", format!("accuracy {relative}"), &[set]) }
 }
 
-/// 1 - p / p0 = (h / a)^2 / 3, with the peak p0 of Hertz's pressure and its mean p over a cell beside the centre. h is the side of
-/// the cell, a the contact radius.
+/// Relative error 1 - p / p0 = (h / a)^2 / 3 of the peak pressure on a grid. p0 is the peak of Hertz's pressure, and p its mean
+/// over a cell beside the centre. h is the side of the cell, a the contact radius.
 pub fn sampled(half_width: f64, cells: f64, a: f64) -> f64 {
     (2.0 * half_width / cells / a).powi(2) / 3.0
 }

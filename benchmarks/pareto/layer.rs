@@ -24,8 +24,9 @@ enum Nodes {
     TwentySeven,
 }
 
-/// Depth of the layer and side of the patch, mm.
+/// Depth of the layer, mm.
 const DEPTH: f64 = 1.0;
+/// Side of the patch, mm.
 const PATCH: f64 = 1.2;
 
 impl Mesh {

@@ -32,8 +32,9 @@ use places::{program, root};
 
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Runs of LONG seconds and more are not repeated. Runs of less than SHORT seconds are repeated three times as often as other runs.
+/// Seconds from which a run is not repeated.
 const LONG: f64 = 10.0;
+/// Seconds below which a run is repeated three times as often as other runs.
 const SHORT: f64 = 0.5;
 
 /// Results of a configuration.

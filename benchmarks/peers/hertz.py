@@ -30,7 +30,7 @@ def gap(n):
 
 
 def love(n):
-    """Displacements around a cell under unit pressure, by offset; [2n, 2n], circular (Love 1929)."""
+    """Displacements around a cell under unit pressure (Love 1929), [2n, 2n]. The indices are offsets from the cell, modulo 2n."""
     h = WIDTH / n
     d = np.fft.fftfreq(2 * n, 1 / (2 * n)) * h
     x, y = np.meshgrid(d, d, indexing="ij")

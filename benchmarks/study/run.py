@@ -4,7 +4,8 @@
     cargo build --release && python3 benchmarks/study/run.py [--repeats N] [STUDY]
 
 Alternates the study on two threads with its runs as separate processes, two at a time. Prints medians of wall-clock time and
-processor time. Then the overhead of the study per run: the study on one thread minus the separate runs.
+processor time. Then prints the overhead of the study per run: the time of the study on one thread minus the time of the
+separate runs, per run.
 """
 
 import argparse

@@ -34,11 +34,11 @@ class InputError(OrthowearError, ValueError):
 
 
 class ResourcesError(OrthowearError):
-    """Memory or disk space does not suffice, or a file cannot be read or written."""
+    """Memory or disk space does not suffice, or a file of the results cannot be read or written."""
 
 
 class NumericalError(OrthowearError):
-    """A numerical method failed for a reason that the input does not explain."""
+    """A numerical method failed although the input is valid, or the program has a defect (internal error)."""
 
 
 class NotConvergedError(OrthowearError):
@@ -50,4 +50,4 @@ class InterruptedRunError(OrthowearError):
 
 
 class NotConvergedWarning(UserWarning):
-    """A run did not converge: its last entries are no solution."""
+    """A run did not converge: its results are valid only up to the last converged entry of the history."""

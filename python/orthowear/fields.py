@@ -11,8 +11,9 @@ import numpy.typing as npt
 #: An array of numbers.
 Array = npt.NDArray[np.float64]
 
-#: Default units of a scene, and placeholders for unknown units.
+#: Default units of a scene.
 UNITS = {"length": "mm", "force": "N"}
+#: Placeholders for unknown units.
 UNKNOWN_UNITS = {"length": "length", "force": "force"}
 
 
@@ -77,7 +78,9 @@ class Fields:
         return shaped
 
     def _along(self, axis: int) -> Array:
-        """Positions of all rows of a grid along an axis, including rows outside of the outline."""
+        """Positions of all rows of a grid along an axis, including rows outside of the outline. If only one row has cells, the
+        positions of the other rows are NaN.
+        """
         if self.grid is None:
             raise ValueError("the frame is not a grid")
         rows = self.places // self.grid[1] if axis == 0 else self.places % self.grid[1]

@@ -34,7 +34,7 @@ class Flexibility:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(3 N, 3 N)."""
+        """Shape of the matrix, (3 N, 3 N)."""
         return (3 * self._core.cells, 3 * self._core.cells)
 
     def apply(self, tractions: Any) -> Array:

@@ -50,12 +50,12 @@ class Result(FieldAttributes):
 
     @property
     def status(self) -> str:
-        """converged, not-converged, failed or interrupted."""
+        """Outcome of the run: converged, not-converged, failed or interrupted."""
         return str(self.summary["status"])
 
     @property
     def reason(self) -> str | None:
-        """Reason why the run did not converge."""
+        """Reason why the run did not converge; None if it converged."""
         return self.summary.get("reason")
 
     @property

@@ -82,7 +82,7 @@ class Scene:
 
     def __init__(self, core: _orthowear.Scene, path: Path) -> None:
         self._core = core
-        # The working directory of the process may change.
+        # Absolute, because the working directory of the process may change.
         self._path = path.absolute()
         self._files = meshes.mesh_files_of(core.to_dict())
 

@@ -56,13 +56,13 @@ impl<M> WorkerChannel<M> {
 
 /// A computation in a thread of its own.
 pub struct BackgroundTask<M, T> {
-    // Objects that Python threads share must be `Sync`.
+    // In a mutex, because objects that Python threads share must be `Sync`.
     messages: Mutex<Receiver<M>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<T, String>>>,
 }
 
-/// Thread pool that the computation runs on. By default as many threads as cores.
+/// Thread pool that the computation runs on. By default, it has as many threads as the machine has cores.
 fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, String> {
     let builder =
         rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(THREAD_STACK_BYTES);
@@ -92,7 +92,8 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
         Ok(Self { messages: Mutex::new(messages), stop, thread: Some(thread) })
     }
 
-    /// The next message, `None` after the last one. A signal stops the computation, and is raised after its end.
+    /// The next message, `None` after the last one. A signal stops the computation. Its exception is raised after the computation
+    /// has ended.
     pub fn next_message(&mut self, py: Python<'_>) -> PyResult<Option<M>> {
         loop {
             let messages = self.messages.get_mut().unwrap_or_else(PoisonError::into_inner);

@@ -28,7 +28,7 @@ use crate::{convert, errors};
 
 /// Messages of a run.
 pub enum Message {
-    /// Stage, completed fraction, residual.
+    /// Progress of a stage: its name, the completed fraction, the residual.
     Progress(String, f64, Option<f64>),
     /// An increment or cycle jump.
     Entry(Box<(IncrementRecord, Fields)>),

@@ -244,7 +244,8 @@ def test_equal_meshes_are_equal_scenes():
 
 
 def test_steps_keep_the_file(tmp_path):
-    """Truth: steps whose scene is deleted give the results of a scene that is kept. Runs that write files read the mesh once more.
+    """Truth: steps whose scene is deleted give the results of a scene that is kept. The mesh file must still exist, because runs
+    that write files read it once more.
     """
     meshio = needed("meshio")
     expected = orthowear.Scene.from_dict(on(cube(meshio))).run(cache=False)
@@ -364,7 +365,8 @@ time.sleep(60)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
 def test_folders_of_killed_processes_are_cleared(monkeypatch, temporary):
-    """Truth: the folder of a running process stays. The folder of a killed process is removed when another process makes its own.
+    """Truth: the folder of a running process stays. The folder of a killed process is removed after STALE_AFTER_SECONDS, when
+    another process makes its own.
     """
     child = subprocess.Popen([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, text=True)
     folder = Path(child.stdout.readline().strip())

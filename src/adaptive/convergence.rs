@@ -30,8 +30,8 @@ pub struct Convergence {
 }
 
 impl Convergence {
-    /// Estimate from at least two values at decreasing sizes. From one size to the next, the estimate decreases no faster than with
-    /// order 2, because smaller estimates are small by chance.
+    /// Estimate from at least two values at decreasing sizes. With five or more values, it decreases no faster than with order 2
+    /// from size to size, because smaller estimates are small by chance.
     pub fn estimate(sizes: &[f64], values: &[f64]) -> Self {
         let n = values.len();
         let found = Self::fit(sizes, values);
@@ -43,9 +43,9 @@ impl Convergence {
         Self { constant: found.constant.max(least / sizes[n - 1].powf(found.order)), ..found }
     }
 
-    /// Fits the order p to the last differences. If they change steadily, p is limited to [1/2, 2]. Otherwise p is reduced by its
-    /// standard error and limited to [1, 2]. Each of the last three differences gives a constant C, and the largest one is used.
-    /// Contacts end between cells, so single differences are small by chance.
+    /// Fits the order p to the last differences; p is 1 if there are too few. If they change steadily, p is limited to [1/2, 2].
+    /// Otherwise p is reduced by its standard error and limited to [1, 2]. Each of the last three differences gives a constant C.
+    /// The largest one is used, because contacts end between cells, so that single differences are small by chance.
     fn fit(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
         let first = differences.len().saturating_sub(MAX_FITTED_DIFFERENCES);
@@ -71,18 +71,19 @@ impl Convergence {
         Self { order, observed_order, constant }
     }
 
-    /// Order p, if the values show it.
+    /// Fitted order p; `None` if it is out of bounds or if there are too few values.
     pub fn order(&self) -> Option<f64> {
         self.observed_order
     }
 
-    /// Error at `size`.
+    /// Estimated error at `size`.
     pub fn error(&self, size: f64) -> f64 {
         self.constant * size.powf(self.order)
     }
 }
 
-/// Limit of values at decreasing sizes, if the last three differences show one order.
+/// Extrapolated limit of values at decreasing sizes; `None` unless the last three differences have one sign and about the same
+/// order.
 ///
 /// # Source
 /// Richardson 1911, "The approximate arithmetical solution by finite differences".
@@ -167,8 +168,8 @@ mod tests {
     }
 
     /// Truth: values have the error h (1 + a cos t) at phases t, as for a stick zone that ends between cells. At least 7 of 8
-    /// estimates exceed this error. Most other estimates use few values that are close by chance. Without the reduction of the
-    /// order, 3 of 10 are too small.
+    /// estimates exceed this error. Most of the other estimates use few values, which are close by chance. Without the reduction of
+    /// the order by its standard error, 3 of 10 estimates are too small.
     #[test]
     fn first_order_with_noise() {
         let sizes = [12.0, 18.0, 26.0, 40.0, 60.0, 90.0, 136.0, 200.0, 300.0, 450.0].map(|n: f64| 1.0 / n);

@@ -8,21 +8,23 @@ use crate::simulation::build::contact_frame::contact_frame;
 use crate::simulation::build::near_field::choose_near_fields;
 use crate::simulation::failure::SceneError;
 
-/// Cells along the shorter side of the frame at each level, in ratios of about 1.5. Even numbers keep the central cells in place.
+/// Cells along the shorter side of the frame at each level, in ratios of about 1.5. The numbers are even, so that a border of cells
+/// always passes through the middle of the frame.
 const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];
 
 /// Largest number of cells of a frame.
 const MOST: usize = 1_000_000;
 
 /// Largest number of refinement levels of the increments (`DOUBLINGS`) and of the jumps (`JUMP_LEVELS`). Each level doubles the
-/// increments. For the jumps, each level divides their tolerance by four or doubles their number.
+/// number of increments. For the jumps, each level divides their tolerance by four or doubles their number.
 const DOUBLINGS: usize = 9;
 const JUMP_LEVELS: usize = 7;
 
-/// Largest level that increments and jumps keep for later refinements, if even their finest level did not reach the accuracy.
+/// If the finest level of increments or jumps does not reach the accuracy, later refinements restart from this level at most.
 const FALLBACK_LEVEL: usize = 3;
 
-/// Largest number of increments per stroke of closed paths, because all path points of a cycle are solved together.
+/// Increments of closed paths are refined until a stroke has this number. More would be too expensive, because all path points of a
+/// cycle are solved together.
 const MAX_INCREMENTS_PER_STROKE: usize = 128;
 
 /// Least number of cells in contact with which values are expected to converge, for area contacts and for line contacts.
@@ -73,9 +75,9 @@ pub(super) struct RefinementLadder {
     relative: f64,
     /// Whether cells, increments and jumps are refined.
     is_refined: [bool; 3],
-    /// Cells along x and y, divided by the cells along the shorter side. `None` for a periodic direction with a single cell.
+    /// Cells along x and y, divided by those along the shorter side (see the function `aspect`); both `None` without a grid.
     aspect: [Option<f64>; 2],
-    /// Largest number of increments per stroke of closed paths; 0 without any.
+    /// Largest number of increments per stroke of refinable closed paths; 0 if no path is refinable.
     increments_per_stroke: usize,
     /// Smallest number of cycles of any step, which limits the number of jumps; infinite without cycles.
     cycles: f64,
@@ -105,14 +107,14 @@ impl RefinementLadder {
         };
         if let FramePlan::Grid { cells, half_width, periodic, .. } = &plan.frame {
             ladder.aspect = aspect(*cells, *half_width, *periodic);
-            // Boundary elements have their own meshes, and heights per cell belong to the scene's cells.
+            // The cells stay if a body has a boundary-element mesh of its own, or if the gap is given at the scene's cells.
             let own = plan.bodies.iter().any(|body| matches!(body, BodyPlan::Be(_)))
                 || matches!(&plan.gap.shape, GapShape::Heights(heights) if heights.spacing.is_none())
                 || matches!(plan.gap.shape, GapShape::PerCell(_));
             if ladder.aspect != [None; 2] && !own && !kept(RefinementParameter::Cells) {
                 ladder.is_refined[0] = true;
                 let coarse = ladder.plan(plan, &ladder.first());
-                // The cells stay if a body is condensed from its mesh: cells finer than the faces resolve nothing more.
+                // The cells stay if a body is condensed from its mesh, because cells finer than the faces resolve nothing more.
                 ladder.is_refined[0] = !choose_near_fields(&coarse, &contact_frame(&coarse)?)?
                     .iter()
                     .any(|near| near.is_condensed());
@@ -170,7 +172,7 @@ impl RefinementLadder {
         cells >= if self.aspect.contains(&None) { MIN_LINE_CONTACT_CELLS } else { MIN_CONTACT_CELLS }
     }
 
-    /// Size h of the error estimate C h^p.
+    /// Size h of a parameter at its level, for the error estimate C h^p.
     pub fn size(&self, knob: RefinementParameter, levels: &Levels) -> f64 {
         match knob {
             RefinementParameter::Cells => {
@@ -182,7 +184,8 @@ impl RefinementLadder {
         }
     }
 
-    /// (Cell area within the outline) / (outline area) - 1. `None` without an outline, if the frame cuts it, or for fixed cells.
+    /// Relative error of the outline area: (area of the cells with centres in the outline) / (outline area) - 1. `None` without an
+    /// outline, if the frame cuts it, or for fixed cells.
     pub fn outline_area_error(&self, plan: &Plan, levels: &Levels) -> Option<f64> {
         let FramePlan::Grid { half_width, outline: Some(outline), .. } = &plan.frame else { return None };
         let reaches =
@@ -309,7 +312,7 @@ fn even(n: f64) -> usize {
     2 * ((0.5 * n).round() as usize).max(1)
 }
 
-/// Numbers of cells of a grid frame along x and y.
+/// Numbers of cells of a grid frame along x and y; `None` for the frame of a mesh.
 pub(super) fn cells(plan: &Plan) -> Option<[usize; 2]> {
     match plan.frame {
         FramePlan::Grid { cells, .. } => Some(cells),

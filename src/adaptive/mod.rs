@@ -80,7 +80,8 @@ impl<'p> AccuracySearch<'p> {
     /// Creates a search for the accuracy that `plan` requests; `None` if it requests none.
     ///
     /// # Errors
-    /// If there is nothing to refine, or the plan cannot be computed.
+    /// If there is nothing to refine, or the plan cannot be computed. If only the accuracy of the wear volume is requested, but the
+    /// plan has no wear.
     pub fn new(plan: &'p Plan) -> Result<Option<Self>, SceneError> {
         let Some(spec) = &plan.accuracy else { return Ok(None) };
         if plan.wear == WearLaw::None && spec.quantities == [AccuracyQuantity::WornVolume] {
@@ -111,7 +112,7 @@ impl<'p> AccuracySearch<'p> {
         self.ladder.plan(self.plan, levels)
     }
 
-    /// Description of levels: "60 x 60 cells, 4 times the increments".
+    /// Description of levels, for example "60 x 60 cells, 4 times the increments".
     pub fn describe(&self, levels: &Levels) -> String {
         self.ladder.describe(levels)
     }
@@ -320,7 +321,7 @@ impl<'p> AccuracySearch<'p> {
 
     /// Relative errors of all values due to a parameter, at the levels of the last run.
     fn error_contribution(&self, index: usize) -> Option<Vec<f64>> {
-        // A parameter that did not suffice may have been reset to a coarser level.
+        // The levels of the last run count, because a parameter that did not suffice may have been reset to a coarser level.
         self.errors(self.refinements.get(index)?, self.knobs[index], &self.samples.last()?.levels)
     }
 

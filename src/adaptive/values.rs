@@ -6,7 +6,7 @@ use crate::laws::wear::WearLaw;
 use crate::scene::plan::Plan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
 
-/// Least reference value of a relative error, as a fraction of the largest reference value of all steps.
+/// Least reference value of a relative error, as a fraction of the largest reference value of the same quantity over all steps.
 const LEAST: f64 = 0.01;
 
 const WORN: &str = "worn_volume";

@@ -35,11 +35,11 @@ pub struct FeBody {
 }
 
 impl FeBody {
-    /// Assembles and factorises the body and forms the flexibility of its contact nodes. These are the nodes of those faces of the
-    /// group `contact` that lie under the cells of `frame`.
+    /// Assembles the body and forms the flexibility of its contact nodes. These are the nodes of those faces of the group `contact`
+    /// that lie under the cells of `frame`. If the frame has candidate cells, only these cells count.
     ///
     /// # Errors
-    /// If the group or the frame does not fit ([`FaceMap::new`]), or the body cannot be assembled or factorised.
+    /// If the group or the frame does not fit ([`FaceMap::new`]), or the body cannot be assembled or solved.
     pub fn new(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
         Self::with_worn_mesh(spec, (contact, side), frame, &CondensationResources::default(), None)
     }

@@ -100,7 +100,7 @@ pub trait ElasticBody: Send + Sync {
     /// the cell centres of the frame.
     ///
     /// # Errors
-    /// If a back-substitution fails.
+    /// If the equations of the body cannot be solved, or its operator cannot be built.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
 
     /// Stress due to tractions on body 2, `[3, N]`, in the volume or, for boundary elements, on the surface. `None` for a body
@@ -121,7 +121,8 @@ pub trait ElasticBody: Send + Sync {
     /// `None` if the body cannot evaluate interior points in this way.
     ///
     /// # Errors
-    /// If a point lies outside the body, memory does not suffice, or the run is cancelled.
+    /// For half-spaces, if a point lies outside the body, the frame is periodic, or the field of a point force cannot be computed.
+    /// If memory does not suffice, or the run is cancelled.
     fn recover_at_points(
         &self,
         _frame: &ContactFrame,

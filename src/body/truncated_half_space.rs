@@ -54,7 +54,7 @@ pub struct Truncation {
     /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform traction along a on the
     /// displacements under a uniform traction along b.
     pub difference: f64,
-    /// Relative residual of recomputed equations.
+    /// Residual of equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub residual: f64,
 }
 

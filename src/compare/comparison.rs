@@ -80,7 +80,7 @@ pub struct StepResult {
 pub struct Difference {
     pub approach: Option<f64>,
     pub normal_force: Option<f64>,
-    /// Magnitude of the difference of the two force vectors.
+    /// Magnitude of the difference of the two force vectors. `None` also if the first variant's force is only rounding error.
     pub tangential_force: Option<f64>,
     pub contact_area: Option<f64>,
     pub stick_area: Option<f64>,
@@ -133,13 +133,14 @@ impl Comparison {
         self.variants.iter().flat_map(of).collect()
     }
 
-    /// Index of the reference variant: the first that was computed.
+    /// Index of the reference variant: the first with a computed step. `None` if no variant has one.
     pub fn reference(&self) -> Option<usize> {
         self.variants.iter().position(|variant| !variant.steps.is_empty())
     }
 
-    /// Computes the differences of each variant from the first computed variant, for steps with the same number of completed cycles
-    /// in both variants. Adds warnings about different numbers of cycles, and if the first variant of the scene was not computed.
+    /// Computes the differences of each variant from the reference variant, for steps with the same number of completed cycles in
+    /// both variants. Adds a warning for each step with different numbers, and a note if the scene's first variant was not
+    /// computed.
     pub fn compute_differences(&mut self) {
         let Some(first) = self.reference() else { return };
         if first > 0 {
@@ -269,7 +270,7 @@ impl StepResult {
     fn difference_from(&self, first: &Self) -> Difference {
         let percent = |a: f64, b: f64| (b != 0.0).then(|| 100.0 * (a - b) / b.abs());
         let [[qx, qy], [rx, ry]] = [self.tangential_force, first.tangential_force];
-        // A tangential force that is rounding error relative to the load has no relative difference.
+        // A tangential force of at most 1e-7 of the normal force is rounding error, and its relative difference is undefined.
         let sideways = rx.hypot(ry);
         let sideways = if sideways > 1e-7 * first.normal_force { sideways } else { 0.0 };
         Difference {

@@ -51,8 +51,8 @@ impl Variant {
 /// Builds the contact frame of `plan` and the variants on it.
 ///
 /// The variants are `wanted`. If `wanted` is empty, the scene names the variants. If the scene names none, the variants are the
-/// scene as it is and the default variants. A variant that cannot be computed has the reason in place of a plan. The scene as it is
-/// always has its plan. If this plan cannot be computed, its run reports the reason.
+/// unchanged scene and the default variants. A variant that cannot be computed has the reason in place of a plan. The unchanged
+/// scene always has its plan: if this plan cannot be computed, its run reports the reason.
 ///
 /// # Errors
 /// If the frame cannot be built, or the gap between two meshes cannot be computed on it.
@@ -155,7 +155,8 @@ fn variant_plan(
     Ok(changed)
 }
 
-/// Distance of the meshed surfaces per cell, for variants whose bodies do not have the meshes of the scene.
+/// Distance of the scene's meshed surfaces per cell. All variants with other discretisations use it, because their bodies may not
+/// have these meshes.
 fn mesh_gap(plan: &Plan, frame: &ContactFrame) -> std::result::Result<GapShape, SceneError> {
     let mut heights = [None, None];
     for (index, (heights, body)) in heights.iter_mut().zip(&plan.bodies).enumerate() {

@@ -22,7 +22,7 @@ const MAX_AXES_SPREAD_DEG: f64 = 5.0;
 /// (centroids c).
 const ALIKE: f64 = 0.05;
 
-/// Angles between material axes, degrees, up to this limit are rounding.
+/// Largest angle between material axes, degrees, that counts as rounding.
 const ROUNDING_SPREAD_DEG: f64 = 1e-6;
 
 /// Body `index` of the plan with the discretisation `kind`. Adds notes for the user to `notes`.
@@ -151,8 +151,8 @@ fn half_space(
 /// Boundary-element body that replaces a body of finite elements.
 ///
 /// # Errors
-/// If the body has foundations or no uniform material. If a group is no surface, or the boundary surface of the solids cannot be
-/// oriented.
+/// If the body has foundations or no uniform material. If a group of the body does not consist of outer faces, or the boundary
+/// surface of the solids cannot be oriented.
 fn boundary_elements(
     plan: &Plan,
     fe: &MeshedBodyPlan,

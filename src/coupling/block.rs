@@ -1,4 +1,5 @@
-//! Assembled block system of two bodies and the frame, factorised once. It is the reference for condensed bodies.
+//! Assembled block system of two bodies and the frame, factorised once. It serves as a reference for the flexibility of condensed
+//! bodies.
 //!
 //! The unknowns are the displacements x1, x2 of the bodies and the gap k; the tractions P are given. For a meshed body, x contains
 //! the free displacement components of the nodes. For a half-space, x contains the displacements at the cells. I maps displacements
@@ -87,8 +88,8 @@ impl BlockSystem {
 
     /// Computes the gap k, `[3, N]`, mm; overwrites `gap`.
     ///
-    /// The gap includes the effects of the tractions on body 2 (`[3, N]`), of the bodies' own loads and of their prescribed
-    /// displacements. The given normal gap and wear depth (`worn`), `[N]` each, mm, are added to its normal component.
+    /// The gap includes the effects of `tractions` (on body 2, `[3, N]`), of the bodies' own loads and of their prescribed
+    /// displacements. The normal gap `normal_gap` and the wear depth `worn`, `[N]` each, mm, are added to its normal component.
     pub fn gap(&self, tractions: &[f64], normal_gap: &[f64], worn: &[f64], gap: &mut [f64]) {
         let mut work = self.work.lock().expect("no panic while the buffers are held");
         let BlockWorkspace { rhs, memory, .. } = &mut *work;

@@ -124,7 +124,7 @@ impl BodyRows {
         }
     }
 
-    /// Scaled entries of the body's own rows.
+    /// Scaled entries of the body's own rows, which have non-zeros only in the columns of this body.
     pub(super) fn entries(&self, scales: BlockScales) -> Box<dyn Iterator<Item = Entry> + '_> {
         match self {
             Self::Rigid => Box::new(std::iter::empty()),
@@ -142,7 +142,7 @@ impl BodyRows {
         }
     }
 
-    /// Entries of the gap rows for the body's displacements: minus its gap sign times its map to the cells. Row indices start at 0.
+    /// Entries of the gap rows in the columns of the body: its map to the cells, times minus its gap sign. Row indices start at 0.
     pub(super) fn projection(&self, n_cells: usize) -> Box<dyn Iterator<Item = Entry> + '_> {
         match self {
             Self::Rigid => Box::new(std::iter::empty()),
@@ -180,7 +180,7 @@ impl BodyRows {
         }
     }
 
-    /// Adds the diagonal blocks of a half-space, which need no solve.
+    /// Adds the diagonal blocks of a half-space's flexibility, which need no solve.
     pub(super) fn add_direct_diagonal(&self, blocks: &mut [Matrix3<f64>]) {
         if let Self::HalfSpace { matrix, .. } = self {
             blocks.iter_mut().zip(matrix.diagonal_blocks().iter()).for_each(|(sum, block)| *sum += block);

@@ -41,8 +41,8 @@ pub struct MeshedGap {
 /// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). The motion to the first touch is the
 /// minimum of d / n_I.n over the points of all cells that face n ([`first_touch`]). d is the distance at a point.
 ///
-/// For a condensed mesh, the heights are means over its flat faces: displacements of its contact surface are averaged with the same
-/// shape functions. If the displacement follows a curved surface, the displaced nodes lie on this surface. A body with the near
+/// For a condensed mesh, the heights are means over its flat faces, because displacements of its contact surface are averaged with
+/// the same shape functions. If the displaced mesh follows a curved surface, its nodes lie on this surface. A body with the near
 /// field of a half-space has the mean heights of the curved surface ([`MeshedSurface::curved_gap`]).
 ///
 /// # Errors
@@ -107,7 +107,7 @@ struct CurvedOverlap {
     meshed: f64,
     /// Largest overlap after the motion, mm; negative if all cells are open.
     left: f64,
-    /// Overlaps below this are errors of the curved shapes, mm.
+    /// Largest overlap that may be an error of the curved shapes, mm.
     shape_error: f64,
     /// Number of cells that overlap in the meshed position, and number of all cells.
     cells: [usize; 2],
@@ -172,7 +172,7 @@ fn shape_error(surface: &MeshedSurface) -> f64 {
     flat.chain(curved.map(|error| SHAPE_ERROR_MARGIN * error)).fold(0.0, f64::max)
 }
 
-/// Refuses cells that are perpendicular to a plane or face away from it: they have no distance from the plane.
+/// Refuses cells that are perpendicular to a plane or face away from it, because they have no distance from the plane.
 fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
     let Some(cell) = cosines.iter().position(|cosine| *cosine < MIN_STEEP_COSINE) else { return Ok(()) };
     let x = frame.centers[cell];

@@ -84,7 +84,8 @@ impl From<CrossBlocks> for HalfSpaceOperators {
 /// Couples two bodies on `frame`: computes their flexibility, free gap and unconstrained rigid-body modes.
 ///
 /// # Errors
-/// If both bodies are rigid, or an operator cannot be made.
+/// If both bodies are rigid, or an operator cannot be built. If [`Coupling::Block`] is chosen, and a body is unconstrained or not
+/// supported.
 pub fn couple(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
@@ -210,8 +211,8 @@ fn with_far_fields(
 
 /// Work that is omitted when the flexibilities are summed.
 ///
-/// It consists of the flexibilities of `rigid` bodies and, if `summed`, of the second half-space operator. If the sum does not
-/// couple normal and tangential components (`couples`), the products between them are omitted, too.
+/// It consists of the flexibilities of `rigid` bodies and, if `summed`, of the second half-space operator. If `couples` is false,
+/// the sum does not couple normal and tangential components, and the products between them are omitted, too.
 pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<OmittedWork> {
     let mut skipped = Vec::new();
     if summed {
@@ -236,11 +237,11 @@ pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Omitte
 
 /// Distance of the undeformed surfaces along n at each cell, `[N]`, mm; zero at the first touch.
 ///
-/// For the shape "mesh", [`mesh_distance`] computes it from the meshes. If a body has the near field of a half-space, its flat
-/// faces are replaced by the curved surface that they approximate. Half-space displacements do not follow flat faces.
+/// For the shape "mesh", [`mesh_distance`] computes it from the meshes. If a body has the near field of a half-space, the curved
+/// surface replaces the flat faces that approximate it. Reason: half-space displacements do not follow flat faces.
 ///
 /// # Errors
-/// If the shape is not admissible. If it is "mesh", and the bodies overlap or neither has a mesh.
+/// If the shape is not admissible. If it is "mesh", and neither body has a mesh or [`mesh_distance`] fails.
 pub fn surface_distance(
     gap: &InitialGap,
     frame: &ContactFrame,

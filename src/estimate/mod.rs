@@ -53,13 +53,14 @@ const MEMORY_BYTES_PER_SECOND: f64 = 6e9;
 /// Seconds per point of the zero-padded grid, for one application of a half-space operator.
 const FFT_SECONDS_PER_POINT: f64 = 4.0e-8;
 
-/// A far field takes `PER_VALUE` × unknowns × columns seconds. `TABLE` is the time, s, to tabulate the field of an anisotropic
-/// material.
+/// The far field takes `PER_VALUE` × unknowns × columns seconds, with three columns for each polynomial. `TABLE` is the time, s, to
+/// tabulate the field of an anisotropic material.
 const PER_VALUE: f64 = 1.5e-6;
 const TABLE: f64 = 1.0;
 
-/// For each quadrature point in elements of other materials, a unit force takes `PER_FORCE` seconds and a pair of columns takes
-/// `PER_PAIR` seconds. `PER_FORCE` is [isotropic half-space, by closed forms; anisotropic half-space, by a table].
+/// Costs of each quadrature point in elements whose material differs from the half-space: `PER_FORCE` seconds per unit force, and
+/// `PER_PAIR` seconds per pair of columns. `PER_FORCE` is [isotropic half-space, by closed forms; anisotropic half-space, by a
+/// table].
 const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
 const PER_PAIR: f64 = 5e-10;
 
@@ -97,7 +98,7 @@ pub struct BodyEstimate {
     pub warning: Option<String>,
     /// Time of construction, s.
     pub seconds: f64,
-    /// Time per application of its flexibility, s.
+    /// Time per application of the body's flexibility, s.
     pub seconds_per_product: f64,
     /// Expected content of the cache. With sufficient content nothing is factorised.
     pub cached: CacheContent,
@@ -127,8 +128,8 @@ pub struct RunEstimate {
 /// Checks `plan` and estimates its run. Builds finite-element models and the structure of their factors, but does not factorise.
 ///
 /// # Errors
-/// If a mesh, support, material or frame of the plan is wrong, bodies and frame do not fit together, both bodies are rigid, or
-/// memory does not suffice.
+/// If a mesh, support, material or frame of the plan is wrong, or bodies and frame do not fit together. If both bodies are rigid,
+/// or memory does not suffice.
 pub fn estimate(plan: &Plan) -> Result<RunEstimate, SceneError> {
     estimate_on_frame(plan, contact_frame(plan)?)
 }

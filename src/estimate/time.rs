@@ -11,8 +11,8 @@ use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::omitted::on_grid;
 use crate::simulation::plan_bodies::SIDES;
 
-/// Seconds for one interior point in an isotropic half-space, and in an anisotropic half-space. In a boundary-element body, one
-/// point takes the third number × (boundary elements) seconds.
+/// Seconds per interior point: [in an isotropic half-space, in an anisotropic half-space, in a boundary-element body for each of
+/// its elements].
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
 
 /// The table of the field inside a half-space takes this × √(C_max / C_min) seconds. C_max and C_min are the largest and the
@@ -61,7 +61,7 @@ pub(super) fn of_steps(
 pub(super) fn contact_problems(step: &Step) -> usize {
     match &step.cycles {
         None => step.increments,
-        // The path points of a cycle are solved together.
+        // The path points of a cycle are solved together, and each counts as one contact problem.
         Some(cycles) => cycles.n_path_points() * cycles.expected_solves(step.wear),
     }
 }
@@ -72,8 +72,8 @@ pub(super) fn inside(plan: &Plan, n_solves: usize) -> f64 {
     inside_tables(plan) + n_solves as f64 * points
 }
 
-/// Time for the tables of the field inside half-spaces, s, if they are not cached. It grows with the variation of the stiffness
-/// with direction.
+/// Time for the tables of the field inside anisotropic half-spaces, s, as if they were not cached. It grows with the variation of
+/// the stiffness with direction.
 fn inside_tables(plan: &Plan) -> f64 {
     let of = |index: usize| match &plan.bodies[index] {
         BodyPlan::HalfSpace(elastic)

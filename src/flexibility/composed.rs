@@ -66,7 +66,8 @@ impl Flexibility for SumFlexibility {
         self.parts.iter().any(|part| part.couples_normal_tangential())
     }
 
-    /// Uses the first part that has an approximate inverse: the flexibilities of the bodies differ by little more than a factor.
+    /// Uses the first part that has an approximate inverse. One part suffices, because the flexibilities of the bodies differ by
+    /// little more than a factor.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.parts.iter().any(|part| part.precondition_normal(normal_gap, pressure))
     }

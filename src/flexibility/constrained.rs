@@ -12,7 +12,8 @@ use crate::flexibility::per_cell::PerCell;
 /// A cell on one or two planes of symmetry.
 struct ConstrainedCell {
     cell: usize,
-    /// P: orthogonal projector on the components in the planes. Its normal row and column are the unit vector of the normal.
+    /// P: orthogonal projector on the components in the planes. Its row and column of the normal component are those of the
+    /// identity.
     projector: Matrix3<f64>,
     /// Projector I - P on the components across the planes.
     across: Matrix3<f64>,

@@ -22,8 +22,8 @@ use crate::flexibility::per_cell::PerCell;
 ///
 /// S is symmetric positive definite in the area-weighted inner product: `A S = (A S)^T` with the cell areas A.
 ///
-/// Only one task at a time may apply an operator: operators lock their work space while their loops run in parallel. Two tasks of
-/// one thread pool that apply the same operator can deadlock.
+/// Only one task at a time may apply an operator, because operators lock their work space while their loops run in parallel. Two
+/// tasks of one thread pool that apply the same operator can deadlock.
 pub trait Flexibility: Send + Sync {
     /// Number of cells N.
     fn n_cells(&self) -> usize;
@@ -76,8 +76,9 @@ pub trait Flexibility: Send + Sync {
         None
     }
 
-    /// Operator of the same bodies on a smaller grid with at least `at_least` cells along x and y, whose sides are `factor` times
-    /// as long. The grid is not longer than the frame along x or y. `None` if there is no such operator.
+    /// Operator of the same bodies on a smaller grid, which is not longer than the frame along x or y. The grid has at least
+    /// `at_least` cells along x and y, whose sides are `factor` times as long as those of this operator's cells. `None` if there is
+    /// no such operator.
     fn restrict(&self, _at_least: [usize; 2], _factor: usize) -> Option<Arc<dyn Flexibility>> {
         None
     }
@@ -93,7 +94,8 @@ pub trait Flexibility: Send + Sync {
         smaller
     }
 
-    /// Ascending cells whose rows of S are not formed. [`Self::apply`] gives an incomplete gap there; no traction may act there.
+    /// Ascending cells whose rows of S are not formed. In these cells, [`Self::apply`] gives an incomplete gap, and no traction may
+    /// act.
     fn unformed_cells(&self) -> Vec<usize> {
         Vec::new()
     }

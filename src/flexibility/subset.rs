@@ -105,8 +105,8 @@ impl Flexibility for SubsetFlexibility {
         self.whole.direct_sums(&places, &whole)
     }
 
-    /// Applies the rows and columns of the subset in the approximate inverse of `whole`. This block is symmetric positive definite,
-    /// too.
+    /// Applies the block of the approximate inverse of `whole` that belongs to the subset. Like the approximate inverse, this block
+    /// is symmetric positive definite.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition_normal(whole, result);
         self.apply_whole(1, (normal_gap, pressure), product)
@@ -190,8 +190,8 @@ mod tests {
         }
     }
 
-    /// Truth: the subset of a decoupled operator is decoupled, too. Its tangential part equals the tangential rows and columns of
-    /// the subset's full product.
+    /// Truth: the subset of a decoupled operator is decoupled, too. Its tangential product equals the tangential part of its full
+    /// product for the same tractions.
     #[test]
     fn tangential_part_of_the_whole() {
         let part = SubsetFlexibility::new(Arc::new(Three), vec![0, 2]);

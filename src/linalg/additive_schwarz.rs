@@ -34,8 +34,9 @@ pub struct AdditiveSchwarz {
     n: usize,
     planes: usize,
     groups: Vec<LocalBlock>,
-    /// Groups of the coarse level as ranges of points. `coarse_inverse` is A_c⁻¹, a square matrix with rows `[planes, groups]`.
+    /// Groups of the coarse level as ranges of points.
     coarse_groups: Vec<Range<usize>>,
+    /// A_c⁻¹, a square matrix with rows `[planes, coarse groups]`.
     coarse_inverse: Vec<f64>,
     /// Weights of the points in the coarse sums, `[N]`.
     weights: Vec<f64>,
@@ -51,8 +52,8 @@ struct LocalBlock {
 impl AdditiveSchwarz {
     /// Builds the preconditioner for the matrix A that the terms `uses` assemble from components of `matrix`.
     ///
-    /// A acts on vectors `[planes, N]`. `weights` `[N]` are the weights of the points in the coarse sums; they represent a constant
-    /// field.
+    /// A acts on vectors `[planes, N]`. `weights` `[N]` are the weights of the points in the coarse sums: the vector that
+    /// represents a constant field.
     pub fn new(
         matrix: &HierarchicalMatrix,
         uses: &[ComponentProduct],
@@ -135,7 +136,8 @@ impl AdditiveSchwarz {
     }
 }
 
-/// Assembles the square matrix with rows `[planes, m]` from `components`, matrices `[m, m]`, as the terms `uses` state.
+/// Assembles the square matrix with rows `[planes, m]`: each term of `uses` adds one of the matrices `components` `[m, m]` to a
+/// block.
 fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], planes: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; (planes * m).pow(2)];
     for one in uses {

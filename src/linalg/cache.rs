@@ -187,7 +187,7 @@ impl Cache {
     /// A list that is larger than the limit is not written.
     ///
     /// # Errors
-    /// If the directory cannot be created or written.
+    /// If the directory cannot be created, read or written.
     pub fn write_list(&self, key: &CacheKey, ending: &str, values: &[f64]) -> Result<()> {
         self.write_values(key, ending, values.len(), values.iter().copied())
     }
@@ -195,7 +195,7 @@ impl Cache {
     /// Writes a list of `n` values from an iterator; otherwise like [`Self::write_list`].
     ///
     /// # Errors
-    /// If the directory cannot be created or written.
+    /// If the directory cannot be created, read or written.
     pub(crate) fn write_values(
         &self,
         key: &CacheKey,
@@ -213,7 +213,7 @@ impl Cache {
     /// size is within the limit.
     ///
     /// # Errors
-    /// If the directory cannot be created or written.
+    /// If the directory cannot be created, read or written.
     fn write_atomically(
         &self,
         key: &CacheKey,
@@ -265,8 +265,8 @@ impl Cache {
     }
 }
 
-/// Whether a file name without its extension is a cache key (64 hexadecimal digits). Besides such files, only old unfinished files
-/// are removed from the directory.
+/// Whether a file name without its extension is a cache key (64 hexadecimal digits). Besides files with these names, only old
+/// unfinished files are removed from the directory.
 fn is_named_by_key(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     stem.len() == 64 && stem.bytes().all(|byte| byte.is_ascii_hexdigit())

@@ -22,7 +22,7 @@ const CGROUP_V1: InterfaceFiles = InterfaceFiles {
 const CGROUP_V2: InterfaceFiles =
     InterfaceFiles { limit: "memory.max", usage: "memory.current", cache: "inactive_file" };
 
-/// Bytes that the control groups of this process, mounted at `root`, still allow; `None` without a limit.
+/// Bytes that the control groups of this process, mounted at `root`, still allow; `None` without control groups or without a limit.
 pub(super) fn available_bytes(root: &Path) -> Option<u64> {
     available_in_groups(root, &fs::read_to_string("/proc/self/cgroup").ok()?)
 }
@@ -45,7 +45,8 @@ fn available_in_groups(root: &Path, groups: &str) -> Option<u64> {
 
 /// Smallest available memory among the group at `path` and all groups above it, bytes.
 ///
-/// Groups without files are skipped: a container may see its own group at `root`, but not the path of the group on the host.
+/// Groups without files are skipped, because a container may see its own group at `root`, but not the path of the group on the
+/// host.
 fn available_along_path(root: &Path, path: &str, names: &InterfaceFiles) -> Option<u64> {
     let folder = root.join(path.trim_start_matches('/'));
     let folders = folder.ancestors().take_while(|folder| folder.starts_with(root));

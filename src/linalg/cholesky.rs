@@ -27,8 +27,8 @@ const PIVOT_LIMIT: f64 = 1e-14;
 
 /// Limits for merging neighbouring supernodes: maximum number of merged columns, and maximum share of zeros in the merged block.
 ///
-/// The overhead of small supernodes costs more time than the additional zeros of merged supernodes. With the default limits of
-/// faer, L has 5 % more entries for a block of 32 x 32 x 32 elements.
+/// The overhead of small supernodes costs more time than the additional zeros of merged supernodes. For a block of 32 x 32 x 32
+/// elements, L has 5 % more entries with the default limits of faer than with these.
 const RELAXATION_LIMITS: [(usize, f64); 4] = [(12, 0.8), (36, 0.25), (144, 0.05), (usize::MAX, 0.01)];
 
 /// Solver for a symmetric positive definite matrix K: a factorisation or an iterative method.
@@ -39,7 +39,8 @@ pub trait SymmetricSolver: Send + Sync {
     /// Solves K x = rhs in place for `n_rhs` right-hand sides `[n_rhs, n]`, stored one after the other.
     ///
     /// # Errors
-    /// If memory for the workspace does not suffice, or if an iterative method does not converge (kind `NotConverged`).
+    /// If memory for the workspace does not suffice. If an iterative method does not converge (kind `NotConverged`) or is
+    /// cancelled.
     fn solve_in_place(&self, rhs: &mut [f64], n_rhs: usize) -> Result<()>;
 }
 
@@ -188,7 +189,7 @@ impl SymbolicCholesky {
     /// `row_name` describes a row (node, component, body) for messages.
     ///
     /// # Errors
-    /// If K is not positive definite, if the check fails, or if memory does not suffice.
+    /// If K is not positive definite, if the check fails, if memory does not suffice, or if the run is cancelled.
     pub fn factorise(
         self,
         matrix: &SymmetricSparse,
@@ -295,7 +296,7 @@ impl CholeskyFactor {
         SupernodalLltRef::new(self.structure.supernodes(), &self.values)
     }
 
-    /// Returns an error if a squared pivot is at most [`PIVOT_LIMIT`] times the diagonal entry of K.
+    /// Returns an error if a pivot is NaN, or its square is at most [`PIVOT_LIMIT`] times the diagonal entry of K.
     fn check_pivots(&self, matrix: &SymmetricSparse, row_name: impl Fn(usize) -> String) -> Result<()> {
         let diagonal = matrix.diagonal();
         let factor = self.supernodes();
@@ -304,7 +305,7 @@ impl CholeskyFactor {
             for j in 0..supernode.val().ncols() {
                 let row = self.structure.row_at(supernode.start() + j);
                 let pivot = supernode.val()[(j, j)];
-                // The condition must also reject NaN.
+                // NaN must be tested separately, because comparisons with NaN are false.
                 if pivot.is_nan() || pivot * pivot <= PIVOT_LIMIT * diagonal[row] {
                     return Err(not_positive(&row_name(row)));
                 }
@@ -330,7 +331,7 @@ impl CholeskyFactor {
     /// complement after elimination of all other rows.
     ///
     /// # Errors
-    /// If memory does not suffice.
+    /// If memory does not suffice, or the run is cancelled.
     pub fn trailing_inverse(&self) -> Result<SymmetricDense> {
         self.trailing_inverse_with(parallelism())
     }

@@ -32,7 +32,7 @@ impl DenseLu {
     /// Factorises a matrix; its memory is reused for the factors.
     ///
     /// The caller must scale rows and columns to entries of similar size. The matrix counts as singular if its smallest pivot is at
-    /// most the machine epsilon times its largest pivot.
+    /// most the machine epsilon times its largest pivot, or if a pivot is NaN.
     ///
     /// # Errors
     /// If memory does not suffice, or the matrix is singular.

@@ -22,7 +22,7 @@ pub struct MemoryLimit {
 /// Source of a memory limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum LimitSource {
-    /// `--max-memory`: a size (`None`) or a percentage of the available memory.
+    /// `--max-memory`: a percentage of the available memory, or `None` for a size.
     CommandLine(Option<f64>),
     /// The option `solver.memory_limit` of the scene.
     Scene,
@@ -69,7 +69,7 @@ impl MemoryLimit {
         Self { reserved: self.reserved.saturating_add(bytes as u64), ..self }
     }
 
-    /// Whether `bytes` fit into the remaining memory.
+    /// Whether `bytes` fit into the remaining memory. If it is unknown, up to `isize::MAX` bytes fit.
     pub fn allows(&self, bytes: u128) -> bool {
         let fits = self.remaining().is_none_or(|remaining| bytes <= remaining.into());
         fits && bytes <= isize::MAX as u128
@@ -161,7 +161,8 @@ impl std::fmt::Display for MemoryLimit {
 /// Like [`MemoryLimit::ensure_available`], with all memory that is available now as the limit.
 ///
 /// # Errors
-/// If `bytes` exceed the available memory (kind `Resources`). If it is unknown (not Linux), nothing is refused.
+/// If `bytes` exceed the available memory (kind `Resources`). If it is unknown (not Linux), only more than `isize::MAX` bytes are
+/// refused.
 pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
     MemoryLimit { bytes: available(), reserved: 0, source: LimitSource::Machine }
         .ensure_available(bytes, what, mend)
@@ -306,7 +307,7 @@ mod tests {
     }
 
     /// Truth: docs/command-line.md. The limit is 80 % of the available memory, or the percentage that `--max-memory` gives.
-    /// Tolerance 20 % of the limit: the available memory changes from one moment to the next.
+    /// Tolerance 20 % of the limit, because the available memory changes from one moment to the next.
     #[test]
     fn shares_of_what_is_available() {
         let (Some(all), Some(most)) = (available(), MemoryLimit::of_machine().remaining()) else { return };

@@ -119,7 +119,7 @@ pub fn nested_dissection(graph: &NodeGraph, nodes: &[usize], last: &[usize]) -> 
 /// inside a part.
 ///
 /// # Errors
-/// As [`nested_dissection`].
+/// If the graph is too large for METIS's 32-bit indices, or METIS fails.
 ///
 /// # Source
 /// Karypis and Kumar (1998), J. Parallel Distrib. Comput. 48.

@@ -72,8 +72,8 @@ impl PackedSymmetric {
 
     /// Computes `y = A x`; overwrites `y`. The bits are the same for any number of threads. Does not allocate.
     ///
-    /// Most entries (i, j) with x_i = x_j = 0 are not read. Contact problems have many such entries, because forces vanish outside
-    /// the contact.
+    /// Most entries (i, j) with x_i = x_j = 0 are not read. Contact problems have many of these entries, because forces vanish
+    /// outside the contact.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         if self.n == 0 {
             return;

@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 /// Singular values up to `tolerance` times the largest count as zero.
 ///
 /// # Errors
-/// If the matrix has an entry that is not finite.
+/// If the singular values do not converge, for example because an entry of the matrix is not finite.
 pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>, tolerance: f64) -> Result<DMatrix<f64>> {
     let (m, n) = matrix.shape();
     let size = m.min(n);

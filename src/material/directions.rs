@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use crate::geometry::Point;
 
 /// Material axes of a fibre along `first`, as columns; axis 3 = axis 1 x axis 2. If `second` is given, axis 2 is along the part of
-/// `second` normal to the fibre. Otherwise axis 2 is horizontal (normal to z) and 90 degrees left of the fibre's azimuth; for an
+/// `second` normal to the fibre. Otherwise axis 2 is horizontal (normal to z), at the azimuth of the fibre plus 90 degrees; for an
 /// upright fibre, axis 2 is y.
 ///
 /// `None` if a vector is zero or not finite, or if `second` is parallel to the fibre.

@@ -184,7 +184,7 @@ impl Stiffness {
     /// Orthotropic material from its nine engineering constants, through the compliance.
     ///
     /// # Errors
-    /// If the compliance is not positive definite; the message names the violated condition.
+    /// If a constant is not finite, or the compliance is not positive definite; the message names the violated condition.
     pub fn orthotropic(constants: &Orthotropic) -> Result<Self> {
         constants.check_signs()?;
         let inverse =

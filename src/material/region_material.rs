@@ -79,7 +79,8 @@ impl RegionMaterial {
         self.stacking_coordinate().is_some()
     }
 
-    /// Errors about plies or wound layers that contain no element centroid. `elements` holds the corners of each element.
+    /// Errors about plies that contain no element centroid, and about wound layers that contain no element's mean corner radius.
+    /// `elements` holds the corners of each element.
     pub fn empty_ply_errors(&self, elements: &[Vec<Point>]) -> Vec<String> {
         let Some((plies, along)) = self.stacking_coordinate() else { return Vec::new() };
         let mut held = vec![false; plies.len()];

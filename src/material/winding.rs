@@ -72,8 +72,8 @@ impl Winding {
     }
 
     /// Material axes of an element in a layer with the angle a: 1 = axis cos a + hoop sin a, 3 outward at the centroid, 2 = 3 x 1.
-    /// The layer is the one that contains the mean radius of the corners. The radius of the centroid of an element along an arc
-    /// would be too small.
+    /// The layer is the one that contains the mean radius of the corners. The radius of the centroid is not used, because it is too
+    /// small for an element along an arc.
     ///
     /// # Errors
     /// If the element is on the axis or in no layer.

@@ -12,7 +12,7 @@ pub struct AccuracyRecord {
     pub quantities: Vec<&'static str>,
     /// Whether all estimates are below the requested error.
     pub met: bool,
-    /// Reason why the accuracy was not refined further: a failed or diverging run, or the limit of the refinement.
+    /// Reason why the refinement ended before the requested accuracy: a failed or diverging run, or the finest level of a setting.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Results with estimated errors.
@@ -30,7 +30,9 @@ pub struct EstimatedResult {
     pub name: &'static str,
     /// Result of the last converged run.
     pub value: f64,
-    /// Estimated absolute error, in the unit of `value`.
+    /// Estimated relative error. The reference value is the total force for forces, the total displacement for tangential
+    /// displacements, and otherwise the value itself. It is at least 1 % of the largest reference value of this result in all
+    /// steps. For the wear volume, it is the largest value of all steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<f64>,
     /// Estimated relative error. It refers to the total force for forces, to the total displacement for tangential displacements,
@@ -46,10 +48,10 @@ pub struct EstimatedResult {
     /// Contribution of the cycle jumps to `relative`.
     #[serde(rename = "of_jumps", skip_serializing_if = "Option::is_none")]
     pub jump_error: Option<f64>,
-    /// Order of convergence in the last refined setting, if the changes show one.
+    /// Order of convergence of the setting that was refined last, if the values show an order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<f64>,
-    /// Richardson extrapolation, if the last changes show a single order.
+    /// Richardson extrapolation, if the last three differences show one order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<f64>,
 }
@@ -63,7 +65,7 @@ pub struct RefinementRun {
     /// Number of increments as a multiple of the number in the scene.
     #[serde(rename = "increments")]
     pub increment_factor: usize,
-    /// Tolerance or number of the cycle jumps.
+    /// Tolerance of the cycle jumps, or their number.
     #[serde(rename = "jumps", skip_serializing_if = "Option::is_none")]
     pub jump_setting: Option<f64>,
     /// Computing time, s.

@@ -28,8 +28,8 @@ pub struct BodyOutput<'a> {
 }
 
 impl BodyOutput<'_> {
-    /// Stress peaks of a meshed body; `None` if no stress was recovered. `tractions` act on body 2, one triple per cell in the
-    /// local axes of the cell.
+    /// Stress peaks of a meshed body; `None` for other bodies and without recovered stress. `tractions` act on body 2, one triple
+    /// per cell in the local axes of the cell.
     pub(crate) fn peaks(
         &self,
         frame: &ContactFrame,
@@ -44,8 +44,8 @@ impl BodyOutput<'_> {
         Some(BodyPeaks::new(mesh, stress, &surface))
     }
 
-    /// Traction on this body at every node of the mesh, in global axes: area-weighted mean over the cells over which the node lies.
-    /// It is zero at nodes without such cells. `faces` are the outer faces.
+    /// Traction on this body at every node of the mesh, in global axes: area-weighted mean of the tractions on the cells that the
+    /// node lies over. It is zero at nodes without such cells. `faces` are the outer faces.
     fn node_tractions(
         &self,
         frame: &ContactFrame,
@@ -95,13 +95,13 @@ pub enum RecoveryLocation<'a> {
     },
 }
 
-/// Displaced surface of a body with its displacement and traction in global axes. `tractions` act on body 2, one triple per cell in
-/// the local axes of the cell.
+/// Displaced surface of a body with its displacement and traction in global axes and, for a meshed body, its recovered stress, if
+/// any. `tractions` act on body 2, one triple per cell in the local axes of the cell.
 ///
 /// The displacement excludes the rigid motion of body 2.
 ///
 /// # Errors
-/// If the number of recovered displacements differs from the number of cells or nodes (kind `Numerical`).
+/// If the recovered displacements or stresses do not fit the cells or nodes (kind `Numerical`).
 pub fn surface_grid(
     output: &BodyOutput<'_>,
     frame: (&ContactFrame, &FrameMesh),

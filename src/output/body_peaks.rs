@@ -10,7 +10,7 @@ use crate::material::strength::{StressExposure, von_mises};
 use crate::mesh::Mesh;
 use crate::output::surface_stress::SurfaceStress;
 
-/// Fraction of the squared error that the reported worst cells contain at least.
+/// Minimum share of the squared error in the reported worst cells.
 const WORST_CELLS_ERROR_SHARE: f64 = 0.5;
 
 /// Largest value and its position.
@@ -80,7 +80,7 @@ pub struct BodyPeaks {
 /// Peaks of a body after an increment: an entry of `summary.bodies`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyRecord {
-    /// "body1" or "body2".
+    /// Body: "body1" or "body2".
     pub body: Cow<'static, str>,
     /// Name of the step.
     pub name: String,
@@ -156,7 +156,8 @@ impl ErrorRecord {
         }
     }
 
-    /// Text with the error and the region to refine; `length` is the unit of length.
+    /// Text with the estimated error and, unless the error is at rounding level, the region to refine. `length` is the unit of
+    /// length.
     pub fn advice(&self, length: &str) -> String {
         if self.relative < MIN_RELATIVE_ERROR {
             return format!(

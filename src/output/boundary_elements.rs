@@ -13,7 +13,7 @@ pub struct BoundaryElementRecord {
     pub body: usize,
     /// Number of elements.
     pub elements: usize,
-    /// "constant", "linear" or "quadratic".
+    /// Interpolation over an element: "constant", "linear" or "quadratic".
     pub interpolation: &'static str,
     /// Number of unknowns.
     pub unknowns: usize,
@@ -21,9 +21,9 @@ pub struct BoundaryElementRecord {
     pub asymmetry: f64,
     /// Error of the tabulated kernels, relative to their largest values.
     pub kernel_error: f64,
-    /// Residual of equations that are recomputed after the solution, relative to the magnitude of their terms.
+    /// Largest residual of the equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub residual: f64,
-    /// "dense" or "compressed".
+    /// Form of the equations: "dense" or "compressed".
     pub equations: &'static str,
     /// Compression, for compressed equations.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -35,7 +35,7 @@ pub struct BoundaryElementRecord {
 pub struct CompressionRecord {
     /// Tolerance of the compressed blocks.
     pub tolerance: f64,
-    /// Maximum number of products with the matrix for a right-hand side.
+    /// Largest number of products with the matrix that the solution for one right-hand side took.
     pub iterations: usize,
     /// Memory of the matrix and its approximate inverse, bytes.
     pub bytes: usize,

@@ -44,8 +44,9 @@ impl<'a> CellLocator<'a> {
         locator
     }
 
-    /// Cells that contain the projection of the point along their normals and that the surface at the point faces. A point on a
-    /// common edge of cells has several cells, and a point outside the frame has none. The surface and the cells may be apart.
+    /// Cells that contain the projection of the point along the cell normal, and that the surface at the point faces. A point on a
+    /// common edge of cells has several cells, and a point outside the frame has none. The distance between the surface and the
+    /// cells is arbitrary.
     pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
         let mut cells = match (&self.frame.whole_grid(), self.common_normal) {
             (Some(grid), _) => grid_cells(grid, &point.at),
@@ -85,7 +86,7 @@ impl<'a> CellLocator<'a> {
         (arm - normal * normal.dot(&arm)).norm()
     }
 
-    /// Whether the surface at the point faces the cell.
+    /// Whether the surface at the point faces the cell; true if the outward direction is unknown (zero).
     fn is_facing(&self, cell: usize, point: &SurfacePoint) -> bool {
         let along = self.frame.triads[cell].normal().dot(&point.outward);
         along == 0.0 && point.outward == Point::zeros() || along * self.side.outward() > 0.0

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | 16 | `orthowear-check` and a line end |
 //! | 4 | version of the format |
-//! | 8 | number of the checkpoint; the larger one is the newer |
+//! | 8 | number of the checkpoint; the file with the larger number is the newer one |
 //! | 8 | length of the [`Provenance`] |
 //! | .. | the [`Provenance`], JSON |
 //! | .. | the state, MessagePack with the names of the fields |
@@ -30,8 +30,9 @@ pub const FILES: [&str; 2] = ["checkpoint-1.bin", "checkpoint-2.bin"];
 
 const MAGIC: &[u8; 16] = b"orthowear-check\n";
 const FORMAT: u32 = 8;
-/// Bytes before the provenance, and bytes of the checksum at the end.
+/// Bytes before the provenance.
 const HEADER_BYTES: usize = 36;
+/// Bytes of the checksum at the end.
 const CHECKSUM_BYTES: usize = 32;
 
 /// Advice in messages on unusable checkpoints.
@@ -44,7 +45,7 @@ pub struct Checkpoint {
     pub number: u64,
     /// Program, scene and files of the run.
     pub provenance: Provenance,
-    /// Warnings, such as a damaged second file.
+    /// Warnings, such as a warning about the other checkpoint file if it is damaged.
     pub warnings: Vec<String>,
     path: PathBuf,
     bytes: Vec<u8>,

@@ -21,7 +21,7 @@ pub struct CheckpointData<S> {
     pub snapshot: S,
     /// History of the operators.
     pub operator_history: OperatorHistory,
-    /// Field output so far, including data for the end of the run.
+    /// Field output so far, including the data that are written at the end of the run.
     pub written: WrittenFields,
     /// Number of enlargements of the frame.
     #[serde(default)]
@@ -61,7 +61,8 @@ impl MeshUpdates {
     }
 }
 
-/// Interval after which the next result is followed by a checkpoint. An interrupted run always writes one.
+/// Interval between checkpoints. After this interval, the next entry is followed by a checkpoint. An interrupted run always writes
+/// a checkpoint if it has new entries.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CheckpointInterval {
@@ -155,7 +156,7 @@ impl CheckpointWriter {
     /// Writes a checkpoint.
     ///
     /// # Errors
-    /// If it cannot be written (kind `Resources`).
+    /// If the checkpoint cannot be written, or an earlier unfinished run cannot be moved to `previous-N` (kind `Resources`).
     pub fn write<S: Serialize>(
         &mut self,
         output: &mut OutputDir,

@@ -7,7 +7,7 @@ use crate::fem::{CondensationMethod, CondensedBody};
 pub struct CondensationRecord {
     /// The body, 1 or 2.
     pub body: usize,
-    /// "factorisation" or "conjugate-gradients".
+    /// Method: "factorisation" or "conjugate-gradients".
     pub method: &'static str,
     /// Whether the flexibility was read from the cache.
     pub cached: bool,

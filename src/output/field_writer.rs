@@ -35,7 +35,7 @@ pub enum FieldKind {
     Stress,
     /// Estimated error of the stress in finite-element bodies.
     Error,
-    /// Figures: maps of pressure, slip and wear, profiles, and the history of forces.
+    /// Figures: maps of pressure, slip, stick and slip zones, and wear; profiles; and the history of forces, areas and wear.
     Svg,
     /// Fretting loops, tangential force over displacement: cycles at the start and the end of each step with cycles.
     Loops,
@@ -66,8 +66,8 @@ pub struct FieldWriter<'a> {
     kinds: Vec<FieldKind>,
     /// Requested points inside the bodies for displacement and stress.
     pub interior_points: Vec<InteriorPointRequest>,
-    /// Interval of the written increments of monotone steps. Increments that did not converge, cycle jumps and rolling entries are
-    /// always written.
+    /// Only increments whose number in the step is a multiple of this stride are written. Increments that did not converge, cycle
+    /// jumps and rolling entries are always written.
     pub increment_stride: usize,
     /// Axes and fibres of the surface, and the distribution of wear.
     pub surface: SurfaceProperties,
@@ -146,7 +146,8 @@ impl<'a> FieldWriter<'a> {
     /// Writes the fields of an entry; `number` is its position in `summary.steps`, from 1.
     ///
     /// # Errors
-    /// If a file cannot be written (kind `Resources`). If a field is not finite or cannot be recovered (kind `Numerical`).
+    /// If a file cannot be written (kind `Resources`). If a field is not finite (kind `Numerical`). If a field cannot be recovered,
+    /// or the run is cancelled.
     pub fn write_entry(
         &mut self,
         output: &mut OutputDir,
@@ -272,7 +273,7 @@ impl<'a> FieldWriter<'a> {
     /// the number of the entry in `summary.steps`. Requested fretting loops are also written as a table.
     ///
     /// # Errors
-    /// If a file cannot be written (kind `Resources`).
+    /// If a file cannot be written (kind `Resources`). If a number of the fretting loops is not finite (kind `Numerical`).
     pub fn finish(self, output: &mut OutputDir, summary: &mut Summary) -> Result<()> {
         let WrittenFields { series_files, pictures, peaks, .. } = self.written;
         summary.bodies = peaks;

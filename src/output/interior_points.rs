@@ -19,8 +19,9 @@ const QUADRILATERAL: u8 = 9;
 const FIELD_COLUMNS: &str = "displacement_x,displacement_y,displacement_z,stress_xx,stress_yy,stress_zz,stress_yz,stress_xz,stress_xy,von_mises,\
                      largest_shear,principal_1,principal_2,principal_3";
 
-/// Memory per point while the table or the grid is written, bytes; measured.
+/// Memory per point while the table is written, bytes; measured.
 const TABLE_BYTES_PER_POINT: usize = 385;
+/// Memory per point while the grid is written, bytes; measured.
 const GRID_BYTES_PER_POINT: usize = 420;
 
 /// Requested points inside a body, evenly spaced on a line or over a rectangle.
@@ -61,7 +62,7 @@ impl InteriorPointRequest {
             }
     }
 
-    /// Relative position of point `i` along both sides; the first side changes fastest.
+    /// Relative position of point `i` along both sides. Consecutive points follow one another along the first side.
     fn relative_position(&self, i: usize) -> [f64; 2] {
         let [n, m] = self.counts;
         [(i % n) as f64 / (n - 1) as f64, (i / n) as f64 / m.max(2).saturating_sub(1) as f64]
@@ -194,8 +195,9 @@ mod tests {
         }
     }
 
-    /// Truth (docs/scene.md): points are evenly spaced, the first side changes fastest, and distances count from the first point. A
-    /// tension p along x with a pressure p along z has the largest shear stress p and the von Mises stress √3 p.
+    /// Truth (docs/scene.md): points are evenly spaced, consecutive points follow one another along the first side, and distances
+    /// count from the first point. A tension p along x with a pressure p along z has the largest shear stress p and the von Mises
+    /// stress √3 p.
     #[test]
     fn points_and_rows() {
         let request = rectangle();

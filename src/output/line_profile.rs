@@ -7,7 +7,7 @@ use crate::frame::{ContactFrame, Grid};
 /// Straight line in the plane of the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProfileLine {
-    /// Point at distance 0, along x and y of the frame from its origin, mm.
+    /// Point at distance 0: coordinates along x and y of the frame, from its origin, mm.
     pub through: [f64; 2],
     /// Angle from x of the frame, radians.
     pub angle: f64,
@@ -25,8 +25,9 @@ impl ProfileLine {
 /// Samples (distance along the line, value) of the cell `values`, in order of distance.
 ///
 /// On a grid, values are interpolated bilinearly between the cell centres; points of the grid without a cell count as 0. The
-/// sampling distance is the smaller spacing, or the cell spacing for lines along an axis. On other frames, each cell gives its
-/// value at the middle of its intersection with the line. Two cells whose common edge lies on the line give their mean.
+/// samples on a line along an axis have the coordinates of the cell centres on this axis. On other lines, the distance of the
+/// samples is the smaller cell spacing. On other frames, each cell gives its value at the middle of its intersection with the line.
+/// Two cells whose common edge lies on the line give their mean.
 pub fn profile_along(frame: &ContactFrame, values: &[f64], line: &ProfileLine) -> Vec<[f64; 2]> {
     match frame.grid {
         Some(grid) if frame.polygons.is_none() && frame.n_cells() > 0 => {
@@ -44,7 +45,7 @@ fn sample_grid(frame: &ContactFrame, grid: Grid, values: &[f64], line: &ProfileL
     let corner = [0, 1].map(|axis| first[axis] - index[axis] as f64 * grid.spacing[axis]);
     let mut whole = vec![0.0; nx * ny];
     values.iter().enumerate().for_each(|(cell, value)| whole[frame.grid_index(cell)] = *value);
-    // Position relative to the centre of the first cell, in cells.
+    // Position relative to the centre of the first cell of the grid, in units of the cell spacing.
     let cells_at = |p: Vector2<f64>| [0, 1].map(|axis| (p[axis] - corner[axis]) / grid.spacing[axis]);
     let value_at = |p: Vector2<f64>| {
         let at = cells_at(p);

@@ -7,13 +7,13 @@ use crate::body::hybrid::{AppliedLoadError, Indicators};
 pub struct NearFieldRecord {
     /// The body, 1 or 2.
     pub body: usize,
-    /// "half-space" or "mesh".
+    /// Method of the near field: "half-space" or "mesh".
     pub near_field: &'static str,
     /// Reason why the mesh, and not a half-space, determines the near field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Largest curvature correction of the body's flat faces under the frame, mm. `None` without such a correction, and for the
-    /// near field "mesh".
+    /// Largest curvature correction of the body's flat faces under the frame, mm. `None` if the faces are plane, if the gap does
+    /// not come from the meshes, or for the near field "mesh".
     #[serde(rename = "bow", skip_serializing_if = "Option::is_none")]
     pub max_face_deviation: Option<f64>,
     /// Estimated errors of the displacement that the body's own loads and prescribed displacements cause on the surface under the

@@ -1,7 +1,7 @@
 //! Number formats for figures and reports.
 
-/// Formats a number with five significant digits, or as an integer if its magnitude is from 1e5 to 1e7. Magnitudes below 1e-12
-/// count as round-off and give 0.
+/// Formats a number with five significant digits, or as an integer if its magnitude is from 1e5 to 1e7. Smaller magnitudes than
+/// 1e-4, and 1e7 or more, get an exponent. Magnitudes below 1e-12 count as round-off and give 0.
 pub fn five_digits(x: f64) -> String {
     if x.abs() < 1e-12 { "0".to_owned() } else { five_digits_of_small(x) }
 }

@@ -344,9 +344,10 @@ impl Drop for OutputDir {
     }
 }
 
-/// Number of attempts to lock a directory, and the delay between two attempts. A process that was killed, or that has just started
-/// another process, may hold the lock a moment longer.
+/// Number of attempts to lock a directory. A process that was killed, or that has just started another process, may hold the lock a
+/// moment longer.
 const LOCK_ATTEMPTS: usize = 40;
+/// Delay between two attempts.
 const LOCK_RETRY_DELAY: Duration = Duration::from_millis(50);
 
 /// Locks a directory against other runs; `None` if the file system does not support locks.

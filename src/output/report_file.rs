@@ -1,4 +1,4 @@
-//! File of the report in a folder of results, which a new run removes.
+//! Report file in a folder of results. A new run removes an outdated report.
 
 use std::fs::{self, File};
 use std::io::Read;

@@ -83,7 +83,7 @@ pub enum Status {
     /// The run could not continue: wrong input, insufficient resources, or an unexpected failure.
     #[default]
     Failed,
-    /// A signal stopped the run.
+    /// The run was cancelled, for example by a signal.
     Interrupted,
 }
 

@@ -44,7 +44,7 @@ class MeshFile:
         weakref.finalize(self, _remove, path, os.getpid())
 
 
-# Garbage collection may remove a file while another one is written.
+# Reentrant lock, because garbage collection may remove a file while another one is written.
 _lock = threading.RLock()
 _files: weakref.WeakValueDictionary[str, MeshFile] = weakref.WeakValueDictionary()
 #: Folders by process id. A forked process does not touch the folder of its parent.

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from .msh import ELEMENT_TYPES, ElementBlock, Groups, Mesh, refuse, type_of
 
-#: Nodes beyond the corners, each given by the corners of its edge, face or solid. meshio uses the order of VTK.
+#: Nodes beyond the corners in the orders of gmsh and of VTK, which meshio uses. Each node is given by the corners of its edge, face
+#: or solid.
 GMSH_EDGES = {
     "tetra": "01 12 02 03 23 13",
     "hexahedron": "01 03 04 12 15 23 26 37 45 47 56 67",

@@ -80,7 +80,9 @@ class Mesh:
         names: Mapping[tuple[int, int], str],
         fields: Mapping[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]] | None = None,
     ) -> None:
-        """points (N, 3): length. names: of groups by dimension and tag. fields: element numbers from 1 and values, by name."""
+        """points (N, 3): positions of the nodes, length. runs: blocks of elements. names: names of the groups by dimension and
+        tag. fields: element numbers (from 1) and values of each field, by its name.
+        """
         self.groups = {}
         for kind, nodes, groups in runs:
             dim = ELEMENT_TYPES[kind][1]

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
     from ..scene import Entry
 
-#: Colour maps of positive and of signed values; colours of open, sticking and slipping cells (Okabe and Ito 2008).
+#: Colour maps of values from zero and of signed values.
 FROM_ZERO, SIGNED = "viridis", "RdBu_r"
+#: Colours of open, sticking and slipping cells (Okabe and Ito 2008).
 CONTACT = {"open": "#e6e6e6", "stick": "#0072b2", "slip": "#e69f00"}
 
 #: Largest number of arrows along the longer side of a map.
@@ -235,8 +236,8 @@ def _edges(fields: Fields) -> tuple[Array, Array]:
 
 
 def _arrows(ax: Axes, fields: Fields, places: Array, vectors: Array) -> None:
-    """Draws arrows at every n-th cell, shorter than the distance between them. Vectors below 1 % of the largest vector get no
-    arrow.
+    """Draws arrows at every n-th cell. Arrows are shorter than the distance between neighbouring arrows. Vectors below 1 % of the
+    largest vector get no arrow.
     """
     size = np.hypot(vectors[:, 0], vectors[:, 1])
     largest = size.max(initial=0.0)

@@ -3,8 +3,8 @@
 //! The collocation equations give the displacement u = S_bb t of the nodes b under the frame due to tractions t at these nodes.
 //! Frame tractions become the nodal tractions that do the same work, t = M⁻¹ Iᵀ A t_frame. M contains the nodal areas, A the cell
 //! areas, and I averages nodal values over the cells. Hence S = I F Iᵀ A as for finite elements, with F = S_bb M⁻¹. By Betti's
-//! theorem F is symmetric, but with collocation only in the limit of small elements. `symmetrize.rs` makes F symmetric and keeps
-//! the response to uniform tractions.
+//! theorem the exact F is symmetric. Collocation gives a symmetric F only in the limit of small elements. `symmetrize.rs` makes F
+//! symmetric and keeps its response to constant and linear tractions, except for a part that measures the error of the elements.
 
 mod spec;
 mod stress;
@@ -67,7 +67,8 @@ impl BeBody {
     ///
     /// # Errors
     /// If a group or the frame does not fit, or faces of the contact group intersect. If supports contradict one another or fix
-    /// faces under the frame. If a diagonal entry of the flexibility is not positive, or memory does not suffice.
+    /// faces under the frame. If a diagonal entry of the flexibility is not positive, or memory does not suffice. If the equations
+    /// cannot be solved, or the run is cancelled.
     pub fn new(
         spec: &BeSpec,
         (contact, side): (&str, Side),
@@ -187,7 +188,7 @@ impl BeBody {
         self.asymmetry
     }
 
-    /// Residual of recomputed equations, relative to the magnitude of their terms.
+    /// Largest residual of the equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub fn residual(&self) -> f64 {
         self.solution.residual()
     }
@@ -247,7 +248,8 @@ impl BeBody {
     }
 }
 
-/// Returns an error if a diagonal entry of the flexibility is not positive, which far too large elements cause.
+/// Returns an error if a diagonal entry of the flexibility is not positive. Far too large elements, or an invalid surface, cause
+/// such entries.
 fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()> {
     if (0..n).all(|i| entry(i, i) > 0.0) {
         return Ok(());

@@ -24,7 +24,7 @@ use crate::mesh::{CellRef, Mesh};
 /// Accuracy of the integrals, relative to their largest values. It is far below the discretisation error.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Weight of a node in the mean over a cell, up to which the weight counts as rounding error.
+/// Largest weight of a node in the mean over a cell that still counts as rounding error.
 const MIN_SHAPE_WEIGHT: f64 = 1e-9;
 
 /// Points tested between two cancellation checks.

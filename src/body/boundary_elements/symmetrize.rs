@@ -1,13 +1,13 @@
 //! Makes a nearly symmetric flexibility symmetric and keeps its response to constant and linear tractions.
 //!
-//! Let D be the antisymmetric part of the flexibility F, and V the nodal forces of these tractions over the frame. With nodal
-//! tractions W such that Wᵀ V = 1,
+//! Let D be the antisymmetric part of the flexibility F, and V the nodal forces of constant and linear tractions over the frame.
+//! With nodal tractions W such that Wᵀ V = 1,
 //!
 //! F' = (F + Fᵀ) / 2 + D V Wᵀ + W (D V)ᵀ
 //!
 //! is symmetric and F' V = F V - W Vᵀ D V. The response to uniform stress, which the elements represent exactly, remains. Only Vᵀ D
-//! V is lost, the antisymmetric part of the works Vᵀ F V of the forces on each other's displacements. It measures the error of the
-//! elements.
+//! V is lost. It is the antisymmetric part of the works Vᵀ F V of the forces on each other's displacements, and measures the error
+//! of the elements.
 
 use nalgebra::DMatrix;
 

@@ -6,8 +6,8 @@
 //!
 //! w(x) = ∫ t·g dS + ∫ b·g dV - ū·R(g),
 //!
-//! with the support forces R under g. The mesh displacement at the surface is not needed: w is smooth if the loads are distant, and
-//! its error is the product of two mesh errors. Terms with u_c are sums over nodes. Terms with G are integrals over faces. In the
+//! with the support forces R under g. The mesh displacement at the surface is not needed. w is smooth if the loads are distant. The
+//! error of w is the product of two mesh errors. Terms with u_c are sums over nodes. Terms with G are integrals over faces. In the
 //! half-space, the displacement u_p = -z²/2 T⁻¹ b with T = C(e3, e3) is in equilibrium with the weight b. It leaves the surface
 //! free of traction. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over the boundary outside the plane of the patch. t_G and t_p are the
 //! tractions of G and u_p.
@@ -88,8 +88,8 @@ pub(super) struct AppliedLoadDisplacement {
 pub(super) struct AppliedLoadResponse {
     /// Displacement of all nodes, global axes, mm, `[n_points]`.
     pub displacement: Vec<[f64; 3]>,
-    /// Work of the loads on u_c of each unit force, N mm per N, axes of the patch, `[3 n]`; without the work on the half-space
-    /// field.
+    /// Work of the loads and the prescribed displacements on u_c of each unit force, N mm per N, axes of the patch, `[3 n]`. The
+    /// work on the half-space field is not included.
     pub work: Vec<f64>,
     /// Prescribed displacements, split into a rigid motion and a deformation.
     pub prescribed_motion: PrescribedMotion,
@@ -209,7 +209,8 @@ impl AppliedLoadDisplacement {
         Ok(Self { at_nodes, support_work, near_loads: near })
     }
 
-    /// Part of the displacement due to the stress at the supports, at the nodes of the polynomials, mm.
+    /// Part of the displacement at the nodes of the polynomials that is due to the work of the support tractions between the mesh
+    /// nodes, mm.
     pub fn support_work(&self) -> &[f64] {
         &self.support_work
     }

@@ -267,7 +267,8 @@ impl ElasticBody for HybridBody {
         Ok(BodyField { displacement, stress: None })
     }
 
-    /// Stress of the half-space at the nodes plus finite-element stress of the correction, whose error is estimated.
+    /// Stress of the half-space at the nodes, plus the finite-element stress of the correction. The estimated error is the error of
+    /// the second part.
     fn recover_stress(
         &self,
         tractions: &[f64],

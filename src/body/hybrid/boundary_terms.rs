@@ -34,8 +34,8 @@ pub(super) struct BoundaryTerms {
     /// Work -∫ u·t over the free boundary plus ∫ t·u over the fixed boundary, mm/N, `[n_columns, n_columns]`. The first factor of
     /// each product is due to the force of the row.
     pub work: DenseMatrix,
-    /// Largest magnitude of a component of unit force plus resultant boundary traction, among all forces. The sum is zero for exact
-    /// quadrature.
+    /// Largest component of the sum of a unit force and the resultant of its half-space tractions on the boundary, among all
+    /// forces. The sum is zero for exact quadrature.
     pub imbalance: f64,
 }
 
@@ -58,8 +58,8 @@ impl BoundaryFaces {
         Self(faces.collect())
     }
 
-    /// Largest imbalance of the tractions and each of the `forces`. Face parts are at most `ratio` times their distance from the
-    /// forces.
+    /// Largest component of the sum of a unit force and the resultant of its half-space tractions on the boundary, among `forces`.
+    /// Face parts are at most `ratio` times their distance from the forces.
     pub fn imbalance(&self, mesh: &Mesh, forces: &PatchForces, ratio: f64) -> f64 {
         let rules = FaceRules::new();
         let fluxes: Vec<Vec<Matrix3<f64>>> = self

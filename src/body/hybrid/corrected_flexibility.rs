@@ -19,8 +19,9 @@ pub struct CorrectedFlexibility {
     near: Arc<dyn Flexibility>,
     far: Arc<Vec<FarField>>,
     on_grid: Vec<FarFieldOnGrid>,
-    /// Sides of a cell, and start of the first cell relative to the patch centre, mm.
+    /// Sides of a cell, mm.
     spacing: [f64; 2],
+    /// Start of the first cell relative to the patch centre, mm.
     first: [f64; 2],
     work: Mutex<Vec<FarFieldScratch>>,
 }

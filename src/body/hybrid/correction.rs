@@ -46,7 +46,7 @@ pub struct Correction {
     pub matrix: DenseMatrix,
     /// u_c at all nodes per unit force, global axes, mm/N, `[3 n_points, 3 n]`.
     pub fields: DenseMatrix,
-    /// Largest imbalance of the half-space tractions on the boundary and the force, per unit force.
+    /// Largest component of the sum of a unit force and the resultant of its half-space tractions on the boundary.
     pub imbalance: f64,
     /// Asymmetry of the boundary terms, divided by the norm of the matrix.
     pub asymmetry: f64,
@@ -62,7 +62,7 @@ impl Correction {
     pub fn new(model: &FeModel, solver: &ColumnSolver, forces: &PatchForces) -> Result<Self> {
         let faces = BoundaryFaces::new(model, forces);
         let mut ratio = FACE_RATIO_RANGE[0];
-        // Tractions on the curved surface are missing from the balance.
+        // Tractions on the curved surface are missing from the balance, so that the imbalance cannot control the subdivision.
         let curved = !forces.curved_faces.is_empty();
         if curved {
             ratio = CURVED_FACE_RATIO;

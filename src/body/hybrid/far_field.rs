@@ -24,8 +24,9 @@ pub struct FarField {
 pub(super) struct FarFieldOnGrid {
     /// Cells along x and y.
     pub cells: [usize; 2],
-    /// Cell means of the polynomials in x, `[cells, m_x]`, and in y, `[m_y, cells]`.
+    /// Cell means of the polynomials in x, `[cells, m_x]`.
     x: Vec<f64>,
+    /// Cell means of the polynomials in y, `[m_y, cells]`.
     y: Vec<f64>,
     nodes_per_side: [usize; 2],
     /// Area of a cell, mm2.
@@ -246,7 +247,7 @@ impl FarFieldOnGrid {
         (0..mx * my).map(|k| self.x[ix * mx + k / my] * self.y[(k % my) * ny + iy]).collect()
     }
 
-    /// Gap of one cell due to tractions on another cell, from the [`Self::cell_weights`] of both cells.
+    /// Matrix that gives the gap of one cell due to the traction on another cell, from the [`Self::cell_weights`] of both cells.
     pub fn block(&self, field: &FarField, to: &[f64], from: &[f64]) -> nalgebra::Matrix3<f64> {
         nalgebra::Matrix3::from_fn(|a, b| {
             let row =

@@ -62,7 +62,8 @@ impl PatchForces<'_> {
         (0..self.points.len()).map(|i| self.vector_from(i, &local).norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Predicate: whether a face lies on the surface of the half-space, where the half-space has no tractions.
+    /// Returns a predicate: whether a face counts as part of the half-space surface (in the plane of the patch, or one of
+    /// `curved_faces`). On these faces the half-space counts as free of tractions, apart from the point forces.
     pub(super) fn own_faces<'m>(&'m self, mesh: &'m Mesh) -> impl Fn(&SurfaceFace) -> bool + 'm {
         let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
         move |face| in_plane(mesh, face, &self.patch) || surface.contains(&face.id())
@@ -73,7 +74,8 @@ impl PatchForces<'_> {
         3 * self.points.len()
     }
 
-    /// Writes the displacement at `x` due to each force, in global components, to rows `3 row ..` of `out`.
+    /// Writes the global displacement at `x` due to each unit force to rows `3 row` to `3 row + 2` of `out`; force `i` has columns
+    /// `3 i` to `3 i + 2`.
     pub(super) fn displacements(&self, x: &Point, row: usize, out: &mut DenseMatrix) {
         let local = self.patch.local(x);
         for i in 0..self.points.len() {
@@ -83,7 +85,7 @@ impl PatchForces<'_> {
     }
 }
 
-/// Writes a block of three rows and three columns to `out`.
+/// Writes `block` to rows `3 row` to `3 row + 2` and columns `3 force` to `3 force + 2` of `out`.
 pub(super) fn put(block: &Matrix3<f64>, (row, force): (usize, usize), out: &mut DenseMatrix) {
     let n = out.n_rows();
     for k in 0..3 {

@@ -18,11 +18,11 @@ use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 
 /// Smallest distance from the patch to edges and supports, divided by the shorter half-side. Closer edges cause a peak of the
-/// correction at the border that a few polynomials do not resolve.
+/// correction at the border of the patch. A few polynomials do not resolve this peak.
 const MIN_EDGE_DISTANCE: f64 = 0.3;
 
 /// Smallest distance to another material, divided by the shorter half-side. At smaller distances, ten polynomials along each side
-/// do not suffice for cores ten times softer or three times stiffer.
+/// do not suffice if the other material is ten times softer or three times stiffer.
 const MIN_MATERIAL_DISTANCE: f64 = 0.4;
 
 /// Largest rise of a curved surface under the frame, divided by the longer half-side.
@@ -32,11 +32,12 @@ pub const MAX_RISE: f64 = 0.05;
 /// contact group.
 const MAX_SLOPE_RAD: f64 = 0.2;
 
-/// Smallest frame, as a fraction of the present frame, that is advised.
+/// Smallest frame that a message advises, as a fraction of the present frame.
 const MIN_ADVISED_FACTOR: f64 = 0.05;
 
-/// Smallest and largest number of sampling steps along each side of a frame or a face.
+/// Smallest number of sampling steps along each side of a frame or a face.
 const MIN_SAMPLE_STEPS: usize = 8;
+/// Largest number of sampling steps along each side of a face.
 const MAX_SAMPLE_STEPS: usize = 64;
 
 /// Half-space that represents a body under the frame.
@@ -277,8 +278,8 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f
     own.chain(pairs.filter_map(height)).collect()
 }
 
-/// Faces of a curved surface whose distance from the patch is at most its longer half-side. These are faces of the contact group,
-/// and outer faces beyond the group with limited slope and depth, which continue the curved surface.
+/// Faces of a curved surface at distances from the patch up to the longer half-side of the patch. These are faces of the contact
+/// group, and outer faces beyond the group with limited slope and depth, which continue the curved surface.
 fn curved_surface_faces(
     mesh: &Mesh,
     faces: &[SurfaceFace],

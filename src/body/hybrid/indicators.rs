@@ -17,19 +17,20 @@ const COMPARISON_CELLS: usize = 24;
 
 /// Largest imbalance with which a correction is used.
 pub const MAX_IMBALANCE: f64 = 1e-4;
-/// Largest asymmetry of the boundary terms.
+/// Largest asymmetry of the boundary terms with which a correction is used.
 pub const MAX_ASYMMETRY: f64 = 1e-3;
 /// On a curved surface, imbalance and asymmetry may exceed their limits by this factor times the rise, because tractions on the
 /// curved faces are not integrated and are missing from the balance.
 pub const ALLOWANCE_PER_RISE: f64 = 5.0;
-/// Largest relative difference of the mean displacement between the two evaluations of the correction: by Betti's theorem, and read
-/// from the displacement of the mesh.
+/// Largest relative difference between two mean displacements under uniform tractions: with the correction by Betti's theorem, and
+/// with the correction read from the displacement of the mesh.
 pub const MAX_DIRECT_DIFFERENCE: f64 = 0.1;
-/// Largest estimated mesh error, relative to the mean displacement.
+/// Largest estimated mesh error, relative to the mean displacement, with which a correction is used.
 pub const MAX_MESH_ERROR: f64 = 0.1;
-/// Estimated mesh error from which a warning is given, relative to the mean displacement.
+/// Estimated mesh error, relative to the mean displacement, above which a warning is given. If [`Indicators::share`] exceeds 1, the
+/// limit is divided by the square root of this share.
 pub const MESH_ERROR_WARNING: f64 = 0.02;
-/// Largest error of the table of point forces.
+/// Largest error of the table of point forces with which a correction is used.
 pub const MAX_FIELD_ERROR: f64 = 1e-3;
 /// Largest [`Indicators::tail`] with which a correction is used.
 pub const MAX_TAIL: f64 = 1e-2;
@@ -46,7 +47,7 @@ pub struct Indicators {
     /// Largest error of displacement or gradient in the table of point forces, relative to the largest entry; 0 for isotropic
     /// bodies.
     pub field_error: f64,
-    /// Largest component of the resultant of the unit force and the half-space tractions on the boundary together; 0 in exact
+    /// Largest component of the sum of a unit force and the resultant of its half-space tractions on the boundary; 0 in exact
     /// equilibrium.
     pub imbalance: f64,
     /// Asymmetry of the boundary terms.
@@ -68,11 +69,13 @@ pub struct Indicators {
 
 /// Correction of one patch, as input of the indicators.
 pub(super) struct PatchCorrection<'a> {
-    /// Correction matrix by Betti's theorem (`matrix`), and the same matrix read from the displacement of the mesh (`direct`).
+    /// Correction matrix by Betti's theorem.
     pub matrix: &'a DenseMatrix,
+    /// The same matrix, read from the displacement of the mesh.
     pub direct: &'a DenseMatrix,
-    /// Imbalance and asymmetry of [`super::Correction`].
+    /// Imbalance of [`super::Correction`].
     pub imbalance: f64,
+    /// Asymmetry of [`super::Correction`].
     pub asymmetry: f64,
     /// Square of the estimated error, in the energy norm, under forces on the patch.
     pub squared_error: &'a dyn Fn(&[f64]) -> Result<f64>,
@@ -82,7 +85,7 @@ impl Indicators {
     /// Computes the indicators of a patch with `m` nodes along x and y; `green` is given in the axes of the patch.
     ///
     /// # Errors
-    /// If memory does not suffice.
+    /// If memory does not suffice, or the error under uniform tractions cannot be estimated.
     pub(super) fn new(
         judged: PatchCorrection,
         (site, m): (&HalfSpaceFit, [usize; 2]),

@@ -102,9 +102,9 @@ pub struct AppliedLoadError {
     pub shape: f64,
 }
 
-/// Error bounds of the displacement that applied loads cause under the patch: the product of the energy-norm errors of two fields.
-/// These are the field of the loads (`displacement`, recovered `stress`) and the field of forces on the patch. The relative stress
-/// error times the support work `remainder` is added.
+/// Estimated errors of the displacement that applied loads cause under the patch: the product of the energy-norm errors of two
+/// fields. These are the field of the loads (`displacement`, recovered `stress`) and the field of forces on the patch. The relative
+/// stress error times the support work `remainder` is added.
 pub(super) fn applied_load_error(
     (model, recovery): (&FeModel, &StressRecovery),
     (forces, correction): (&PatchForces, &Correction),

@@ -1,7 +1,8 @@
 //! Displacement and its gradient in a half-space under tractions on a grid, by a tree of point forces.
 //!
 //! Rectangles of cells are halved down to single cells. The forces of a rectangle are gathered at a few Chebyshev nodes. These
-//! nodal forces replace the rectangle at points that are far away relative to its longer side. A cell near the point is subdivided.
+//! nodal forces replace the rectangle at points that are far away relative to its longer side. For points near a cell, the cell is
+//! subdivided.
 //!
 //! On the surface, nearby cells are integrated exactly. Tangential derivatives are differences of these integrals between two
 //! points one cell apart. They are the derivatives for tractions that vary linearly from cell to cell. The normal derivative
@@ -306,8 +307,8 @@ mod tests {
     }
 
     /// Truth: the surface stress under Hertz's pressure on an isotropic half-space equals its closed form (Johnson, Contact
-    /// Mechanics, eqs. 3.42 and 3.43). The error decreases with the cell size, at the edge of the contact with the square root of
-    /// the cell size.
+    /// Mechanics, eqs. 3.42 and 3.43). The error decreases with the cell size. At the edge of the contact, it is proportional to
+    /// the square root of the cell size.
     #[test]
     fn surface_under_hertz_pressure() {
         let nu = 0.3;

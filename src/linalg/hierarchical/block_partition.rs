@@ -9,15 +9,15 @@ pub struct ClusterPair {
     pub rows: usize,
     /// Index of the column cluster in the tree. With [`MirrorBlocks::One`], the column range does not start before the row range.
     pub columns: usize,
-    /// Whether the distance of the clusters is large relative to their size, so that the block has low rank.
+    /// Whether the distance of the clusters is large relative to the smaller diameter, so that the block has low rank.
     pub is_admissible: bool,
 }
 
 /// Whether a partition contains one or both of two mirrored blocks, which have exchanged row and column clusters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MirrorBlocks {
-    /// One block of each mirrored pair. Points i ≠ j are covered in one order, (i, j) or (j, i), but in both orders within diagonal
-    /// blocks.
+    /// One block of each mirrored pair. Outside the diagonal blocks, each pair of points i, j is covered in one order, (i, j) or
+    /// (j, i). Diagonal blocks cover both orders.
     One,
     /// Both blocks. The blocks cover each ordered pair of points once.
     Both,
@@ -25,7 +25,8 @@ pub enum MirrorBlocks {
 
 /// Divides the matrix of all pairs of points into blocks.
 ///
-/// A block is admissible if its clusters are apart and the smaller diameter is at most `admissibility` times their distance.
+/// A block is admissible if its clusters do not touch or overlap, and the smaller diameter is at most `admissibility` times their
+/// distance.
 pub fn partition<const D: usize>(
     tree: &ClusterTree<D>,
     admissibility: f64,

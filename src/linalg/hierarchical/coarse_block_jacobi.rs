@@ -15,17 +15,19 @@ use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::norm;
 
-/// Maximum number of nodes of a diagonal block.
+/// Maximum number of nodes of a diagonal block. A leaf of the cluster tree with more nodes is one block, too.
 const MAX_BLOCK_NODES: usize = 160;
 
-/// Maximum number of nodes of a rigid group. For large matrices, the maximum is the number of nodes divided by [`MAX_GROUPS`].
+/// Maximum number of nodes of a rigid group in small matrices. In large matrices, the maximum is the number of nodes divided by
+/// [`MAX_GROUPS`].
 const NODES_PER_GROUP: usize = 16;
 const MAX_GROUPS: usize = 500;
 
-/// A motion is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share.
+/// A motion is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share of the initial norm.
 const DEPENDENCE_TOLERANCE: f64 = 1e-3;
 
-/// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b) of A x = b, where A is a collocation matrix with additions.
+/// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b) of A x = b, where A is a collocation matrix with a
+/// [`DiagonalAndBorder`].
 ///
 /// The columns of P are orthonormal motions of node groups. D contains the dense diagonal blocks of A for another division of the
 /// nodes into groups.
@@ -33,7 +35,8 @@ pub struct CoarseBlockJacobi {
     n: usize,
     block_inverses: Vec<(Range<usize>, Vec<f32>)>,
     groups: Vec<RigidGroup>,
-    /// Inverse of the coarse matrix: Pᵀ A P, bordered by the additional columns and rows multiplied by P.
+    /// Inverse of the coarse matrix: Pᵀ A P, bordered by Pᵀ times the border columns and by the border rows times P. Its corner is
+    /// zero.
     coarse_inverse: DenseMatrix,
 }
 

@@ -8,7 +8,8 @@ use super::cross_approximation::{LazyMatrix, index_at_share};
 /// Number of rows per node: one per direction.
 pub const ROWS_PER_NODE: usize = 3;
 
-/// Nodes and element that a cross approximation evaluates first, as fractions of the largest index in the block.
+/// Nodes (`FIRST_ROWS`) and element (`FIRST_COLUMN`) that a cross approximation evaluates first, as fractions of the largest index
+/// in the block.
 const FIRST_ROWS: [f64; 4] = [0.0, 1.0, 0.34, 0.67];
 const FIRST_COLUMN: f64 = 0.5;
 
@@ -16,13 +17,13 @@ const NOT_COMPUTED: u32 = u32::MAX;
 
 /// Kernel of a collocation matrix: rows belong to nodes, columns to elements, both in the order of a cluster tree.
 pub trait CollocationKernel: Sync {
-    /// Writes the entries of element `element` at node `node`, column by column with three rows each.
+    /// Writes the three rows of `node` in all columns of `element` to `values`, column by column.
     ///
-    /// The columns of the matrix are first; the summed columns follow ([`ElementNumbering::n_sum_columns`]).
+    /// The matrix columns of the element are first; its summed columns follow ([`ElementNumbering::n_sum_columns`]).
     fn entries(&self, node: usize, element: usize, values: &mut [f64]);
 }
 
-/// Numbering of nodes, rows and columns by elements in the order of the cluster tree.
+/// Numbers of the nodes and of their matrix rows and columns, element by element in the order of the cluster tree.
 #[derive(Debug, Clone)]
 pub struct ElementNumbering {
     /// First node of each element in tree order, followed by the total number of nodes.
@@ -32,9 +33,9 @@ pub struct ElementNumbering {
 }
 
 impl ElementNumbering {
-    /// Creates the numbering. `nodes` is the number of nodes of each element in tree order; each node has three matrix columns.
+    /// Creates the numbering. `nodes` yields the number of nodes of each element in tree order; each node has three matrix columns.
     ///
-    /// Each element has `n_sum_columns` further columns. Only their sums over all elements are kept.
+    /// Each element has `n_sum_columns` further columns. Only the sums of these columns over all elements are kept.
     pub fn new(nodes: impl Iterator<Item = usize>, n_sum_columns: usize) -> Self {
         let (mut first, mut element_of) = (vec![0], Vec::new());
         for (element, count) in nodes.enumerate() {
@@ -54,7 +55,7 @@ impl ElementNumbering {
         self.n_sum_columns
     }
 
-    /// Nodes of a range of elements.
+    /// Range of the nodes of a range of elements.
     pub fn nodes(&self, elements: &Range<usize>) -> Range<usize> {
         self.first[elements.start]..self.first[elements.end]
     }
@@ -82,9 +83,9 @@ pub(super) struct CollocationBlock<'k, K> {
     n_matrix_columns: usize,
     n_columns: usize,
     values: Vec<f64>,
-    /// Index in `row_places` of the first row of each node, or [`NOT_COMPUTED`]. Likewise, `first_column_of_element` contains
-    /// indices in `column_places`.
+    /// Index in `row_places` of the first row of each node, or [`NOT_COMPUTED`].
     first_row_of_node: Vec<u32>,
+    /// Index in `column_places` of the first column of each element, or [`NOT_COMPUTED`].
     first_column_of_element: Vec<u32>,
     row_places: Vec<usize>,
     row_values: Vec<f64>,
@@ -205,7 +206,8 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
 }
 
 impl<K: CollocationKernel> LazyMatrix for &mut CollocationBlock<'_, K> {
-    /// A new column requires all columns of its element, which costs more than an additional cross. Known columns are cheaper.
+    /// The share is small, because a new column requires all columns of its element. These cost more than the additional crosses
+    /// through known columns.
     const KNOWN_COLUMN_SHARE: f64 = 0.1;
 
     fn size(&self) -> (usize, usize) {

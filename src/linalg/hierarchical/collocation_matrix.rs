@@ -15,10 +15,10 @@ use crate::cancel;
 use crate::error::Result;
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Group of rows with common motions: translations, and rotations of the displacements.
+/// Group of nodes with common motions: translations of the displacements or of the tractions, and rotations of the displacements.
 pub(super) struct RigidGroup {
     pub places: Range<usize>,
-    /// Index of its first motion among the motions of all groups.
+    /// Index of the group's first motion among the motions of all groups.
     pub first_motion: usize,
     /// Orthonormal motions, stored one after the other.
     pub motions: Vec<f64>,
@@ -93,7 +93,8 @@ impl CollocationLayout {
 
     /// Computes a block and, for each summed column, the sum over the elements of the block, `[n_sum_columns][row]`.
     ///
-    /// The root-mean-square error of the entries is at most `error`, except for rounding to single precision.
+    /// The root-mean-square error of the entries is at most `error`, except for rounding to single precision. If the run is
+    /// cancelled, the block is empty.
     fn build_block(
         &self,
         block: &ClusterPair,
@@ -299,12 +300,12 @@ impl CollocationMatrix {
 
 /// Scalar type of products, `f32` or `f64`.
 pub trait BlockScalar: faer::traits::ComplexField {
-    /// 0.
+    /// The number 0.
     const ZERO: Self;
-    /// 1.
+    /// The number 1.
     const ONE: Self;
 
-    /// Returns values of a block in this type. A conversion uses the buffer `wide`.
+    /// Converts the values of a block to this type, if necessary in the buffer `wide`.
     fn widen<'v>(values: &'v [f32], wide: &'v mut Vec<Self>) -> &'v [Self];
 }
 
@@ -395,7 +396,8 @@ mod tests {
         let mut image = vec![0.0f32; 2 * n];
         let to = MatMut::from_column_major_slice_mut(&mut image[..], n, 2);
         matrix.add_product(MatRef::from_column_major_slice(&single, n, 2), to);
-        // Limits for random errors of the entries of a row (column 0), and for errors of equal sign (column 1).
+        // Allowed errors of a row: random entry errors for column 0, which has mixed signs; entry errors of equal sign for column 1
+        // (all ones).
         for (j, allowed) in [(0, 5.0 * error * (n as f64).sqrt()), (1, 0.3 * error * n as f64)] {
             for i in 0..n {
                 let found = [y.at(i, j), f64::from(image[j * n + i])];

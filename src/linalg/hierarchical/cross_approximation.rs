@@ -19,26 +19,27 @@ impl<F: Fn(usize, usize, &mut [f64]) + Sync> KernelEntries for F {}
 /// truncation.
 pub(super) const CROSS_ERROR_SHARE: f64 = 0.3;
 
-/// Number of consecutive crosses below the bound after which a component counts as complete.
+/// After this number of consecutive rows without a cross above the bound, a component counts as complete, apart from the check
+/// rows.
 const SMALL_CROSSES_TO_STOP: usize = 2;
 
-/// If the largest residual entry of a check row exceeds this × bound / √(m n) in a block `[m, n]`, the approximation continues.
-/// bound / √(m n) is the mean allowed error of an entry.
+/// A cross through a check row is added only if a residual entry exceeds this × bound / √(m n) in a block `[m, n]`. bound / √(m n)
+/// is the root-mean-square error that the entries may have.
 const INCOMPLETE_ROW_FACTOR: f64 = 4.0;
 
-/// If no residual entry of a row exceeds this × bound / √(m n), no cross is added. This holds for rows that are chosen by the last
-/// column.
+/// A cross through a row that the last column selects is added only if a residual entry exceeds this × bound / √(m n).
 const MIN_PIVOT_SHARE: f64 = 0.01;
 
-/// Position of the first row and of the first column as a fraction of the largest index. The next constants give the further
-/// initial rows, and the rows that are checked last.
+/// Position of the first row and of the first column, as a fraction of the largest index.
 const FIRST_LINE_SHARE: f64 = 0.5;
+/// Positions of the other initial rows, and of the rows that are checked last, as fractions of the largest index.
 const INITIAL_ROW_SHARES: [f64; 2] = [0.0, 1.0];
 const FINAL_CHECK_ROW_SHARES: [f64; 3] = [0.25, 0.75, 0.1];
 
 /// Matrix with rows and columns that are computed on first use and stored.
 pub(super) trait LazyMatrix {
-    /// A known column becomes the pivot column if its residual entry is at least this share of the largest entry of the row.
+    /// A known column becomes the pivot column if its residual entry is at least this share of the largest residual entry of the
+    /// row.
     const KNOWN_COLUMN_SHARE: f64 = 0.3;
 
     /// Numbers of rows and columns.
@@ -193,12 +194,13 @@ struct CrossApproximation<L> {
     lines: L,
     terms: OuterProducts,
     used: Vec<bool>,
-    /// Residual entries of the current row; `column` contains those of the current column, divided by the pivot.
+    /// Residual entries of the current row.
     row: Vec<f64>,
+    /// Residual entries of the current column, divided by the pivot.
     column: Vec<f64>,
 }
 
-/// Approximates a matrix by Σ u vᵀ. The remainder has a Frobenius norm of about `bound`.
+/// Approximates a matrix by Σ u vᵀ. The Frobenius norm of the remainder is estimated to be at most `bound`.
 pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
     let (m, n) = lines.size();
     let (row, column) = (vec![0.0; n], vec![0.0; m]);
@@ -207,7 +209,7 @@ pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
     let mean = bound / ((m * n) as f64).sqrt();
     let (mut known, mut late, mut quiet) = (0, 0, 0);
     while cross.terms.rank < m.min(n) {
-        // First the known rows, then rows chosen by the largest entry of the last column, finally the check rows.
+        // Order of the rows: the known rows, then rows chosen by the largest entry of the last column, finally the check rows.
         let (i, least) = if known < cross.lines.known_rows().len() {
             known += 1;
             (cross.lines.known_rows()[known - 1], mean)
@@ -234,7 +236,7 @@ pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
 }
 
 impl<L: LazyMatrix> CrossApproximation<L> {
-    /// Unused row in which the last column is largest.
+    /// Unused row with the largest entry of the last column; `None` if all rows are used.
     fn largest_unused_row(&self) -> Option<usize> {
         let free = (0..self.used.len()).filter(|&i| !self.used[i]);
         free.max_by(|&a, &b| self.column[a].abs().total_cmp(&self.column[b].abs()))
@@ -268,7 +270,7 @@ impl<L: LazyMatrix> CrossApproximation<L> {
     }
 }
 
-/// Index and value of the entry of largest magnitude among `places`.
+/// Index and value of the entry of largest magnitude among `places`; (0, 0) if all these entries are zero.
 fn largest(values: &[f64], places: impl Iterator<Item = usize>) -> (usize, f64) {
     places
         .map(|place| (place, values[place]))

@@ -9,8 +9,9 @@ use crate::linalg::vector::dot8;
 /// Relative error of a term in single precision. Both factors are rounded; the rounding errors are random.
 const SINGLE_PRECISION_ERROR: f64 = 5e-8;
 
-/// Shares of the error bound for the omitted terms and for the rounding of terms in single precision.
+/// Share of the error bound for the omitted terms.
 const TRUNCATION_SHARE: f64 = 0.7;
+/// Share of the error bound for the rounding of a term to single precision.
 const ROUNDING_SHARE: f64 = 0.5;
 
 /// A vector is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share.

@@ -104,7 +104,7 @@ impl BlockLayout {
         Self { tolerance_shares, ..self }
     }
 
-    /// Tolerance of a block, including its tolerance factor.
+    /// Tolerance of a block: `tolerance` times its factor, but at least [`MIN_BLOCK_TOLERANCE`] or, if smaller, `tolerance`.
     fn tolerance_of(&self, block: &ClusterPair, tolerance: f64) -> f64 {
         (tolerance * self.tolerance_shares[block.rows].min(self.tolerance_shares[block.columns]))
             .max(MIN_BLOCK_TOLERANCE.min(tolerance))
@@ -128,8 +128,8 @@ impl BlockLayout {
 
     /// Estimates the memory of the matrix from [`Self::fill`], bytes, without evaluating the kernel.
     ///
-    /// Near blocks are counted. For each component, a far block `[m, n]` needs `per_line` d² (m + n) bytes, at most its dense size,
-    /// where d = -log10 of its tolerance.
+    /// Near blocks are counted. For each component, a far block `[m, n]` is assumed to need `per_line` d² (m + n) bytes, at most
+    /// its dense size. d is -log10 of the block's tolerance.
     pub fn estimated_bytes(&self, components: usize, tolerance: f64, per_line: f64) -> usize {
         let far = self.blocks.iter().filter(|block| block.is_admissible).map(|block| {
             let [m, n] = self.ranges(block).map(|range| range.len());

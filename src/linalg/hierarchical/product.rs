@@ -51,7 +51,7 @@ impl HierarchicalMatrix {
         });
     }
 
-    /// Adds the contribution of a block and of its mirror image.
+    /// Adds the contribution of a block and of its mirror image to `y`.
     fn axpy(&self, block: &StoredBlock, one: &ComponentProduct, x: &[f64], y: &mut [f64]) {
         let n = self.n();
         let (x, y) = (

@@ -9,8 +9,8 @@ use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
-/// Minimum eigenvalue of an independent motion. The eigenvalues are those of the Gram matrix of a part's six rigid motions, scaled
-/// to unit diagonal.
+/// Minimum eigenvalue of an independent combination of rigid motions. The eigenvalues belong to the Gram matrix of a part's six
+/// rigid motions, scaled to unit diagonal.
 ///
 /// A part with few nodes, or with nodes on a line, has fewer than six independent motions.
 const MIN_MOTION_SHARE: f64 = 1e-6;
@@ -30,9 +30,11 @@ pub(super) struct CoarseSpace {
     part_of_node: Vec<u32>,
     /// Z: rigid motions at each node, `[3, 6]` row by row, orthonormal over each part.
     motions: Vec<NodeMotions>,
-    /// A Z: offsets of the blocks of each node, `[n + 1]`, then the part and the values of each block.
+    /// Offsets of the blocks of A Z for each node, `[n + 1]`.
     offsets: Vec<usize>,
+    /// Part of each block of A Z.
     part_of_block: Vec<u32>,
+    /// Values of each block of A Z, `[3, 6]` row by row.
     force_blocks: Vec<NodeMotions>,
     factor: CholeskyFactor,
 }
@@ -41,7 +43,7 @@ impl CoarseSpace {
     /// Builds the coarse space of `matrix` with parts of about `nodes_per_part` nodes.
     ///
     /// # Errors
-    /// If memory does not suffice, or Zᵀ A Z is not positive definite.
+    /// If memory does not suffice, METIS fails, Zᵀ A Z is not positive definite, or the run is cancelled.
     pub fn new(matrix: &NodeMatrix, nodes_per_part: usize) -> Result<Self> {
         let graph = matrix.graph();
         // Strongly coupled nodes tend to share a part, so that the coarse space represents the directions of weak coupling.

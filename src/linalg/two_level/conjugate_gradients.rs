@@ -58,7 +58,7 @@ impl CgVectors {
     /// The estimated squared error is the energy gained in the last steps divided by the energy of the solution.
     ///
     /// # Errors
-    /// If the iteration does not converge (kind `NotConverged`).
+    /// If the iteration does not converge (kind `NotConverged`), memory does not suffice, or the run is cancelled.
     ///
     /// # Source
     /// Hestenes and Stiefel (1952), J. Res. Nat. Bur. Standards 49; Strakoš and Tichý (2002), ETNA 13.
@@ -94,7 +94,7 @@ impl CgVectors {
         Err(not_converged(MAX_ITERATIONS, error))
     }
 
-    /// Largest relative residual |A x - b| / |b| of the solutions, recomputed. `subtract` subtracts the right-hand sides from a
+    /// Largest relative residual |A x - b| / |b| of the solutions, recomputed. `subtract` subtracts the right-hand sides b from a
     /// vector.
     pub fn true_residual(&mut self, solver: &TwoLevelSolver, subtract: impl Fn(&mut [Lanes])) -> f64 {
         solver.matrix.multiply(&self.solution, &mut self.image);
@@ -130,7 +130,7 @@ fn not_converged(iterations: usize, error: f64) -> Error {
     ))
 }
 
-/// `a / b`, or 0 if `a` or `b` is 0: a lane without a right-hand side, or a lane that is already solved.
+/// `a / b`, or 0 if `a` or `b` is 0, because the lane then has no right-hand side or is already solved.
 fn quotient(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a / b }
 }

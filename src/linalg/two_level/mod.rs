@@ -74,7 +74,8 @@ impl TwoLevelSolver {
     /// Builds the solver for `matrix`. Its rows are displacement components of nodes, described by `unknowns`.
     ///
     /// # Errors
-    /// If memory does not suffice, or if the blocks of the nodes or the coarse matrix of the parts are not positive definite.
+    /// If memory does not suffice, METIS fails, or the run is cancelled. If the diagonal blocks of the nodes or the coarse matrix
+    /// of the parts are not positive definite.
     ///
     /// # Panics
     /// If the numbers of rows of `unknowns` and `matrix` differ.
@@ -91,7 +92,7 @@ impl TwoLevelSolver {
     /// The bits are the same for any number of threads.
     ///
     /// # Errors
-    /// If memory does not suffice, or the iteration does not converge (kind `NotConverged`).
+    /// If memory does not suffice, the iteration does not converge (kind `NotConverged`), or the run is cancelled.
     pub fn inverse_block(&self, rows: &[usize]) -> Result<InverseBlock> {
         let n = rows.len();
         let mut values = SymmetricDense::zeros(n)?;

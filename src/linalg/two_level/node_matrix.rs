@@ -112,7 +112,7 @@ impl NodeMatrix {
         NodeGraph::from_edges(self.n(), &pairs)
     }
 
-    /// Frobenius norm of the block of two nodes, divided by the geometric mean of the norms of their diagonal blocks.
+    /// Frobenius norm of the block of two connected nodes, divided by the geometric mean of the norms of their diagonal blocks.
     pub fn coupling_strength(&self, a: usize, b: usize) -> f64 {
         let size = |block: &Block3x3| block.iter().map(|v| v * v).sum::<f64>().sqrt();
         let (i, j) = (a.max(b), a.min(b));

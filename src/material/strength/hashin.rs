@@ -2,8 +2,8 @@
 
 use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
-/// Exposure of the governing one of Hashin's four modes. The sign of σ11 selects the fibre mode, the sign of σ22 + σ33 the matrix
-/// mode.
+/// Stress exposure in the governing one of Hashin's four failure modes. The sign of σ11 selects the fibre mode, the sign of σ22 +
+/// σ33 the matrix mode.
 ///
 /// ```text
 /// fibre tension        (σ11/Xt)² + (σ12/S12)² + (σ13/S13)² = 1
@@ -31,7 +31,7 @@ pub fn hashin(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
         let across = (sum / strength.tension[1]).powi(2) + (s[3] * s[3] - s[1] * s[2]) / (s23 * s23);
         StressExposure { value: (across + axial).max(0.0).sqrt(), mode: FailureMode::MatrixTension }
     } else {
-        // ((σ22 + σ33)/2)² - σ22 σ33 without cancellation.
+        // The first term equals ((σ22 + σ33)/2)² - σ22 σ33, but is computed without cancellation.
         let across = (0.25 * (s[1] - s[2]).powi(2) + s[3] * s[3]) / (s23 * s23);
         let yc = strength.compression[1];
         let linear = ((0.5 * yc / s23).powi(2) - 1.0) * sum / yc;

@@ -2,8 +2,8 @@
 
 use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
-/// Exposure of F_i σ_i + F_ij σ_i σ_j = 1 with F_i = 1/X_t - 1/X_c, F_ii = 1/(X_t X_c), F_44 = 1/S23² .., and
-/// F_ij = F_ij* sqrt(F_ii F_jj).
+/// Exposure of F_i σ_i + F_ij σ_i σ_j = 1 with F_i = 1/X_t - 1/X_c, F_ii = 1/(X_t X_c), F_44 = 1/S23², F_55 = 1/S13², F_66 = 1/S12²
+/// and F_ij = F_ij* sqrt(F_ii F_jj).
 ///
 /// # Source
 /// Tsai and Wu (1971), J. Composite Materials 5, 58-80, eqs. 4-11.

@@ -54,8 +54,8 @@ impl CellShapes {
         self.corners.iter().flatten()
     }
 
-    /// Axes of equal length around all cells, in the area (left, top, width, height) in pixels. In a square area, both axes have
-    /// the same scale.
+    /// Axes with ranges of equal length that contain all cells, in the area (left, top, width, height) in pixels. In a square area,
+    /// both axes have the same scale.
     pub fn axes(&self, [left, top, width, height]: [f64; 4]) -> [Axis; 2] {
         let range = |axis: usize| {
             self.all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[axis]), h.max(p[axis])))

@@ -189,7 +189,7 @@ impl Chart {
     }
 }
 
-/// Points of a series, with intermediate points so that long segments count as well.
+/// Points of a series, with intermediate points so that the legend also avoids long segments.
 fn densify(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
     let shown = |p: &&[f64; 2]| axes[0].to_pixel(p[0]).is_some() && axes[1].to_pixel(p[1]).is_some();
     let shown: Vec<[f64; 2]> = points.iter().filter(shown).copied().collect();

@@ -29,7 +29,8 @@ const STICK_SLIP_COLOURS: [&str; 2] = ["#0072b2", "#f0b45a"];
 pub enum MapKind {
     /// Pressure.
     Pressure,
-    /// Magnitude of the slip of body 2 relative to body 1 in the entry, with arrows. Open cells show no slip.
+    /// Magnitude of the slip of body 2 relative to body 1 in the entry (in rolling: per rolled distance), with arrows. Open cells
+    /// show no slip.
     Slip,
     /// Stick zone, slip zone and open cells.
     Zones,
@@ -211,7 +212,7 @@ impl MapFigure<'_> {
         by_zone.iter().zip(STICK_SLIP_COLOURS).for_each(|(outlines, fill)| paint(canvas, outlines, fill));
     }
 
-    /// Draws arrows of the mean slip on a lattice of squares. The largest slip is as long as a square.
+    /// Draws arrows of the mean slip on a lattice of squares. An arrow for the largest slip is as long as a side of a square.
     fn arrows(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields, peak: f64) {
         if peak <= 0.0 {
             return;
@@ -325,8 +326,8 @@ mod tests {
     use crate::geometry::Side;
     use crate::output::surface_properties::SurfaceFibre;
 
-    /// Frame of 2 x 2 cells with these signs of x and y: (-, -) is open, (-, +) sticks, (+, -) slips along x, and (+, +) slips
-    /// along -y.
+    /// Frame of 2 x 2 cells. The cells are named by the signs of their x and y: (-, -) is open, (-, +) sticks, (+, -) slips along
+    /// x, and (+, +) slips along -y.
     fn state() -> (ContactFrame, StepEndFields) {
         let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
         let fields = FrameState {

@@ -7,8 +7,8 @@ use crate::output::plot::loops::four_digits;
 use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::Units;
 
-/// Draws forces and areas over the entries. With cycles or sliding, it also draws wear volume, load and wear depth over cycles or
-/// distance.
+/// Draws forces and areas over the entries. With cycles or sliding, it also draws wear volume, wear depth and, with jumps, the load
+/// over cycles or distance.
 pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
     let mut panels = vec![forces(records, units), areas(records, units)];
     for along in [WearAbscissa::Cycles, WearAbscissa::Distance] {

@@ -8,7 +8,7 @@ use crate::output::summary::Units;
 /// Fretting loop of one cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoopCurve {
-    /// Label: "cycle 1", "after 50000 cycles".
+    /// Label, such as "fretting, after 50000 cycles".
     pub label: String,
     /// Displacement of body 2 along the stroke from its centre (mm) and tangential force on body 1 along the stroke (N), in order.
     /// The last point is joined to the first.
