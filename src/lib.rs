@@ -9,8 +9,8 @@
 //! g = g_free + S P + w
 //! ```
 //!
-//! Signorini's conditions, a Coulomb law with an elliptic friction cone and a wear law for w close the system. Tractions
-//! inside the library act on body 2; forces in results act on body 1.
+//! Signorini's conditions, a Coulomb law with an elliptic friction cone and a wear law for w close the system
+//! ([`contact::Increment`]). Tractions inside the library act on body 2; forces in results act on body 1.
 //!
 //! # Data flow
 //!
@@ -25,7 +25,7 @@
 //!
 //! # Modules in the order of imports
 //!
-//! A module uses only modules above it; `tests/architecture.rs` checks this and lists the remaining exceptions.
+//! A module uses only modules above it; `tests/architecture.rs` checks this, and that no files import each other in circles.
 //!
 //! | module | contents |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Friction laws: each gives every cell of the frame an ellipse of admissible tangential tractions.
+//! Friction laws: each gives one ellipse of admissible tangential tractions for the whole frame, in the local axes of each cell.
 
 /// Friction ellipse of a cell: semi-axes `mu` (per unit pressure) along axes turned by `angle` (radians) from the
 /// cell's local x towards y.

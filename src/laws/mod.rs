@@ -1,6 +1,8 @@
 //! Constitutive laws of the contact surface: friction and wear, orthotropic and dependent on the fibre direction.
 //!
-//! [`friction::FrictionLaw`] gives the friction ellipse of a cell, [`wear::WearLaw`] its specific wear rate (1/MPa).
+//! [`friction::FrictionLaw`] gives one friction ellipse, and [`wear::WearLaw`] one specific wear rate (1/MPa), for the whole frame, both
+//! in the local axes of each cell. `PreparedModel` in `evolution` evaluates the laws once; `Increment` in `contact` applies them:
+//! `FrictionScaling` the ellipse, `fill_wear` the wear depth in the gap. The coefficients do not depend on temperature.
 
 pub mod friction;
 pub mod wear;

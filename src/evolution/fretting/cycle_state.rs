@@ -1,4 +1,5 @@
-//! State of a fretting cycle: its path points, solved together as a closed cycle, and its stick zone.
+//! State of a fretting cycle: its path points, solved together as a closed cycle, and its stick zone. `Run::solve_stage`
+//! (`wear_integrator`) iterates until the stick zone is consistent; `Run::recompute_stick_zone` (`strokes`) finds it anew.
 
 use serde::{Deserialize, Serialize};
 

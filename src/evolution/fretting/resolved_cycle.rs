@@ -1,6 +1,6 @@
 //! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). A resolved cycle gives factors on the wear
 //! that follows from the slip between the coupled path points. A cycle is resolved again only when this slip or the normal force
-//! has changed.
+//! has changed. It does not change the stick zone of the coupled cycle.
 
 use crate::contact::solver::StopReason;
 use crate::contact::{ContactState, Increment};
