@@ -49,7 +49,7 @@ fn rust_files(dir: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Sources below a folder of the repository, with their paths from there.
+/// Sources below a folder of the repository, with their paths relative to this folder.
 fn sources(folder: &str) -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut files = Vec::new();
@@ -240,7 +240,7 @@ impl<'a> Visit<'a> for Imports {
 /// Index of the file that defines the item of a path from the root of the crate.
 fn definition(files: &[Imports], path: &[String]) -> Option<usize> {
     let mut path = path.to_vec();
-    // Each re-export leads to another file, so that their number bounds the length of the chain.
+    // Each re-export leads to another file, so that the number of files bounds the length of the chain.
     for _ in 0..files.len() {
         let (file, length) = (0..=path.len())
             .rev()
@@ -253,7 +253,7 @@ fn definition(files: &[Imports], path: &[String]) -> Option<usize> {
     None
 }
 
-/// Truth: no file imports itself, directly or through other files. Re-exports count as imports of the file that defines the item.
+/// Truth: no file imports itself through other files. Re-exports count as imports of the file that defines the item.
 #[test]
 fn files_do_not_import_each_other_in_circles() {
     for root in ["src", "python/src"] {

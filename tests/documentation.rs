@@ -84,7 +84,8 @@ fn the_book_has_every_page() {
     }
 }
 
-/// Runs a script of scripts/ with the program as its first argument. Panics with its output if it fails.
+/// Runs a script of scripts/ with the program as its first argument. If the script fails, this function panics with the output of
+/// the script.
 fn script(name: &str, arguments: &[PathBuf]) {
     let program = env!("CARGO_BIN_EXE_orthowear");
     let script = root().join("scripts").join(name);

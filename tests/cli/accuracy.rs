@@ -140,7 +140,8 @@ fn true_errors_stay_below_what_is_asked_for() {
     println!("{} results, {} above", shares.len(), shares.iter().filter(|(_, share)| *share > 1.0).count());
     let above: Vec<_> = shares.iter().filter(|(_, share)| *share > 1.0).collect();
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 3.0), "{above:?}");
-    // Only peak pressures are counted. Transverse forces vanish, and forces converge before the peaks, which determine the cells.
+    // Only peak pressures are counted: they converge last and so determine the cells. Forces converge earlier, and transverse
+    // forces vanish.
     let peaks: Vec<_> = shares.iter().filter(|(name, _)| name.ends_with("peak_pressure")).collect();
     let near = peaks.iter().filter(|(_, share)| *share > 0.1).count();
     println!("{near} of {} peaks above a tenth", peaks.len());
@@ -371,7 +372,7 @@ fn increments_and_files() {
     }
 }
 
-/// Truth: a run with another accuracy has other cells. `--resume` does not take its results as results of the scene.
+/// Truth: a run with another accuracy has other cells. `--resume` does not reuse its results for the scene without this accuracy.
 #[test]
 fn results_of_another_accuracy_are_not_resumed() {
     let folder = tempfile::tempdir().unwrap();

@@ -82,7 +82,7 @@ fn the_sound_scene_is_accepted() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// One row: text to replace, replacement, lines from the change to the reported line, words of the message.
+/// One row: text to replace, replacement, number of lines from the change down to the reported line, words of the message.
 type Row = (&'static str, &'static str, usize, &'static [&'static str]);
 
 const TABLE: &[Row] = &[
@@ -385,13 +385,13 @@ fn overrides_are_checked_like_the_file() {
             assert!(text.contains(word), "{option} lacks \"{word}\"\n{text}");
         }
     }
-    // A step named "0" that is not the first one makes the option ambiguous.
+    // A step that is named like the index of another step makes the option ambiguous.
     let named = SOUND.replace("name = \"fretting\"", "name = \"0\"");
     let (code, text) = check(&named, &["--set", "steps.0.approach=0.01"]);
     assert!(code == Some(2) && text.contains("`0` is the name of element 1"), "{text}");
     let (code, text) = check(&named.replace("indent", "1"), &["--set", "steps.1.cycles.jumps=3"]);
     assert!(code == Some(2) && text.contains("`1` is the name of element 0"), "{text}");
-    // An empty list, whose number of elements has a lower but no upper bound.
+    // An empty list is refused: the number of steps has a lower bound, but no upper bound.
     let (code, text) = check(SOUND, &["--set", "steps=[]"]);
     assert!(code == Some(2) && text.contains("`steps` has 0 values"), "{text}");
     for option in [

@@ -5,7 +5,8 @@ use std::fs;
 use super::bad_input::{SOUND, check};
 
 /// Truth: docs/scene.md: on a frame that is periodic along x, body 2 cannot rotate about y or the normal n, and no moment is
-/// allowed. Otherwise the gap would grow from period to period. Body 2 may rotate about x. Rotations by zero are valid.
+/// allowed. Otherwise the gap would grow from period to period. Body 2 may rotate about x. With two periodic directions it cannot
+/// rotate at all. Rotations by zero are valid.
 #[test]
 fn repeated_bodies_do_not_turn() {
     let turned = |periodic: &str, control: &str| {

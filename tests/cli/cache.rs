@@ -138,7 +138,7 @@ fn a_second_run_skips_the_factorisation() {
     for other in [&first, &second, &rebuilt, &fields, &restored] {
         assert_eq!(steps(other), steps(&bare));
     }
-    // A direct solution checks the operator only if the factorisation is available. None is made for the check alone.
+    // A direct solution checks the operator only if the factorisation is available. No factorisation is made for the check alone.
     let defect = |summary: &Value| summary["steps"][0]["certificate"]["operator_defect"].as_f64();
     assert!(defect(&bare).is_some_and(|defect| defect < 1e-11) && defect(&second).is_none(), "{bare}");
     place.run(&["--set", "body1.fibre.tilt=20.0"]);
@@ -146,7 +146,8 @@ fn a_second_run_skips_the_factorisation() {
 }
 
 /// Truth: docs/results.md: a direct solution of the body checks the operator in the first entry that has a factorisation. With a
-/// flexibility from the cache, none exists until fields are written at the end of a step. The next step is then checked.
+/// flexibility from the cache, no factorisation exists until fields are written at the end of a step. The next step is then
+/// checked.
 #[test]
 fn the_operator_is_checked_once_the_factor_is_there() {
     let place = Place::new();

@@ -31,8 +31,8 @@ fn call(verb: &str, scene: &Path) -> (Option<i32>, String, Vec<String>) {
     (output.status.code(), text, warnings.iter().map(|w| w.as_str().unwrap().to_owned()).collect())
 }
 
-/// Truth: the contact faces of the block are quadrangles, one per node. They do not respond to tractions that alternate from face
-/// to face. `check` gives no warning for cells around nodes, the default against a rigid body.
+/// Truth: the contact faces of the block are quadrangles, one per node. The mesh does not respond to tractions that alternate from
+/// face to face. `check` gives no warning for cells around nodes, the default against a rigid body.
 #[test]
 fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
     let grid = "kind = \"grid\"\nhalf_width = [1.2, 1.2]\ncells = [4, 4]";

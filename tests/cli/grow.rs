@@ -105,8 +105,8 @@ fn frames_grow() {
 }
 
 /// Truth (rel-contact-reaches-frame): with `frame.grow = false` the run stops after a checkpoint, before the jump in which the
-/// contact outgrows the frame. A run on the large frame gives its radii. Resumed and allowed to grow, the run ends like one without
-/// the stop.
+/// contact outgrows the frame. A run on the large frame gives the contact radii. If the run is resumed and its frame may grow, it
+/// ends like a run without the stop.
 #[test]
 fn runs_stop_at_the_edge() {
     let folder = tempfile::tempdir().unwrap();
@@ -121,7 +121,7 @@ fn runs_stop_at_the_edge() {
     let radius = |entry: &Value| (entry["contact_area"].as_f64().unwrap() / std::f64::consts::PI).sqrt();
     let count = entries(&stopped).len();
     let cell = 2.7 / 24.0;
-    // The outermost cells begin at 1.35 - cell. Contact radii are known to half a cell.
+    // The outermost cells begin at the half-width 1.35 minus the side of a cell. Contact radii are known to half a cell.
     let [before, after] = [count - 1, count].map(|k| radius(&entries(&large)[k]));
     assert!(before < 1.35 - 0.5 * cell && after > 1.35 - 1.5 * cell && before < after, "{before} {after}");
     for (a, b) in entries(&stopped).iter().zip(entries(&large)) {
@@ -207,7 +207,7 @@ fn grown_frames_keep_their_planes_of_symmetry() {
     let folder = tempfile::tempdir().unwrap();
     let [nx, ny, nz] = [4, 8, 2];
     let mesh = crate::moved::layer([2.0, 4.0], 1.0, [nx, ny, nz]);
-    // Faces at x = -2 come first. Those at x = 2 are removed from the group.
+    // Faces at x = -2 come first. Faces at x = 2 are removed from the group.
     let mesh = mesh.replace(" 3 2 3 3 ", " 3 2 9 9 ").replacen(" 3 2 9 9 ", " 3 2 3 3 ", ny * nz);
     fs::write(folder.path().join("layer.msh"), mesh).unwrap();
     let path = folder.path().join("scene.toml");

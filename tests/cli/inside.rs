@@ -39,7 +39,7 @@ const WRONG: &[(&str, &str, &[&str])] = &[
     ),
 ];
 
-/// Truth: docs/scene.md: refusals name the wrong key.
+/// Truth: docs/scene.md: each refusal names the key with the wrong value.
 #[test]
 fn what_is_refused() {
     let sound = format!("{SOUND}{LINE}{CUT}");

@@ -194,7 +194,7 @@ fn bodies_that_overlap_at_the_start() {
         ),
     ] {
         let (folder, path) = from_repository(scene, from, to);
-        // Meshes moved down by 2 mm, or 5 % larger.
+        // The roller's mesh is moved down by 2 mm, the pin's mesh is enlarged by 5 %.
         for (name, source, scale, drop) in
             [("ROLLER", "roller.msh", [1.0; 3], 2.0), ("PIN", "pin.msh", [1.05, 1.0, 1.05], 0.0)]
         {
@@ -236,7 +236,7 @@ pub(super) fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
 }
 
 /// Truth: docs/scene.md: faces without an opposite surface are left out of a mesh frame, with a note. The roller's patch has a
-/// length of 0.8 x 9 = 7.2 mm. 3 of the block's 12 faces with sides of 0.75 mm reach beyond it.
+/// length of 0.8 x 9 = 7.2 mm. 3 of the block's 12 faces with sides of 0.75 mm reach beyond the patch.
 #[test]
 fn faces_left_out_of_the_frame() {
     let grid = "kind = \"grid\"\nhalf_width = [4.5, 0.5]\ncenter = [4.5, 0.5]\ncells = [8, 1]";
@@ -257,8 +257,8 @@ fn faces_left_out_of_the_frame() {
 }
 
 /// Truth: docs/scene.md, docs/command-line.md: a run that does not fit into the memory limit is refused before it starts, with exit
-/// code 4. The message gives the bytes needed and allowed. The allowed bytes and the rest of the scene add up to the limit. Invalid
-/// limits are mistakes in the scene.
+/// code 4. The message gives the bytes needed and allowed. The allowed bytes and the bytes of the rest of the scene add up to the
+/// limit. Invalid limits are mistakes in the scene.
 #[test]
 fn memory_is_refused_beforehand() {
     let told = |limit: &str| {

@@ -54,7 +54,7 @@ fn steps(summary: &Value) -> Vec<Value> {
 }
 
 /// Truth: docs/scene.md: a row of a history is a load point, as a step would prescribe it. All entries of a history have one name
-/// and consecutive numbers. Their results equal the results of explicit steps, bit by bit.
+/// and consecutive numbers. The results of the entries equal the results of explicit steps, bit by bit.
 #[test]
 fn a_history_is_its_steps() {
     let folder = tempfile::tempdir().unwrap();
@@ -249,9 +249,9 @@ fn heights_that_numpy_wrote() {
     }
 }
 
-/// Truth: docs/scene.md: `check` counts the cells outside the outline. Outlines that cross themselves or contain no cell are
-/// refused. Contact along the outline is not contact at the edge of the frame. Contact at the edge of the frame raises a warning
-/// for each step.
+/// Truth: docs/scene.md: `check` counts the cells inside and outside the outline. Outlines that cross themselves or contain no cell
+/// are refused, and so are outlines and gaps with missing keys or unknown shapes. Contact along the outline is not contact at the
+/// edge of the frame. Contact at the edge of the frame raises a warning for each step.
 #[test]
 fn outlines() {
     let folder = tempfile::tempdir().unwrap();

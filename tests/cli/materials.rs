@@ -126,9 +126,9 @@ fn refused(folder: &tempfile::TempDir, words: &[&str]) {
     }
 }
 
-/// Truth: the result depends on the fibre direction, not on the way it is given. Ways: angles, a field of the mesh file or another
-/// .msh file, tables with and without a second direction, plies, a region. The tolerance covers the rounding of the direction,
-/// which the factorisation and the tolerance 1e-8 of the contact solver may amplify.
+/// Truth: the result depends on the fibre direction, not on the way it is given. It is given by angles or by a field of the mesh
+/// file or of another .msh file. Other ways are tables with and without a second direction, plies, and a region. The tolerance
+/// covers the rounding of the direction, which the factorisation and the tolerance 1e-8 of the contact solver may amplify.
 #[test]
 fn one_direction_runs_the_same_in_every_way() {
     let (s, c) = 25.0f64.to_radians().sin_cos();
@@ -225,7 +225,8 @@ fn mistakes_in_tables_and_fields() {
     refused(&field("fibre", &element_data(101..150, "1 0 0")), &["element 150", "(15 elements in all)"]);
 }
 
-/// Truth: docs/scene.md: a direction is given in one way, and plies fill the mesh.
+/// Truth: docs/scene.md: a direction must be given in exactly one way, and plies must fill the mesh. The number of plies is
+/// limited, and a layup needs elements. Elements that extend beyond a ply raise a note.
 #[test]
 fn contradictions_are_named() {
     refused(&folder("fibre = { tilt = 1.0, field = \"a\" }", "", &[]), &["more than one way"]);

@@ -28,8 +28,8 @@ fn call(command: &str, path: &Path, options: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), text.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
-/// Truth: docs/command-line.md: all commands that take the option refuse wrong values with exit code 2. The message names the
-/// option and the allowed values.
+/// Truth: docs/command-line.md: all commands with the option `--max-memory` refuse wrong values with exit code 2. The message names
+/// the option and the allowed values.
 #[test]
 fn what_is_no_amount_of_memory() {
     let (folder, path) = scene("");
@@ -46,8 +46,9 @@ fn what_is_no_amount_of_memory() {
     assert!(!folder.path().join("scene.out").exists());
 }
 
-/// Truth: docs/command-line.md: the option overrides the key, even if the option is the larger limit. A run that exceeds the limit
-/// is refused with exit code 4. The message gives the estimate, the limit that applies, and how to raise it.
+/// Truth: docs/command-line.md: the option `--max-memory` overrides the key `solver.memory_limit`, even if the option is the larger
+/// limit. A run that exceeds the limit is refused with exit code 4. The message gives the estimate, the limit that applies, and how
+/// to raise it.
 #[test]
 fn the_option_wins_over_the_key() {
     let raised = "or raise solver.memory_limit";
@@ -90,7 +91,7 @@ fn the_option_wins_over_the_key() {
 }
 
 /// Truth: docs/command-line.md: `check` reports the allowed memory: 80 % of the available memory, or the value of the option. It
-/// also reports the defaults of docs/keys.md.
+/// also reports the defaults of docs/keys.md for `[solver]`, without the memory limit if the option is given.
 #[test]
 fn check_says_what_is_allowed() {
     let (_folder, path) = scene("");

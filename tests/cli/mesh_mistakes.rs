@@ -92,8 +92,8 @@ fn an_inner_contact_face() {
 }
 
 /// Truth: docs/scene.md: a base fixed only along x leaves translations along y and z, and rotations about x and y, free. A force
-/// along a free direction can be prescribed, a displacement cannot. No support at all is valid, too, but both bodies must not be
-/// free along one direction.
+/// along a free direction can be prescribed, a displacement cannot. A body without supports is valid. Two bodies that are free
+/// along the same direction are refused, and so is the block coupling of an unconstrained body.
 #[test]
 fn a_floating_body() {
     refused(
@@ -250,7 +250,8 @@ fn check_mesh(mesh: &str) -> (Option<i32>, String) {
     (output.status.code(), text.split(['│', '\n']).map(str::trim).collect::<Vec<_>>().join(" "))
 }
 
-/// Truth: docs/meshes.md: a support group without elements would fix nothing. A name of both a surface and a volume is ambiguous.
+/// Truth: docs/meshes.md: a support group without elements would fix nothing. A name that a surface group and a volume group share
+/// is ambiguous.
 #[test]
 fn groups_of_supports() {
     let empty = MESH.replace("$Elements\n5\n1 3 2 1 1 1 4 3 2\n", "$Elements\n4\n");
@@ -292,7 +293,7 @@ fn names_with_dots() {
 }
 
 /// Mesh of a column of `n` cubes of side 2 below z = 0. The solids are numbered from 101 on, from the top down. `order` gives the
-/// order of the corners of each cube. Two surface elements are the groups "base" and "top".
+/// order of the corners of each cube. The groups "base" and "top" contain one surface element each.
 fn column(n: usize, order: impl Fn(usize) -> [usize; 8]) -> String {
     let mut text =
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"base\"\n2 2 \"top\"\n3 4 \"solid\"\n\
@@ -357,10 +358,10 @@ fn curved(x: f64) -> String {
     )
 }
 
-/// Truth: a quadratic line with nodes at -1, m and 1 has the slope 1 - 2 m x at the reference coordinate x. If m exceeds 1/2, the
-/// quarter point, it folds at x = 1. So does the cube, whose other two slopes are 1. The outermost integration points have the
-/// coordinates ±s, s = sqrt(3/5). There the shape functions weight the edge with ((1 + s) / 2)^2 = 0.787. The Jacobian 1 - 2 m
-/// 0.787 s is positive up to m = 0.82.
+/// Truth: a quadratic line with nodes at -1, m and 1 has the slope 1 - 2 m x at the reference coordinate x. If m exceeds 1/2 (the
+/// quarter point of the line), the slope is negative at x = 1: the line folds. The cube folds there, too, because its slopes along
+/// the other two axes are 1. The outermost integration points have the coordinates ±s, s = sqrt(3/5). At these points the shape
+/// functions of the edge have the weight ((1 + s) / 2)^2 = 0.787. The Jacobian 1 - 2 m 0.787 s is positive up to m = 0.82.
 #[test]
 fn folded_curved_elements_are_listed() {
     let (code, text) = check_mesh(&curved(0.49));
@@ -396,7 +397,7 @@ fn contradicting_supports_are_named_by_their_keys() {
         &[(fixed, &format!("{displaced}\nsymmetry = [\"base\"]"))],
         &["body1.symmetry.0", "body1.displaced.0 and body1.symmetry.0", "along z: 0.1 and 0"],
     );
-    // A support of the contact group is reported at the key of this support, too.
+    // An error in a support of the contact group is reported at the key of the support, too.
     refused(&[(fixed, "symmetry = [\"top\"]")], &["body1.symmetry.0", "`top`", "along z"]);
 }
 

@@ -40,8 +40,8 @@ fn frp_laws_in_a_bore() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: a block sheared so that its top rises by 0.05 x is plane, but inclined by atan(0.05) = 2.862 degrees. A fibre's tilt from
-/// the plane z = 0 then differs from its tilt from the surface.
+/// Truth: the top of a block that is sheared by z = 0.05 x is plane, but inclined by atan(0.05) = 2.862 degrees. A fibre's tilt
+/// from the plane z = 0 then differs from its tilt from the surface.
 #[test]
 fn frp_laws_on_an_inclined_plane() {
     let folder = folder("fibre = { tilt = 0.0 }", "", &[]);
@@ -80,8 +80,9 @@ fn frp_laws_on_nearly_plane_mesh_frames() {
     }
 }
 
-/// Truth: the loads of a body act in full before the first increment, so friction cannot respond to their displacements. A block
-/// under its own pressure raises a warning if a step has friction. A block without loads raises none.
+/// Truth: the loads of a body act in full before the first increment, so friction cannot respond to the displacements that they
+/// cause. A block with a pressure or with displaced supports raises a warning if a step has friction. A block without loads raises
+/// none.
 #[test]
 fn own_loads_with_friction() {
     let load = "pressure = [{ group = \"base\", value = 50.0 }]";
@@ -143,9 +144,9 @@ fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
 }
 
 /// Truth: a pin scaled to the radius 10.02 mm overlaps the bore of radius 10 mm by 0.02 mm, all round. Curved faces may overlap by
-/// a tenth of a cell, which is more. But no motion along the normal removes this overlap. The overlap is 0.02 mm to 5 %, because it
-/// is a mean over cells. A pin of 9.98 mm moves down by 0.02 mm to the bottom of the bore. Flat faces of 1.3 and 0.64 mm cut off
-/// 0.02 mm, of which the curvature correction leaves less than a tenth.
+/// up to a tenth of a cell, and this overlap is smaller. It is refused all the same, because no motion along the normal removes it.
+/// The reported overlap is 0.02 mm to 5 %, because it is a mean over cells. A pin of 9.98 mm moves down by 0.02 mm to the bottom of
+/// the bore. Flat faces of 1.3 and 0.64 mm cut off 0.02 mm, of which the curvature correction leaves less than a tenth.
 #[test]
 fn press_fit() {
     let (code, text) = pin_of_other_size(10.02 / 9.8, &[]);
@@ -364,9 +365,9 @@ fields = []
 /// Truth: gross sliding along y with fibres at the azimuth t to x. In the axes of the fibre, the friction ellipse is M = diag(mL,
 /// mT) = diag(0.25, 0.35). The associated rule gives the traction q = p M^2 v / |M v| for the pressure p and the sliding velocity
 /// v. Let P be the normal force and m^2 = mL^2 sin^2 t + mT^2 cos^2 t. The tangential force is P (mL^2 - mT^2) sin t cos t / m
-/// across the stroke and P m along it. The tolerance is 2 %, because tractions rotate over strokes of a few elastic lags. A stroke
-/// in one increment ends with half of the transverse force. At an amplitude of 0.05 mm, four increments wear the same volume as one
-/// increment by chance.
+/// across the stroke and P m along it. The tolerance is 2 %, because tractions reach their final direction only after sliding by a
+/// few elastic displacements. A stroke in one increment ends with half of the transverse force. At an amplitude of 0.05 mm, four
+/// increments wear the same volume as one increment by chance.
 #[test]
 fn oblique_fretting() {
     let folder = tempfile::tempdir().unwrap();
@@ -397,7 +398,7 @@ fn oblique_fretting() {
 
 /// Truth: heights (x^2 + y^2) / 20 mm approximate a ball of radius 10 mm. In micrometres they rise a thousand times as fast (slope
 /// 40 instead of 0.04 at the edge of 0.4 mm). With the opposite sign they are largest in the middle. A map of +-0.25 mm does not
-/// cover a frame of +-0.4 mm.
+/// cover a frame of +-0.4 mm. Decimal commas are refused.
 #[test]
 fn maps_of_heights() {
     let folder = tempfile::tempdir().unwrap();

@@ -113,7 +113,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
     assert!(code == Some(0) && text.contains(words) && text.contains(reason), "{text}");
     let (code, text) = call("check", place.path(), &["frame.half_width=[3.5, 3.5]", "frame.cells=[7, 7]"]);
     assert!(code == Some(0) && !text.contains("WARNING"), "{text}");
-    // The advice works: 3.07 mm leave 0.93 mm, and 0.3 of 3.07 mm are 0.921 mm.
+    // The advice works: a half-width of 3.07 mm leaves 0.93 mm to the edge, and 0.3 x 3.07 = 0.921 mm are required.
     let (code, text) =
         call("check", place.path(), &["frame.half_width=[3.07, 3.07]", "frame.cells=[35, 35]"]);
     assert!(code == Some(0) && !text.contains(words), "{text}");

@@ -60,8 +60,8 @@ fn nothing_is_wrong_with_the_block() {
     assert_eq!(run(block().path(), &["frame.cells=[4, 4]"])["near_fields"][0]["near_field"], "half-space");
 }
 
-/// Truth: a body that moves with its frame has the same forces. At 3e5 mm from the origin the coordinates are rounded to 6e-11 mm,
-/// which does not affect the forces of cells of 0.3 mm.
+/// Truth: a body that is moved together with its frame has the same forces. At 3e5 mm from the origin the coordinates are rounded
+/// to 6e-11 mm, which does not affect the forces of cells of 0.3 mm.
 #[test]
 fn bodies_may_lie_far_from_the_origin() {
     let near = block();

@@ -63,7 +63,7 @@ fn a_converged_run_leaves_its_files_and_nothing_else() {
     assert!(summary["peak_memory_bytes"].as_u64().is_some_and(|bytes| bytes > 0));
 }
 
-/// Truth: a failed run loses no existing file, of the user or of the run before.
+/// Truth: a run that does not converge loses no existing file, of the user or of the run before.
 #[test]
 fn a_run_that_does_not_converge_sets_earlier_results_aside() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -101,7 +101,7 @@ fn a_failed_run_leaves_only_its_summary() {
     );
 }
 
-/// Truth: fields of the previous run for steps that the new run does not have are removed. Other files are kept.
+/// Truth: field files that only the previous run has written are removed. Other files are kept.
 #[test]
 fn a_converged_run_removes_the_fields_of_the_run_before() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -122,7 +122,8 @@ fn a_dropped_run_leaves_no_trace() {
 }
 
 /// Truth: docs/checkpoints.md: if a run ends again before it has resumed, it keeps the files needed to resume, and its entries in
-/// the summary. Files that were moved or set aside meanwhile are found by their content.
+/// the summary. Files that were moved or set aside meanwhile are found by their content. Files that no longer exist are reported as
+/// missing.
 #[test]
 fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -357,7 +358,7 @@ fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// Truth: docs/command-line.md: exit code 4 if the output does not fit, wherever it is written. A reader that has closed the pipe
+/// Truth: docs/command-line.md: exit code 4 if the output does not fit, wherever it is written. A pipe that its reader has closed
 /// is no error.
 #[cfg(target_os = "linux")]
 #[test]

@@ -75,15 +75,15 @@ fn level_surfaces_approach_under_no_pressure() {
     }
     let (code, text, _) = call("run", &scene("0.0"));
     assert_eq!(code, Some(0), "{text}");
-    // Only sliding produces wear, which would make room for a further approach.
+    // A wear law makes no difference: without sliding there is no wear that would allow a further approach.
     let wear = "[wear]\nlaw = \"archard\"\ni = 1e-6\n";
     let (code, text, _) = call("check", &scene("0.001").replace("[output]", &format!("{wear}[output]")));
     assert!(code == Some(2) && text.contains("mean gap"), "{text}");
 }
 
 /// Truth: Hertz's line contact has the half-width a = √(4 P R / π L E*) under the force P on the length L. Here 4 N on a period of
-/// 4 um give a width of 0.7 mm, less than the frame's 1 mm. The thin period alone raises no note. A thousand times the force raises
-/// it.
+/// 4 um give a width of 0.7 mm, less than the frame's 1 mm. The thin period alone raises no note. A force a thousand times as large
+/// raises one.
 #[test]
 fn a_thin_period_is_no_narrow_frame() {
     let frame = "cells = [64, 1]\nperiodic = [false, true]";

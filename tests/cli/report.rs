@@ -63,8 +63,8 @@ fn directories_without_results_are_refused() {
     }
 }
 
-/// Truth: docs/command-line.md: a file that cannot be written gives exit code 4, a directory in its place 2. Results stay
-/// unchanged.
+/// Truth: docs/command-line.md: a file that cannot be written gives exit code 4, a directory in its place gives exit code 2.
+/// Results stay unchanged.
 #[test]
 fn places_that_cannot_be_written_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -100,7 +100,7 @@ fn pages_are_the_same_each_time() {
     sound(folder.path());
     assert_eq!(report(folder.path(), &["run"]).0, 0);
     let first = page(folder.path(), "run");
-    // An existing page in the directory changes nothing.
+    // An existing page in the directory does not change the new page.
     assert_eq!(report(folder.path(), &["run"]).0, 0);
     assert_eq!(page(folder.path(), "run"), first);
     assert_eq!(report(folder.path(), &["run", "--out", "elsewhere.html"]).0, 0);
@@ -129,7 +129,8 @@ fn pages_of_earlier_results_go_when_there_are_new_ones() {
     assert_eq!(page(folder.path(), "run"), "mine");
 }
 
-/// Truth: each damaged file is reported with the reason, on the page too, and the other files are shown.
+/// Truth: each damaged or missing file is reported, on the page too, and the other files are shown. For a damaged file the reason
+/// is given.
 #[test]
 fn damaged_files_are_named_and_the_rest_is_shown() {
     let folder = tempfile::tempdir().unwrap();

@@ -95,8 +95,8 @@ fn runs_go_on_whose_meshes_have_moved() {
     }
 }
 
-/// Truth (rel-kill-any-time): all files equal the files of an uninterrupted run after SIGKILL at random moments, during and between
-/// the checkpoints after every entry. Only the entries after the last checkpoint are lost.
+/// Truth (rel-kill-any-time): all files equal the files of an uninterrupted run after SIGKILL at random moments, while a checkpoint
+/// is written or between checkpoints. A checkpoint follows every entry. Only the entries after the last checkpoint are lost.
 #[test]
 fn killed_runs_go_on() {
     let job = Job::new();

@@ -338,7 +338,8 @@ fn check_tells_the_plan() {
         ("sphere-on-cfrp-halfspaces.toml", &["64 x 64 = 4096 cells", "ellipse 0.45000 x 0.51667"]),
         ("steel-cap-on-cfrp-block.toml", &["body 2", "7840 solid cells"]),
     ] {
-        // The output directory may contain the user's own results of an earlier run.
+        // The output directory may contain the user's own results of an earlier run. Therefore its time of modification is
+        // compared.
         let results = scene(name).with_extension("out");
         let written = || fs::metadata(&results).and_then(|found| found.modified()).ok();
         let before = written();

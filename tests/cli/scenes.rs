@@ -232,7 +232,7 @@ pub fn same(a: &Value, b: &Value, relative: f64) {
     }
 }
 
-/// Truth: rotating frame and fibre about the normal of half-spaces rotates the solution: 1e-7 at a solver tolerance of 1e-10.
+/// Truth: rotating frame and fibre about the normal of half-spaces rotates the solution, to 1e-7 at a solver tolerance of 1e-10.
 #[test]
 fn turned_half_spaces() {
     let scene = scene("sphere-on-cfrp-halfspaces.toml");

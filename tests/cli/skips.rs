@@ -29,7 +29,7 @@ fn all_names() -> Vec<String> {
     words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect()
 }
 
-/// Truth: docs/scene.md: results are the same with and without one kind of omitted work (1e-7 at residuals of 1e-10). The list of
+/// Truth: docs/scene.md: results are the same with and without one kind of omitted work, to 1e-7 at residuals of 1e-10. The list of
 /// omitted work names this kind only if it is omitted. `distant-entries` is tested in compressed.rs.
 #[test]
 fn each_skip_changes_nothing() {

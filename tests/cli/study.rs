@@ -47,7 +47,8 @@ collect = ["indent.normal_force", "fretting.worn_volume", "fretting.stroke_ends.
 curves = ["fretting.worn_volume"]
 "#;
 
-/// Truth: docs/study.md: every run is computed, for any value of `study.symmetry`. A note says that the key has no effect.
+/// Truth: docs/study.md: every run is computed, for any value of `study.symmetry`. If the key is given, a note says that it has no
+/// effect.
 #[test]
 fn symmetric_runs_are_computed() {
     let axis = "[[axes]]\nkeys = [\"body1.fibre.azimuth\"]\nvalues = [30, -30]\n";

@@ -112,7 +112,7 @@ collect = ["fretting.worn_volume"]
             |files: &[(String, Vec<u8>)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
         assert_eq!(names(&found), names(&wanted));
         for ((name, found), (_, wanted)) in found.iter().zip(&wanted) {
-            // Times of entries differ from run to run.
+            // history.csv contains the times of entries, which differ from run to run.
             if name != "history.csv" {
                 assert!(found == wanted, "{name} of {}", run["folder"]);
             }
@@ -133,7 +133,8 @@ collect = ["fretting.worn_volume"]
 }
 
 /// Truth: the table equals the table of the study in one process. Here, `--only` computes the runs in any order and leaves one out.
-/// The results are collected without this run, and again after it has been computed.
+/// The results are collected without this run, and again after it has been computed. Results of another scene count as not run, and
+/// wrong run numbers are refused.
 #[test]
 fn parts_of_a_study_make_its_table() {
     let folder = folder(TWO_AXES);

@@ -18,7 +18,8 @@ pub fn orthowear() -> Command {
     program
 }
 
-/// Runs a script of tests/python with one argument. Panics with its message if it fails; `false` if there is no Python.
+/// Runs a script of tests/python with one argument. Panics with the script's message if the script fails. Returns `false` if Python
+/// or one of its packages is missing.
 pub fn python(script: &str, argument: &Path) -> bool {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program =
@@ -42,8 +43,8 @@ pub fn python(script: &str, argument: &Path) -> bool {
     true
 }
 
-/// Runs a script of tests/browser with one argument in headless Chromium. Panics with its message if it fails; `false` if the
-/// browser or the Python packages for it are missing.
+/// Runs a script of tests/browser with one argument in headless Chromium. Panics with the script's message if the script fails.
+/// Returns `false` if the browser or the Python packages for it are missing.
 pub fn browser(script: &str, argument: &Path) -> bool {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program =
@@ -70,7 +71,7 @@ pub fn browser(script: &str, argument: &Path) -> bool {
     true
 }
 
-/// Runs gmsh; `false` if it is absent.
+/// Runs gmsh. Returns `false` if gmsh is absent.
 pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     if Command::new("gmsh").arg("--version").output().is_err() {
         let required = std::env::var("ORTHOWEAR_REQUIRE_TOOLS").is_ok_and(|value| value == "1");

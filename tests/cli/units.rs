@@ -15,7 +15,7 @@ fn notes(options: &[&str]) -> String {
 }
 
 /// Truth: the scene has ordinary materials and sizes: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh 1 mm high. Each
-/// case gives one number in another unit, which the warning names.
+/// case makes one number implausible, for example by another unit, and the warning names this number.
 #[test]
 fn each_mixed_up_number_is_named() {
     assert_eq!(notes(&[]), "");
@@ -138,7 +138,7 @@ approach = 1e-10
     assert_eq!(code, Some(0), "{errors}");
     let lines: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("step")).collect();
     assert!(lines[1].split_whitespace().any(|unit| unit == "Pa"), "{text}");
-    // Pairs in brackets contain a blank.
+    // Pairs in brackets contain a blank, which would split them into two columns.
     let row = lines[2].replace("(0, 0)", "0");
     let area: f64 = row.split_whitespace().nth(5).and_then(|cell| cell.parse().ok()).unwrap();
     assert!((area / (std::f64::consts::PI * 1e-13) - 1.0).abs() < 0.03, "{text}");

@@ -165,7 +165,8 @@ fn resumed(job: &Job, what: &str) {
     assert!(left.is_empty() || text.contains("already converged"), "{what}: {left:?} are left");
 }
 
-/// A failed operation is reported with exit code 4, or it has no effect on the results. No incomplete file has a final name.
+/// Asserts that a failed operation is reported with exit code 4, or has no effect on the results. No incomplete file may have a
+/// final name.
 fn told(job: &Job, at: u64, (code, text): Ended) {
     let place = job.out.display().to_string();
     match code {
@@ -216,7 +217,7 @@ fn a_directory_that_vanishes() {
     while !checkpoint::are_in(&job.out) {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
-    // The run may create a file in between.
+    // Removal is repeated, because the run may create a file in between.
     while fs::remove_dir_all(&job.out).is_err() {}
     let output = child.wait_with_output().expect("an end");
     let text = String::from_utf8_lossy(&output.stderr);

@@ -179,7 +179,7 @@ fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     file.bytes
 }
 
-/// A mesh in gmsh's format 2.2. A cell is one element for each of its groups.
+/// A mesh in gmsh's format 2.2. Each cell is written as one element for each of its groups.
 fn version_2(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "2.2");
     file.names(mesh);
@@ -260,7 +260,7 @@ fn examine(bytes: &[u8]) -> String {
         let is_there = |cell: &CellRef| mesh.blocks.get(cell.block).is_some_and(|b| cell.cell < b.n_cells());
         assert!(group.cells.iter().all(is_there), "cells of groups");
     }
-    // Values of fields may be arbitrary, and NaN has no unique text.
+    // Field values may be arbitrary. A mesh with NaN is not written again, because NaN has no unique text.
     if mesh.fields.iter().flat_map(|field| &field.values).all(|value| value.is_finite()) {
         let again = gmsh::parse(&version_4(&mesh, Form::Text), "again");
         let again = again.unwrap_or_else(|error| panic!("what was read cannot be read again: {error}"));

@@ -128,7 +128,7 @@ pub fn rectangle(
     }
 }
 
-/// The reference scene: sphere R = 50 mm, steel on IM7 tilted by `tilt` degrees.
+/// The reference scene: a steel sphere of R = 50 mm on IM7 with fibres tilted by `tilt` degrees.
 pub fn sphere_on_frp(tilt: f64, half_width: f64, cells: usize) -> Model {
     let mut model = half_spaces(&im7(tilt), Some(&steel()), (half_width, cells), sphere(50.0));
     model.friction = frp_friction(tilt);

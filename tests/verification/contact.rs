@@ -115,7 +115,7 @@ fn hertz_elliptic() {
         let found = &result.records[0];
         assert!(relative(found.approach, delta) < tolerance, "{} {delta}", found.approach);
         assert!(relative(found.peak_pressure, p0) < 1e-2, "{} {p0}", found.peak_pressure);
-        // The semi-axes reach to the farthest edges of cells in contact. They agree within one cell.
+        // The semi-axes reach to the farthest edges of cells in contact. They agree with the exact semi-axes within one cell.
         let spacing = model.frame.grid.expect("a grid").spacing;
         let n = model.frame.n_cells();
         let mut reach = [0.0_f64; 2];
@@ -318,7 +318,8 @@ impl Flexibility for Damaged {
     }
 }
 
-/// Truth: `rel-nan-guard`. NaN ends the run with an error and is never a result.
+/// Truth: `rel-nan-guard`. NaN ends the run with an error and is never a result. A friction coefficient without a finite inverse is
+/// refused.
 #[test]
 fn not_a_number_is_an_error() {
     for friction in [true, false] {

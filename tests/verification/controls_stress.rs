@@ -25,10 +25,11 @@ fn halves(state: &[f64], centers: &[nalgebra::Vector3<f64>], area: f64) -> [f64;
     sums
 }
 
-/// Truth: case `str-two-spots`, the relative difference of the two loads. It is below 1e-10 for equal heights (mirror images) and
-/// proportional to the height, for 1e-6 and 2e-6. A punch that is free to tilt rests on both spots, and statics makes their loads
-/// equal except for the lever arms. A height h tilts the punch by h / 2, which moves both contacts by R h / 2 = 2.5 h (R = 5). The
-/// difference is then 2.5 h, to 20 % with so few cells plus 1e-7. Without tilting it is more than forty times larger.
+/// Truth: case `str-two-spots`, the relative difference of the two loads. The difference is below 1e-10 for equal heights (mirror
+/// images) and proportional to the height, for heights of 1e-6 and 2e-6. A punch that is free to tilt rests on both spots, and
+/// statics makes their loads equal except for the lever arms. A height h tilts the punch by h / 2, which moves both contacts by R h
+/// / 2 = 2.5 h (R = 5). The difference is then 2.5 h, to 20 % with so few cells plus 1e-7. Without tilting it is more than forty
+/// times larger.
 #[test]
 fn two_spots_share_the_load() {
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };

@@ -68,7 +68,7 @@ pub fn with_ratio(ratio: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("an admissible material")
 }
 
-/// Steel with the anisotropy `e` of the catalogue's sequence towards isotropy.
+/// Steel with the small anisotropy `e`. In the catalogue's sequence of materials, `e` tends to zero.
 pub fn nearly_isotropic(e: f64) -> Stiffness {
     let (young, nu) = (210e3, 0.3);
     let g = young / 2.6;

@@ -185,7 +185,7 @@ fn self_weight_column() {
     }
 }
 
-/// Truth: a uniform pressure p loads each node of a flat quadrilateral with a quarter of the force. A triangle's node carries a
+/// Truth: a uniform pressure p loads each node of a rectangle with a quarter of the force on the face. A triangle's node carries a
 /// third (docs/theory-finite-elements.md). On a curved distorted closed surface the forces balance. Their work on the displacement
 /// u = x is -3 p V for the volume V (Gauss's theorem). The tolerance covers rounding.
 #[test]

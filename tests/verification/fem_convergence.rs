@@ -128,7 +128,8 @@ fn cantilever(kind: ElementKind, formulation: HexFormulation, n: usize) -> f64 {
     let u = body.contact_free_displacement();
     let reactions = body.model().reactions(u).unwrap();
     let sum: f64 = reactions.iter().map(|r| r[2]).sum();
-    // Rounding: last bits of displacements times the axial stiffness of an element, 1e-16 x 2 mm x 1e7 N/mm.
+    // The tolerances cover rounding: the last bits of displacements (1e-16 x 2 mm) times the axial stiffness of an element (1e7
+    // N/mm).
     assert!((sum + 1000.0).abs() < 1e-9 * 1000.0, "reaction {sum}");
     let moment: f64 = reactions.iter().zip(&body.model().mesh().points).map(|(r, x)| r[0] * x[2]).sum();
     // Axial reactions carry the moment of the traction about y at the root, 1000 N at 100 mm.

@@ -116,7 +116,7 @@ fn lekhnitskii(pressure: f64, [a, b]: [f64; 2]) -> f64 {
     let (b_tt, b_rr) = (s_tt - s_tz * s_tz / s_zz, s_rr - s_zr * s_zr / s_zz);
     let b_tr = s_tr - s_tz * s_zr / s_zz;
     let k = (b_rr / b_tt).sqrt();
-    // sigma_r(a) = -pressure, sigma_r(b) = 0: B = -A b^(2k).
+    // The conditions are sigma_r(a) = -pressure and sigma_r(b) = 0. The second one gives B = -A b^(2k).
     let power = |r: f64, sign: f64| r.powf(sign * k - 1.0);
     let amplitude = -pressure / (power(a, 1.0) - b.powf(2.0 * k) * power(a, -1.0));
     let hoop = k * amplitude * (power(a, 1.0) + b.powf(2.0 * k) * power(a, -1.0));
@@ -125,7 +125,7 @@ fn lekhnitskii(pressure: f64, [a, b]: [f64; 2]) -> f64 {
 
 /// Truth: [`lekhnitskii`] for a tube with hoop fibres, radii 1 and 2. The mesh is a quarter between symmetry planes. The error is
 /// second order in the element size between n = 4, 8 and 16 cells, and 0.5 % at n = 16. A table with the axes of every element
-/// gives the same displacement to rounding. Straight fibres are more than 50 % off.
+/// gives the same displacement to rounding. With straight fibres the displacement is more than 50 % off.
 #[test]
 fn hoop_wound_tube_under_internal_pressure() {
     let (radii, pressure) = ([1.0, 2.0], 100.0);

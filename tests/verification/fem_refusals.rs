@@ -37,7 +37,8 @@ fn refuses_to_assemble_beyond_the_memory() {
     assert_says(error.message(), &["assembling 54 unknowns", "coarser mesh", "solver.memory_limit"]);
 }
 
-/// Truth: names in a specification must exist, values must be finite, regions must be unique and cover the body.
+/// Truth: names in a specification must exist, values must be finite, regions must be unique and cover the body. Supports must not
+/// contradict each other or fix all nodes, and tractions act on surfaces.
 #[test]
 fn refuses_wrong_specs() {
     assert_says(&refusal(cube(vec![clamp("bottom")])), &["bottom", "z0"]);
@@ -87,7 +88,7 @@ fn free_names(spec: FeSpec) -> String {
     find_rigid_body_modes(&spec).expect("sound supports").map_or(String::new(), |free| free.names.join(", "))
 }
 
-/// Truth: the free rigid-body modes are those without displacement at the prescribed dofs, found by hand.
+/// Truth: the free rigid-body modes, found by hand. They have no displacement at the prescribed dofs.
 #[test]
 fn names_free_rigid_motions() {
     assert_eq!(free_names(cube(vec![clamp("z0")])), "");
@@ -154,8 +155,8 @@ fn refuses_loose_and_hinged_parts() {
     assert_says(&hinged.to_string(), &["body1", "singular at the node at (", "direction"]);
 }
 
-/// Truth: parts that share only an edge, a piece of an edge or a node can rotate against each other. There is no memory for a
-/// factorisation of the stiffness matrix, and conjugate gradients report the loose connection.
+/// Truth: parts that share only an edge, a piece of an edge or a node can rotate against each other. The memory limit excludes a
+/// factorisation of the stiffness matrix, so that conjugate gradients must report the loose connection.
 #[test]
 fn refuses_hinged_parts_without_a_factor() {
     for offset in [[1.0, 0.0, 1.0], [1.0, 0.5, 1.0], [1.0, 1.0, 1.0]] {

@@ -142,10 +142,10 @@ fn complete_contact_is_exact() {
     }
 }
 
-/// Truth: a frame much larger than the contact is not affected by its periodic images. The nearest images at the distance L bend
-/// the surface by P / (π E* L³). This is about 2e-3 of the gap's 1 / (2 R). Both grids have the same cells. Cell tractions are
-/// constant on the open frame and smooth on the periodic one. This changes the peak by less than 5e-3 with 16 cells along the
-/// contact.
+/// Truth: a frame much larger than the contact is not affected by its periodic images. The gap of the sphere is r² / (2 R). The
+/// nearest images at the distance L change its coefficient 1 / (2 R) by P / (π E* L³), about 2e-3 of the coefficient. Both grids
+/// have the same cells. Cell tractions are constant on the open frame and smooth on the periodic one. This changes the peak by less
+/// than 5e-3 with 16 cells along the contact.
 #[test]
 fn large_frames_agree_with_open_ones() {
     let (load, gap) = (60.0, sphere(50.0));
@@ -182,7 +182,7 @@ fn partial_slip_of_a_line_contact() {
 }
 
 /// Truth: the gap is evaluated at the nearest periodic image. A sphere that is off the centre by a third of a period has the
-/// shifted gap of the centred one.
+/// shifted gap of a centred sphere.
 #[test]
 fn shapes_stand_at_their_nearest_image() {
     let frame =

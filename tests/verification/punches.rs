@@ -162,7 +162,7 @@ fn a_tilting_punch() {
         (0..2).for_each(|k| {
             assert!((again.rotation[k] - found.rotation[k]).abs() < 1e-5 * found.rotation[1].abs())
         });
-        // The rotation of the solution, prescribed, needs the same moment.
+        // If the rotation of this solution is prescribed, the moment is the same.
         let turned = Step { tilt: Some(Tilt::Rotation(found.rotation.map(f64::to_radians))), ..press(force) };
         let held = last(&flat, &[turned]);
         (0..2).for_each(|k| assert!((held.moment[k] - moment[k]).abs() < 1e-5 * 200.0));
@@ -255,8 +255,8 @@ impl Flexibility for Springs {
     }
 }
 
-/// Result for a disc of radius 1 with 100 cells across on springs of unit stiffness under unit pressure, after large sliding. The
-/// disc moves by `distance` along x and turns by `angle` (radians), many times the deflection of the springs.
+/// Result for a disc of radius 1 after large sliding on springs of unit stiffness. The disc has 100 cells across and carries unit
+/// pressure. It moves by `distance` along x and turns by `angle` (radians), many times the deflection of the springs.
 fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
     let frame = frame(&disc(1.0), 1.0, 100);
     let n = frame.n_cells();
@@ -274,8 +274,8 @@ fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
 }
 
 /// Truth: case `spin-slide-isotropic` (Contensou 1963). A disc under uniform pressure slides at lambda times the spin velocity of
-/// its edge. Force and moment agree to 1e-3 of the load with 100 cells. The reported values act on the lower body, opposite to
-/// those on the disc. Pure sliding gives mu P, pure spin (2/3) mu P a.
+/// its edge. Force and moment agree to 1e-3 of the load with 100 cells. The reported force and moment act on the lower body,
+/// opposite to the force and moment on the disc. Pure sliding gives mu P, pure spin (2/3) mu P a.
 #[test]
 fn spinning_and_sliding() {
     let far = 1e6;

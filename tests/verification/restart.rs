@@ -46,7 +46,7 @@ fn origin() -> Provenance {
     Provenance::new(serde_json::Value::Null, Vec::new())
 }
 
-/// All results of a run that the scene determines, as text and bits.
+/// All results of a run that the scene determines (no computing times), as text and bits.
 #[derive(PartialEq)]
 struct Outcome {
     records: Vec<String>,
@@ -237,7 +237,7 @@ shift = { distance = 0.0, angle = 0.0 }
     );
 }
 
-/// Truth: the uninterrupted run, where the windows of a frame shrink. This run reuses the grids of earlier windows.
+/// Truth: the uninterrupted run, in which the windows of a frame shrink and the grids of earlier windows are reused.
 #[test]
 fn windows_that_shrink() {
     let steps = r#"
@@ -351,6 +351,6 @@ increments = 2
     let mut frame = ContactFrame::grid([1.2, 1.2], [8, 8], [0.0, 0.0], 0.0).expect("a frame");
     let near = |cell| frame.plane_coordinates(cell).iter().map(|x| x * x).sum::<f64>() < 0.1;
     frame.candidates = Some((0..frame.n_cells()).map(near).collect());
-    // Each run condenses the body again.
+    // Only some checkpoints are used, because each run condenses the body again.
     check_every(usual_or_finest(6, 2), &scene, Some(&frame));
 }

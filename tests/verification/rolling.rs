@@ -18,12 +18,14 @@ fn roll(quarter_turns: u8, creepage: [f64; 2], spin: f64) -> Step {
     Step { rolling: Some(Rolling { quarter_turns, creepage, spin, distance: 1.0 }), ..step("roll") }
 }
 
-/// Equal steel cylinders: relative radius (mm), line load (N/mm), friction coefficient. `half_width` returns the half-width of the
-/// contact.
+/// Relative radius of two equal steel cylinders, mm.
 const RADIUS: f64 = 20.0;
+/// Load per length, N/mm.
 const LOAD: f64 = 500.0;
+/// Friction coefficient.
 const MU: f64 = 0.3;
 
+/// Half-width of the contact, mm (Hertz).
 fn half_width() -> f64 {
     let modulus = 0.5 * 210e3 / 0.91;
     (4.0 * LOAD * RADIUS / (PI * modulus)).sqrt()
@@ -136,8 +138,8 @@ fn kalker_circle() {
     }
 }
 
-/// Truth: far beyond adhesion every cell slides against the creepage v. Q = μP along the creepage, on body 1 in its direction. For
-/// a friction ellipse Q = P M² v / |M v| with M = diag(μ1, μ2).
+/// Truth: if the creepage v is far beyond the limit of adhesion, every cell slides. The friction on body 1 is Q = μP in the
+/// direction of v. For a friction ellipse Q = P M² v / |M v| with M = diag(μ1, μ2).
 #[test]
 fn full_sliding() {
     let load = 300.0;
@@ -212,7 +214,7 @@ fn wear_per_rolled_distance() {
 }
 
 /// Truth: forces on cells of full and of half the size agree to 0.1 %. Tilted fibres couple pressures and tractions. On the finer
-/// cells Newton's method converges alone.
+/// cells Newton's method converges without another method.
 #[test]
 fn rolling_on_tilted_fibres() {
     let rolled = |cells| {
@@ -228,9 +230,9 @@ fn rolling_on_tilted_fibres() {
     }
 }
 
-/// Truth: `max_iterations` is the only limit on the iterations of a step. With a three hundred times smaller friction coefficient
-/// across, many iterations (more than 500) are needed on the cells in contact. The result is certified and equals the result on the
-/// whole frame.
+/// Truth: `max_iterations` is the only limit on the iterations of a step. With one semi-axis of the friction ellipse three hundred
+/// times smaller than the other, the cells in contact need more than 500 iterations. The result is certified and equals the result
+/// on the whole frame.
 #[test]
 fn rolling_with_little_friction_across() {
     let mut model = rectangle(&steel(), Some(&steel()), ([0.8; 2], [72, 60]), sphere(10.0));

@@ -103,8 +103,8 @@ fn a_sphere_rolls_under_a_moment() {
 
 /// Truth: case `lubkin-torsion`. A rigid sphere under a constant force carries 0.897338429 of the torque of full slip (3 pi / 16)
 /// mu P a. It sticks inside c = a / 2 and turns by 0.47272981 mu p0 / G. Tolerances of the catalogue: c within a cell, the angle to
-/// 1e-2. Torsion does not change the pressure (1e-6: residuals of 1e-8). Ten increments give the same twist to 2e-3, since the
-/// torque only grows. The resulting twist, prescribed, gives the same torque.
+/// 1e-2. Torsion does not change the pressure, to 1e-6 at residuals of 1e-8. Ten increments give the same twist to 2e-3, since the
+/// torque only grows. If the resulting twist is prescribed, the torque is the same.
 #[test]
 fn lubkin() {
     let (force, mu, g) = (1000.0, 0.3, 210e3 / 2.6);
@@ -207,7 +207,8 @@ fn a_spin_moment_needs_friction() {
     assert!(error.to_string().contains("spin moment"), "{error}");
 }
 
-/// Truth: prescribed forces and moments on an inclined contact act together. Each agrees with its prescribed value.
+/// Truth: prescribed forces and moments act together, here on inclined fibres under a rotated friction ellipse. Each agrees with
+/// its prescribed value.
 #[test]
 fn forces_and_moments_act_together() {
     let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.6, 32), sphere(RADIUS));

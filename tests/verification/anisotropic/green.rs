@@ -96,8 +96,8 @@ fn point_forces_along_the_axes() {
 }
 
 /// Truth: case `barnett-lothe-identities`. The tensors S, H and L depend only on the plane that contains the normal n and the
-/// direction m (at angle w in the surface). Hence L(w) = L(w + pi) and H(w) = H(w + pi). A turn of the body about m x n turns the
-/// tensors with it. Tolerance 1e-11 as published, but 1e-9 for H(w) = H(w + pi).
+/// direction m (at angle w in the surface). Hence L(w) = L(w + pi) and H(w) = H(w + pi). If the body is rotated about m x n, the
+/// tensors rotate with the body. Tolerance 1e-11 as published, but 1e-9 for H(w) = H(w + pi).
 #[test]
 fn barnett_lothe_tensors_belong_to_the_plane() {
     let materials = [cfrp_of_tables(), zinc(1.0), cubic(165.7, 63.9, 79.6), topaz()];

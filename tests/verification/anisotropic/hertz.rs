@@ -87,9 +87,9 @@ fn between(a: f64, b: f64) -> f64 {
 }
 
 /// Truth: the exact ellipses of the cases `aniso-hertz-cfrp` and `aniso-hertz-zinc-copper` under a rigid sphere of R = 10 mm. The
-/// catalogue's tolerances are 5e-3 for the approach and one cell for the semi-axes. The direction of the long axis holds to 1
-/// degree, or to 5 degrees where a / b < 1.05. The semi-axes come from the second moments of the pressures. The peak pressure holds
-/// to 1e-2.
+/// catalogue's tolerances are 5e-3 for the approach and one cell for the semi-axes. The direction of the long axis agrees to 1
+/// degree, or to 5 degrees where a / b < 1.05. The semi-axes come from the second moments of the pressures. The peak pressure
+/// agrees to 1e-2.
 #[test]
 fn spheres_on_crystals_and_cfrp() {
     for case in cases() {

@@ -10,7 +10,8 @@ use crate::crystals::{nearly_isotropic, zinc};
 
 /// Truth: case `str-near-degenerate-roots`. With the axis of a transversely isotropic solid along x, waves along y have a triple
 /// Stroh root. The admittance H is smooth there. At angles ±d (1e-12 to 1e-3 rad) from this direction, half the difference of the
-/// two values of H is at most 2 d. Their mean differs by at most 10 d² from H at d = 0. Both bounds are relative, plus 1e-9.
+/// two values of H is at most 2 d. The mean of the two values differs by at most 10 d² from H at d = 0. Both bounds are relative to
+/// the largest entry of H and increased by 1e-9.
 #[test]
 fn directions_next_to_a_degenerate_plane() {
     let green = SurfaceGreen::new(&about_y(&zinc(1.0), 90.0), Side::Lower).expect("a Green's function");

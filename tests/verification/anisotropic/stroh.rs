@@ -55,8 +55,8 @@ fn distance(a: &Matrix3<C>, b: &Matrix3<C>) -> f64 {
 }
 
 /// Truth: case `barnett-lothe-identities`, the admittance from Stroh's eigenvectors. In 36 directions of two cuts, the tensors of
-/// the direction and the series of the Green's function agree with it to 1e-9. As in the catalogue, no direction is close to
-/// degenerate roots.
+/// the direction and the series of the Green's function agree with this admittance to 1e-9. As in the catalogue, no direction is
+/// close to degenerate roots.
 #[test]
 fn eigenvectors_agree_with_the_integrals() {
     let materials = [

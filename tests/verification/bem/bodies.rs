@@ -175,7 +175,7 @@ fn the_block_of_finite_elements() {
 }
 
 /// A block of half-width and height `size`, from z = 0 along `up`. Four elements lie along each side of the central square of
-/// half-width 1. The elements grow from there on.
+/// half-width 1. Outside this square the elements grow.
 pub(super) fn graded(size: f64, up: f64) -> Mesh {
     let grown = |t: f64, n: f64| {
         let ratio = (size - 1.0).powf(1.0 / n) + 0.6;

@@ -102,7 +102,7 @@ impl Cells {
         }
     }
 
-    /// Norm √Σ a x² weighted by the areas a of the cells. The flexibility S is symmetric in its inner product.
+    /// Norm √Σ a x² weighted by the areas a of the cells. The flexibility S is symmetric in the inner product of this norm.
     fn norm(&self, values: &[f64]) -> f64 {
         values
             .chunks(self.n())
@@ -310,8 +310,8 @@ pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
 }
 
 /// Truth: the solution with the dense operator. Indentation and tangential displacement with friction give forces that agree to ten
-/// tolerances. The certificate checks the operator by direct sums. Under a force without friction, the approach agrees to 1e-7.
-/// With its approximate inverse the compressed operator needs no more products than the dense one.
+/// times the tolerance. The certificate checks the operator by direct sums. Under a force without friction, the approach agrees to
+/// 1e-7. With its approximate inverse the compressed operator needs no more products than the dense one.
 #[test]
 fn contacts_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(24);

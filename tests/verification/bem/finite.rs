@@ -67,7 +67,7 @@ pub(super) fn flat(values: impl Iterator<Item = Point>) -> Vec<f64> {
     values.flat_map(|x| [x.x, x.y, x.z]).collect()
 }
 
-/// Solution for the body `elements`, with known displacements where `held` holds and known tractions elsewhere.
+/// Solution for the body `elements`, with known displacements where `held` is true and known tractions elsewhere.
 pub(super) fn solved(
     elements: &BoundaryElements,
     domain: Domain,
@@ -232,8 +232,9 @@ fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Doma
 }
 
 /// Truth: Lamé's solutions. Under a pressure p the radius R of a solid sphere shrinks by p R (1 - 2ν) / E, and the wall of a cavity
-/// moves by p R / (4 G). Errors fall with order 1 for constant elements and order 2 for linear and quadratic ones. The geometry of
-/// quadratic elements is of order 2 at the corners of the cube. With 384 linear elements the errors are below 1e-3.
+/// moves by p R / (4 G). Errors fall with order 1 for constant elements and order 2 for linear and quadratic ones. Quadratic
+/// elements have only order 2, because their geometry has this order at the corners of the cube. With 384 linear elements the
+/// errors are below 1e-3.
 #[test]
 fn spheres_under_pressure() {
     for domain in [Domain::Interior, Domain::Exterior] {

@@ -18,7 +18,7 @@ fn body(n: usize, interpolation: Interpolation, stiffness: &Stiffness) -> Bounda
     elements(cube(n, false, |x| x), interpolation, stiffness, 1e-7)
 }
 
-/// Solution for the body, with known displacements of the components where `held` holds and known tractions elsewhere.
+/// Solution for the body, with known displacements of the components for which `held` is true and known tractions of the others.
 fn solved(
     elements: &BoundaryElements,
     held: impl Fn(&Point) -> [bool; 3],
@@ -86,7 +86,8 @@ fn the_dense_equations() {
 }
 
 /// Truth: a body whose base is displaced and turned moves as a whole. Translations are exact to 2e-6, some thirty times the
-/// rounding of single precision (6e-8), because the diagonal blocks are computed from them. Rotations hold to 6 tolerances.
+/// rounding of single precision (6e-8), because the diagonal blocks are computed from translations. Rotations are exact to 6
+/// tolerances.
 #[test]
 fn rigid_motions() {
     let elements = body(6, LinearElements, &steel());
@@ -101,7 +102,7 @@ fn rigid_motions() {
 }
 
 /// Truth: a linear field, which linear elements represent exactly. It is prescribed by its displacements on one side and its
-/// tractions on the others, or by its tractions alone with zero mean motion. Displacements hold to six times the tolerance.
+/// tractions on the others, or by its tractions alone with zero mean motion. Displacements are exact to six times the tolerance.
 #[test]
 fn uniform_strain() {
     let elements = body(usual_or_finest(5, 6), LinearElements, &cfrp());

@@ -177,7 +177,7 @@ fn flux(
 /// zero. The surfaces are spheres, an ellipsoid off the centre and a cube.
 #[test]
 fn equilibrium() {
-    // Tractions under a tilted fibre vary over shorter distances.
+    // Tractions in the material with tilted fibres vary over shorter distances and need more points.
     for (stiffness, n) in [(steel(), 30), (im7(30.0), 90)] {
         let field = FullSpaceField::new(&stiffness).unwrap();
         let ones = Point::from_element(1.0);

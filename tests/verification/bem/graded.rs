@@ -52,8 +52,8 @@ fn cells_of_unlike_size_keep_the_tolerance() {
 }
 
 /// Truth: a body recovers its displacements by the very operator that `take_flexibility` returned, bit by bit. If no block may be
-/// omitted, this is the dense operator, also in a body whose operator was not taken. Otherwise it is compressed to 1e-3 and differs
-/// from the dense operator.
+/// omitted, the operator is dense, also in a body whose operator was not taken. Otherwise it is compressed to 1e-3 and differs from
+/// the dense operator.
 #[test]
 fn fields_are_those_of_the_operator_that_was_taken() {
     let cells = Cells::irregular(30);
@@ -88,8 +88,8 @@ fn fan(n: usize) -> Cells {
 
 /// Truth: pressures with the dense operator under a sphere. A gap error of the tolerance changes the pressure of a cell by
 /// tolerance × contact size / cell size. This ratio of sizes is at most 28 for cells of mean size. The bound of 112 tolerances
-/// allows four times this value for cells just too large for a tighter tolerance. The smallest cells, with sides 1e5 times smaller,
-/// do not need more. The lower bound shows that the operator is not exact.
+/// allows four times this value for cells just too large for a tighter tolerance. The bound suffices for the smallest cells, too,
+/// with sides 1e5 times smaller. The lower bound shows that the operator is not exact.
 #[test]
 #[ignore = "11 s; usual: bem::compressed::contacts_are_those_of_the_dense_operator"]
 fn pressures_follow_the_tolerance() {
@@ -178,8 +178,8 @@ fn rings(n_rings: usize, n_sectors: usize) -> Cells {
     Cells::of(cells)
 }
 
-/// Truth: catalogue `str-graded-mesh`, F = 2 E* a delta under a rigid flat punch of radius a at the approach delta (Boussinesq), on
-/// cells that get a thousand times smaller towards the edge. The catalogue's tolerance is 1e-4, for values extrapolated with second
+/// Truth: catalogue `str-graded-mesh`, F = 2 E* a delta under a rigid flat punch of radius a at the approach delta (Boussinesq).
+/// Towards the edge, the cells get a thousand times smaller. The catalogue's tolerance is 1e-4, for values extrapolated with second
 /// order in the angle of a sector and the growth of a ring. All pressures and the influences of every fifth cell are positive.
 /// Along a sector, pressures grow from ring to ring.
 #[test]

@@ -12,8 +12,8 @@ use serde_json::Value;
 use std::f64::consts::PI;
 
 /// Truth: the admittance M, the Green's function H on the unit circle and cell integrals K of an independent program, with 12
-/// digits (tests/data/half-space-table.json). The tolerance is 1e-9 of the largest entry of the matrix (for Im M of Re M), because
-/// that program truncated its series.
+/// digits (tests/data/half-space-table.json). The tolerance is 1e-9 of the largest entry of the matrix (of Re M for both parts of
+/// M), because that program truncated its series.
 #[test]
 fn kernels_agree_with_an_independent_program() {
     let table: Value = serde_json::from_str(include_str!("../../data/half-space-table.json")).expect("JSON");

@@ -247,8 +247,8 @@ fn a_block_of_finite_elements() {
     }
 }
 
-/// Truths: a uniform pressure on a square of CuAlNi (cubic, Zener's ratio 12) causes the same stress as on its 64 parts. An
-/// independent program (Stroh's formalism, integrals over angles and the square) gives two values in % of the pressure: σ_x =
+/// Truths: a uniform pressure on a square of CuAlNi (cubic, Zener's ratio 12) causes the same stress as on its 64 parts together.
+/// An independent program (Stroh's formalism, integrals over angles and the square) gives two values in % of the pressure: σ_x =
 /// -73.285 at a depth of 0.25 and σ_z = -98.621 at 0.15.
 #[test]
 fn below_a_cubic_crystal() {

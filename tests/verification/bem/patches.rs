@@ -92,7 +92,8 @@ fn uniform_pressure_on_a_disc() {
 }
 
 /// Truth: the multipole expansion F / (π E* r) (1 + L^2 / (24 r^2)) of a square of side L under the force F. At r = 1e3 L and 1e6 L
-/// on an axis it holds to 1e-10, where the exact edge formula has lost digits. For CFRP at 1e6 L, Γ(φ) F / r holds to 1e-11.
+/// on an axis it agrees to 1e-10, where the exact edge formula has lost digits. For CFRP at 1e6 L, the displacement is Γ(φ) F / r
+/// to 1e-11.
 #[test]
 fn far_targets_do_not_cancel() {
     let reduced = 210e3 / (1.0 - 0.09);

@@ -99,7 +99,7 @@ fn oblique_wave_equals_the_sum_over_images() {
     }
 }
 
-/// Cosine and sine parts of the displacements of the cells ix = d due to a load cos(k y) on the cells ix = 0, with k = 2π
+/// Cosine and sine parts of the displacements of the cells ix = d due to a load cos(k y) on the cells ix = 0. Here k = 2π
 /// `harmonic` / period. The operator is open along x.
 fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d: usize) -> [Matrix3<f64>; 2] {
     let n = cells[0] * cells[1];
@@ -124,7 +124,7 @@ fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d:
 
 /// Truth: the sum over images of exact cell integrals along the periodic direction. A load cos(k y) or sin(k y) on thin cells is
 /// cut off smoothly. Wavelengths are far longer or far shorter than the frame, fibres lie in the surface or out of it. The
-/// tolerance 1e-5 of the largest entry covers the cut-off and the harmonics of the thin cells, (π² / 6) / 1000² of the odd entries.
+/// tolerance 1e-5 of the largest entry covers the cut-off and the harmonics of the thin cells, (π² / 6) / 1000² of the sine part.
 #[test]
 fn open_direction_equals_the_sum_over_images() {
     for (tilt, length, harmonic, count) in
@@ -167,9 +167,9 @@ fn open_direction_equals_the_sum_over_images() {
     }
 }
 
-/// Truth: one long cell, whose influences tend to those of plane strain. Differences of influences do not depend on the datum. A
-/// cell of length 2 Y differs from an infinite one by d / Y in the odd entries: 2e-5 for Y = 5e5 h and a distance d = 9 h, with the
-/// cell width h.
+/// Truth: the influences of one long cell, which tend to the influences in plane strain. Only differences of influences are
+/// compared, because they do not depend on the datum. A cell of length 2 Y differs from an infinite one by d / Y in the entries
+/// that are odd in d: 2e-5 for Y = 5e5 h and a distance d = 9 h, with the cell width h.
 #[test]
 fn plane_strain_equals_a_long_cell() {
     for tilt in [0.0, 30.0] {
@@ -193,7 +193,7 @@ fn plane_strain_equals_a_long_cell() {
 }
 
 /// Truth: the datum of plane strain. The mean line load on an isotropic half-space causes no displacement at the distance w, half
-/// the width of the frame: `K_nn(d) = -2 (1 - ν²) / (π E) ∫ ln(|x| / w) dx` over the cell at the distance d.
+/// the width of the frame. Hence `K_nn(d) = -2 (1 - ν²) / (π E) ∫ ln(|x| / w) dx` over the cell at the distance d.
 #[test]
 fn plane_strain_vanishes_at_half_the_width() {
     let below = green(&steel(), Side::Lower);
@@ -212,8 +212,8 @@ fn plane_strain_vanishes_at_half_the_width() {
     }
 }
 
-/// Truth: Betti's theorem on any frame. S is positive definite, except for uniform tractions on a frame that is periodic in both
-/// directions: they cause no displacement. Cases include odd numbers of cells and single cells.
+/// Truth: by Betti's theorem S is symmetric on any frame. S is positive definite, except for uniform tractions on a frame that is
+/// periodic in both directions, which cause no displacement. Cases include odd numbers of cells and single cells.
 #[test]
 fn symmetric_and_positive() {
     let cases = [

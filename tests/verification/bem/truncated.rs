@@ -7,8 +7,8 @@ use orthowear::material::Stiffness;
 
 use crate::common::{im7, steel, usual_or_finest};
 
-/// Relative difference of the works of uniform tractions from the exact half-space, with elements out to `half_size`. The frame has
-/// half-width 1 and `n` cells along each side, and is turned in its plane.
+/// Relative difference between the work of uniform tractions on a truncated half-space and on the exact one. Its elements extend
+/// out to `half_size`. The frame has half-width 1 and `n` cells along each side, and is turned in its plane.
 fn difference(stiffness: &Stiffness, side: Side, (half_size, n): (f64, usize)) -> f64 {
     let frame = ContactFrame::grid([1.0; 2], [n; 2], [0.3, -0.2], 0.4).unwrap();
     let spec = TruncatedSpec { stiffness, half_size };

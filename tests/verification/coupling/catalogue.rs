@@ -1,4 +1,4 @@
-//! Cases of the catalogue's area "finite-body-contact" that need two meshed bodies, shifted frames, and a layer under a flat punch.
+//! Cases of the catalogue's area "finite-body-contact": two meshed bodies, shifted frames, and a layer under a flat punch.
 
 use super::bricks::{Brick, rollers, spec, straight, support, wavy};
 use super::grids::{boxes, growing, steps};
@@ -210,7 +210,8 @@ fn bonded_layer(nu: f64) -> f64 {
 
 /// Truth: catalogue `str-near-incompressible`, kappa of a bonded layer with a / h = 1 by its integral equation, which gives the
 /// published 2.483524629 at nu = 0.3. Mean-dilatation elements agree to 2 % up to nu = 0.499 and 5 % at 0.4999. The error of
-/// enhanced elements on the same mesh is more than three times as large at 0.4999. This is why a scene with them gets a warning.
+/// enhanced elements on the same mesh is more than three times as large at 0.4999. This is why a scene with enhanced elements gets
+/// a warning.
 #[test]
 fn nearly_incompressible_layers() {
     assert!(relative(bonded_layer(0.3), 2.483524629) < 1e-9, "{}", bonded_layer(0.3));

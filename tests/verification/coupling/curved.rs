@@ -53,9 +53,8 @@ fn the_gap_of_a_meshed_sphere() {
     assert!(body.surface().is_some());
 }
 
-/// Truth: the cells of a frame made of the curved faces are the faces. Each row of the map is the average over its face (weights
-/// sum to 1, four nodes). The tilts of the normals and the gap between the mesh and the plane z = 0 are those of the sphere, to
-/// 1e-3.
+/// Truth: a frame built from the curved faces has one cell per face. Each row of the map is the average over its face (weights sum
+/// to 1, four nodes). The tilts of the normals and the gap between the mesh and the plane z = 0 agree with the sphere to 1e-3.
 #[test]
 fn a_frame_of_curved_faces() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");

@@ -83,7 +83,7 @@ fn persson_angle(stiffness: f64) -> f64 {
 /// the library, confirms both. For the harmonic n of the pressure, p_n, the radial displacements of disc and hole add up to 4 n /
 /// (E* (n^2 - 1)) p_n R.
 ///
-/// The angle holds to within one face (3 degrees), the pressure to 4 %. The core of 0.1 R and the plate of 10 R change the fields
+/// The angle agrees to within one face (3 degrees), the pressure to 4 %. The core of 0.1 R and the plate of 10 R change the fields
 /// by 1 % each. The clearance of 0.02 R changes them by 2 %, because the theory has one radius. The middle of a flat face of 3
 /// degrees and length h lies h^2 / 8R = 0.0034 mm inside the circle (1.7 % of the clearance). The frame is made of the coarser
 /// faces, of either the hole or the pin.
@@ -107,9 +107,9 @@ fn pin_in_hole() {
 }
 
 /// Truth: turning the frame normal n about the axis of the pin turns the result. If n stays vertical, the pin is lifted to the
-/// middle and then shifted along x. The tangential force is then the force along the turned n. Both motions start from first touch,
-/// whose distance is the clearance of the circles (to 2 %), not of their chords. The far side of the full circles carries no
-/// pressure. The relative tolerance is 1e-7 at a solver tolerance of 1e-8.
+/// middle and then shifted along x. The tangential force is then the force along the turned n. Both motions start from first touch.
+/// The distance to first touch is the clearance of the circles (to 2 %), not of their chords. The far side of the full circles
+/// carries no pressure. The relative tolerance is 1e-7 at a solver tolerance of 1e-8.
 #[test]
 fn pin_pressed_sideways() {
     let (hole, pin) = (plate(2.0 * PI, 48), pin(2.0 * PI, 72));
@@ -171,7 +171,7 @@ fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
 const RAISED: f64 = 1.01912;
 
 /// Truth: [`RAISED`] and the stick zone of the same program. The bodies are boundary-element half-spaces with cells of 2 m along
-/// the roller. The tolerance 5e-4 covers cells of 0.03 a, where a is half the contact width. The stick zone holds to a cell.
+/// the roller. The tolerance 5e-4 covers cells of 0.03 a, where a is half the contact width. The stick zone agrees to one cell.
 #[test]
 fn friction_raises_the_pressure_of_a_roller() {
     let materials = [Stiffness::isotropic(70e3, 0.3).unwrap(), steel()];
@@ -190,7 +190,7 @@ fn friction_raises_the_pressure_of_a_roller() {
 }
 
 /// Truth: NAFEMS benchmark 1 (A. W. A. Konter, 2006). A steel roller of 50 mm on aluminium under 35 kN/mm has Hertz's half-width
-/// a = 6.2146 mm and peak pressure p0 = 3585.37 MPa. a holds within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell).
+/// a = 6.2146 mm and peak pressure p0 = 3585.37 MPa. a agrees within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell).
 /// Friction of 0.1 raises p0 as between half-planes of the two materials ([`RAISED`], to 0.2 %). Descriptions of the benchmark
 /// expect less than 1 %, which its equations do not give. The contact slips at its edge and sticks in the middle.
 #[test]
@@ -241,7 +241,7 @@ fn cells_beyond_the_other_body() {
 }
 
 /// Truth: where two sheets of faces lie over a cell, the nearer one counts. A second layer of the same body further away does not
-/// change the map, and the gap is that of the nearer sheet. Two sheets under a grid are refused.
+/// change the map, and the gap is the gap to the nearer sheet. Two sheets under a grid are refused.
 #[test]
 fn the_nearest_of_two_sheets() {
     let block = boxes(&[steps(-1.0, 1.0, 4), steps(-1.0, 1.0, 4), steps(-2.0, 0.0, 2)], false, |x| x);

@@ -110,7 +110,7 @@ fn forces_on_both_bodies_balance() {
 }
 
 /// Truth: A S = (A S)^T for the cell areas A, because one map serves forces and displacements. P^T A S P > 0 for tractions P. The
-/// diagonal blocks and the normal part are those of S. The mean displacement of the recovered fields is S P. The tolerance 1e-12
+/// diagonal blocks and the normal operator agree with S. The mean displacement of the recovered fields is S P. The tolerance 1e-12
 /// covers rounding.
 #[test]
 fn condensed_flexibility_is_symmetric_and_consistent() {

@@ -95,8 +95,8 @@ fn dense_stiffness(model: &FeModel) -> DMatrix<f64> {
 }
 
 /// Truth: the condensed stiffness of a free body has six zero modes, its rigid motions, and no others (catalogue
-/// condensed-rigid-modes, 1e-10 scaled). Its product with the generalised flexibility reproduces every force in equilibrium. The
-/// internal supports of the solver carry no reaction at single nodes, even under forces with a resultant.
+/// condensed-rigid-modes, 1e-10 scaled). The condensed stiffness times the generalised flexibility reproduces every force in
+/// equilibrium. The internal supports of the solver cause no reaction at single nodes, even if the forces have a resultant.
 #[test]
 fn a_free_body_has_six_zero_modes() {
     let mut free = spec(upper_mesh(wavy, 1.0), &material(210e3, 0.3));
@@ -144,9 +144,9 @@ fn a_free_body_has_six_zero_modes() {
 }
 
 /// Truth: catalogue two-blocks-stack with an unconstrained upper block. A uniform pressure p shortens blocks of height L1 and L2 by
-/// p (L1/E1 + L2/E2). The approach is the mean motion of the upper block, p (L1/E1 + L2/(2 E2)). The elements are exact, hence
-/// 1e-9. Two variants have nodes numbered backwards, which moves the internal supports, or supports that leave three rigid motions
-/// free.
+/// p (L1/E1 + L2/E2). The approach is the mean motion of the upper block, p (L1/E1 + L2/(2 E2)). The elements represent this
+/// solution exactly, so the tolerance is 1e-9. In one variant the nodes are numbered backwards, which moves the internal supports.
+/// In another, supports leave three rigid motions free.
 #[test]
 fn a_floating_block_on_another() {
     let (p, l1, e1, l2, e2) = (10.0, 5.0, 210e3, 8.0, 70e3);
@@ -218,9 +218,9 @@ fn backwards(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Truth: catalogue incline-block. A block of weight W at an angle carries the forces N = W cos and T = W sin of the angle, to
-/// 1e-9. Friction holds the block up to atan(0.3) = 16.699 degrees. Beyond this angle the message reports gross sliding down the
-/// slope, with the load factor tan(16.699)/tan(16.8) (1e-3). Forces and moments on the block balance.
+/// Truth: catalogue incline-block. A block of weight W on an incline of angle a carries N = W cos a and T = W sin a, to 1e-9.
+/// Friction holds the block up to atan(0.3) = 16.699 degrees. Beyond this angle the message reports gross sliding down the slope,
+/// with the load factor tan(16.699)/tan(16.8), to 1e-3. Forces and moments on the block balance.
 #[test]
 fn a_block_on_an_incline() {
     for (degrees, holds) in [(16.0_f64, true), (16.6, true), (16.8, false)] {
@@ -268,8 +268,8 @@ fn balances(body: &FeBody, result: &RunResult) {
     assert!(force.norm() < 1e-9 * size && moment.norm() < 1e-9 * size, "{force} {moment} {size}");
 }
 
-/// Truth: equilibrium. An eccentric, oblique load acts together with prescribed forces, and the moments balance as well as the
-/// forces. A block at another place gives the same tractions to 1e-9 of the largest, with and without friction.
+/// Truth: equilibrium. An eccentric, oblique load acts together with prescribed forces, and both forces and moments balance. A
+/// block at another place gives the same tractions to 1e-9 of the largest, with and without friction.
 #[test]
 fn an_eccentric_load_tilts_a_block() {
     let run_at = |offset: [f64; 3], friction: FrictionLaw, slope: f64| {
@@ -376,8 +376,8 @@ fn loads_that_nothing_balances() {
 }
 
 /// Truth: prescribed forces and prescribed displacements lead to the same state. The frame has the curved faces of a sphere cap as
-/// cells. A first run prescribes approach and tangential displacement. Its forces, prescribed in a second run, give the same motion
-/// to 1e-7 and the same tractions to 1e-6. The solver tolerance is 1e-11.
+/// cells. A first run prescribes approach and tangential displacement. A second run prescribes the resulting forces, and gives the
+/// same motion to 1e-7 and the same tractions to 1e-6. The solver tolerance is 1e-11.
 #[test]
 fn forces_on_a_curved_frame() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");

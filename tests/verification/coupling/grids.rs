@@ -32,7 +32,7 @@ pub fn growing(from: f64, to: f64, first: f64, n: usize) -> Vec<f64> {
 }
 
 /// Hexahedra on the grid of `axes`, with the groups [`SIDES`]. `place` moves the nodes and must keep the orientation. If `closed`,
-/// the last plane of the first coordinate is the first plane.
+/// the last plane of the first coordinate coincides with the first plane.
 pub fn boxes(axes: &[Vec<f64>; 3], closed: bool, place: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
     let [nx, ny, nz] = [0, 1, 2].map(|k: usize| axes[k].len() - 1);
     let planes = if closed { nx } else { nx + 1 };

@@ -122,7 +122,8 @@ fn forces_and_moments_are_kept() {
     assert!(force.amax() < 1e-12 && moment.amax() < 1e-12, "{force} {moment}");
 }
 
-/// Truth: the documented refusal of cells that extend beyond the edge. The message names the cell and the fix.
+/// Truth: the documented refusal of cells that extend beyond the edge. The message names the cell and the fix. Faces that look away
+/// from the frame cover 0 % of a cell.
 #[test]
 fn a_cell_over_the_edge_is_refused() {
     let mesh = brick(false, false);

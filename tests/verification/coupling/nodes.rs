@@ -58,7 +58,8 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
         (ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap(), 0.0),
     ] {
         let index = |x: f64, side: f64| (2.0 * x / side).round() as i64;
-        // The centres of the faces lie half a cell from the nodes, at odd multiples of half a side, rounded down here.
+        // Coordinates are counted in half sides. Nodes have even numbers. Centres of faces have odd numbers, which the division by
+        // 2 rounds down.
         let sign = |cell: usize| {
             let x = &frame.centers[cell];
             let [i, j] = [index(x.x + 2.0, 4.0 / 6.0), index(x.y + 1.5, 3.0 / 5.0)];

@@ -98,7 +98,7 @@ fn ring(radii: Vec<f64>, n: usize) -> Mesh {
     mesh
 }
 
-/// Truth: Persson's closed form (see curved_pairs.rs), here for a clearance of 0.005 R. The peak pressure holds to 3 %. The faces
+/// Truth: Persson's closed form (see curved_pairs.rs), here for a clearance of 0.005 R. The peak pressure agrees to 3 %. The faces
 /// of order 2 over 7.5 degrees lie within 2e-4 mm of the circle (flat faces: 0.02 mm inside). The core of 0.1 R and the outer
 /// radius 10 R of the plate cause 1 % each. The mean over a cell of 7.5 degrees causes 0.4 % of the peak.
 #[test]

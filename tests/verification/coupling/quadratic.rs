@@ -63,7 +63,7 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
 
 /// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node j (docs/theory-coupling.md). A_I is the
 /// area of cell I, and I_Ij is the mean of the shape function N_j over the cell. The integrals are negative at the corners of quad8
-/// and zero at the corners of tri6. The cells are those of a grid or the faces themselves. The tolerance is 1e-12 of the area of
+/// and zero at the corners of tri6. The cells form a grid, or they are the faces themselves. The tolerance is 1e-12 of the area of
 /// the face (rounding).
 #[test]
 fn weights_sum_to_the_consistent_loads() {

@@ -54,8 +54,8 @@ fn active_set(matrix: &DMatrix<f64>, gap: &[f64]) -> Vec<f64> {
 }
 
 /// Truth: the complementarity problem, solved by elimination with the matrix of the normal flexibility S_nn. The tolerance 1e-6 of
-/// the largest pressure is the residual 1e-10 times the condition number of S_nn. The resulting force, prescribed, gives the
-/// approach again.
+/// the largest pressure is the residual 1e-10 times the condition number of S_nn. If the resulting force is prescribed, the
+/// approach is the same.
 #[test]
 fn a_plate_on_a_soft_foundation() {
     let frame = ContactFrame::grid([9.8, 1.4], [26, 3], [0.0; 2], 0.0).unwrap();

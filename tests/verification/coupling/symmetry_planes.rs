@@ -16,14 +16,15 @@ use orthowear::geometry::Point;
 use orthowear::mesh::Mesh;
 use orthowear::simulation::build;
 
-/// Two blocks, or their part on one side of some symmetry planes. Either body 1 is domed or the gap is a sphere's.
+/// Two blocks, or the part of them on one side of one or two symmetry planes. Either body 1 is domed, or the gap is the gap of a
+/// sphere.
 #[derive(Clone)]
 struct Pair {
     /// Number of symmetry planes: 0 (full), 1 (y = 0) or 2 (also x = 0).
     planes: usize,
-    /// Whether body 1 is domed. Otherwise both bodies are flat and the gap is a sphere's.
+    /// Whether body 1 is domed. Otherwise both bodies are flat and the gap is the gap of a sphere.
     domed: bool,
-    /// Elements of body 1 and body 2: along half of the width in x and y, and along z.
+    /// Numbers of elements of body 1 and body 2: along half of the width (the same in x and y), and along z.
     cells: [[usize; 2]; 2],
     /// Half the width of body 1 along x and y. Body 2 is 1.1 times as wide.
     half_width: f64,
@@ -147,7 +148,7 @@ impl Pair {
 }
 
 /// Largest difference between a part model and the full one, in the records and in the tractions (relative to the peak pressure).
-/// The full model consists of `images` such parts.
+/// `images` is the number of part models that make up the full model.
 fn difference(part: &Found, full: &Found, images: f64) -> f64 {
     let mut worst = difference_of_records(part, full, images);
     let (n, all) = (part.centers.len(), full.centers.len());
@@ -164,7 +165,7 @@ fn difference(part: &Found, full: &Found, images: f64) -> f64 {
 }
 
 /// Largest difference between the records of a part model and of the full one. Forces are relative to the normal force, motions to
-/// the approach, areas to the contact area, peak pressures to the full model's.
+/// the approach, areas to the contact area, peak pressures to that of the full model.
 fn difference_of_records(part: &Found, full: &Found, images: f64) -> f64 {
     assert_eq!(part.records.len(), full.records.len());
     let mut worst = 0.0_f64;
@@ -258,8 +259,8 @@ fn every_method_and_coupling_keeps_to_the_plane() {
 }
 
 /// Truth: the full model, under forces and moments. The moment acts about y, the normal of the plane. The tangential force on the
-/// half model is half of that on the full model, although cells at the plane may carry tractions across it. The tolerance is 1e-9.
-/// For cycles it is 1e-5, because strokes are repeated until they change by less.
+/// half model is half of the force on the full model, although cells at the plane may carry tractions across it. The tolerance is
+/// 1e-9. For cycles it is 1e-5, because strokes are repeated only until their changes are below 1e-6.
 #[test]
 fn prescribed_forces_keep_to_the_plane() {
     let loads = |part: f64| {
@@ -284,8 +285,8 @@ fn prescribed_forces_keep_to_the_plane() {
             let full = Pair { domed, points, steps: steps(1.0), ..Pair::default() };
             let half = Pair { steps: steps(0.5), ..full.with_planes(1) }.run();
             let full = full.run();
-            // Tractions that alternate from face to face hardly move the bodies. Strokes repeated to 1e-6 determine the tractions
-            // of single faces less accurately, and the peak pressure is one of them.
+            // Tractions that alternate from face to face hardly move the bodies. If strokes are repeated to 1e-6, tractions of
+            // single faces, such as the peak pressure, are therefore less accurate. Only the records are compared.
             let (found, tolerance) = if points == "faces" && case == 1 {
                 (difference_of_records(&half, &full, 2.0), 1e-4)
             } else {
@@ -345,7 +346,7 @@ fn random_half_models() {
     let mut worst = 0.0_f64;
     for (index, pair) in scenes.iter().enumerate() {
         let half = pair.with_planes(1);
-        // A part model carries its part of the normal force.
+        // The half model carries half of the normal force.
         let text = half.text().lines().map(halved).collect::<Vec<_>>().join("\n");
         if let Some(folder) = &folder {
             for (kind, pair, text) in [("half", &half, &text), ("full", pair, &pair.text())] {
@@ -402,7 +403,8 @@ const SHIFT: &str = "shift = { distance = 0.003 }";
 const SYMMETRY: &str = "symmetry = [\"low1\"]";
 
 /// Truth: the full model is not symmetric if a load or motion has a component across the plane. The same is true if the friction
-/// ellipse is oblique to the plane, or if only one body has the plane. Such scenes are refused.
+/// ellipse is oblique to the plane. It is also true if only one body has the plane, or if the planes of both bodies move relative
+/// to each other. These scenes are refused.
 #[test]
 fn contradictions_are_refused() {
     let controls = [
@@ -451,8 +453,8 @@ fn what_is_symmetric_is_accepted() {
 }
 
 /// Truth: three other forms of the same boundary conditions give the same tractions. The forms are supports `fixed`, zero
-/// components across the plane, and an almost circular friction ellipse along it. Planes of both bodies that move together act like
-/// planes at rest. The tolerance is 1e-9, for the ellipse 1e-6.
+/// components across the plane, and an almost circular friction ellipse with its axes along the plane. Planes of both bodies that
+/// move together act like planes at rest. The tolerance is 1e-9, for the ellipse 1e-6.
 #[test]
 fn planes_in_other_words() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
@@ -477,7 +479,7 @@ fn planes_in_other_words() {
         let difference = difference(&found, &expected, 1.0);
         assert!(difference < tolerance, "{difference:e}: {text}");
     }
-    // A prescribed motion across the fixed planes makes them walls: the bodies slide along the normal of the walls.
+    // If a motion across fixed planes is prescribed, the planes are rigid walls and not symmetry planes.
     let wall = text
         .replace(SYMMETRY, "symmetry = []")
         .replace("fixed = [{", fixed)

@@ -74,8 +74,8 @@ fn a_sphere_touches_at_its_vertex() {
 }
 
 /// Truth: two roofs of plane faces, one upside down and across the other. The ridges cross at one point, where they are 0.3 apart.
-/// Neither a node of the meshes nor a corner of a cell lies there. A crease must not count as a curve. The distance is exact to
-/// rounding, for steep ridges and for ridges of 3 degrees.
+/// Neither a node of the meshes nor a corner of a cell lies there. A crease must not be corrected as a curved surface. The distance
+/// is exact to rounding, for steep ridges and for ridges of 3 degrees.
 #[test]
 fn two_ridges_touch_where_they_cross() {
     for slope in [0.05, 0.6] {
@@ -95,8 +95,8 @@ fn two_ridges_touch_where_they_cross() {
 }
 
 /// Truth: a paraboloid, one face of second order, touches a plane at its vertex, wherever this lies among the cells. Cells around
-/// the nodes of an irregular mesh are not convex. The vertex is put beside each re-entrant corner. Tolerance 1e-9: the search ends
-/// within 1e-5 of a cell's size, and the height varies with the square of this distance.
+/// the nodes of an irregular mesh are not convex. In turn, the vertex lies next to each re-entrant corner of a cell. Tolerance
+/// 1e-9: the search ends within 1e-5 of a cell's size, and the height varies with the square of this distance.
 #[test]
 fn a_vertex_touches_within_any_cell_around_a_node() {
     let (n, h) = (6, 0.5);
@@ -163,9 +163,9 @@ fn a_strip_of_a_cylinder() {
     }
 }
 
-/// Truth: moving the nodes over the sphere does not change the force. At an approach of 0.02 and with four elements along the
-/// contact radius, the position of the vertex changes it by less than 2 %. First touch of the flat faces themselves would change
-/// the approach by up to 4 % and the force by 6 %.
+/// Truth: the force of a sphere does not depend on the position of its nodes. At an approach of 0.02 and with four elements along
+/// the contact radius, the position of the vertex changes the force by less than 2 %. First touch of the flat faces themselves
+/// would change the approach by up to 4 % and the force by 6 %.
 #[test]
 fn the_force_does_not_depend_on_where_the_nodes_lie() {
     let material = steel();

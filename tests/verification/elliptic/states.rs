@@ -50,8 +50,8 @@ fn the_other_axis_is_not_felt() {
 
 /// Truth: case `ellipse-law-residuals`. Every cell of every converged state satisfies the laws of gaps, pressures, friction
 /// ellipses, sticking inside an ellipse and non-negative dissipation. Slip lies along the inward normal of the ellipse within 0.1
-/// degrees. Residuals of 1e-8 allow 1e-6 of the peak pressure and of a cell's displacement under it. Fibres lie at 0 to 90 degrees.
-/// Displacements and forces move the bodies to and fro. One ellipse is oblique to the axes of the material.
+/// degrees. Residuals of 1e-8 allow 1e-6 of the peak pressure and of a cell's displacement under this pressure. Fibres lie at 0 to
+/// 90 degrees. Displacements and forces move the bodies to and fro. One ellipse is oblique to the axes of the material.
 #[test]
 fn every_cell_obeys_the_laws() {
     let mut models: Vec<_> = [0.0, 30.0, 60.0, 90.0].map(|tilt| sphere_on_frp(tilt, 1.2, 24)).into();

@@ -21,8 +21,8 @@ fn places() -> Vec<[f64; 2]> {
     places
 }
 
-/// Relative errors of the correction at the points on the patch, for a force beside a body of half-width 3. The first is by Betti's
-/// theorem, the second from the mesh displacement.
+/// Relative errors of the correction at the points on the patch, for a force beside a body of half-width 3. The first error is for
+/// the evaluation by Betti's theorem, the second one for the displacement at the mesh nodes.
 fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> [f64; 2] {
     let spec = FeSpec { formulation: HexFormulation::Standard, ..body(kind, (3.0, cells, 1.0), stiffness) };
     let model = FeModel::new(spec).unwrap();

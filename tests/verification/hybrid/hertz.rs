@@ -46,9 +46,9 @@ fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffne
     (result.records[0].normal_force, body.n_free())
 }
 
-/// Truth: loads of an independent program: half-space with a far field of 14³ elements hex27, extrapolated in the cell size of the
-/// frame. Their error is 1e-4 for steel and 1e-3 for CFRP. An infinite half-space carries 6154 N (steel) and 372 N (CFRP). The
-/// frame of 64 x 64 cells adds an error of 1e-4.
+/// Truth: loads of an independent program, which combines a half-space with a far field of 14³ hex27 elements. They are
+/// extrapolated in the cell size of the frame. Their error is 1e-4 for steel and 1e-3 for CFRP. An infinite half-space carries 6154
+/// N (steel) and 372 N (CFRP). The frame of 64 x 64 cells adds an error of 1e-4.
 #[test]
 fn loads_of_blocks() {
     let (steel, cfrp) = (steel(), cfrp());

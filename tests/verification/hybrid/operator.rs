@@ -84,9 +84,9 @@ fn products_windows_and_entries() {
     assert!(apart(&product(&*window, &inside), &wanted) < 1e-12);
 }
 
-/// Truth: turning body, material and tractions by 180 degrees about x changes nothing. For the body on the other side of the frame,
-/// the same tractions along y and z at cells mirrored along y therefore cause the same gaps along y and z. Tractions and gaps along
-/// x change sign.
+/// Truth: turning body, material and tractions by 180 degrees about x changes nothing. Consider the body on the other side of the
+/// frame, and cells mirrored along y. The same tractions along y and z therefore cause the same gaps along y and z. Tractions and
+/// gaps along x change sign.
 #[test]
 fn either_side_of_the_frame() {
     let frame = frame(16);
@@ -100,7 +100,8 @@ fn either_side_of_the_frame() {
     let below = flexibility(lower, Side::Lower, &frame);
     let above = hybrid(upper, "z1", Side::Upper, &frame).take_flexibility(SkipVanishing).unwrap().unwrap();
     let tractions = random(3 * n);
-    // Cell (ix, iy) becomes (ix, 15 - iy), and components along y and z change sign. The two opposite signs of body 1 cancel.
+    // Cell (ix, iy) becomes (ix, 15 - iy), and components along y and z change sign. For body 1, the signs of tractions and
+    // displacements are both opposite to those of body 2 and cancel.
     let mirrored = |values: &[f64]| -> Vec<f64> {
         let at = |k: usize| {
             let (c, ix, iy) = (k / n, k % n / 16, k % 16);

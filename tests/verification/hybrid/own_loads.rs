@@ -41,8 +41,8 @@ fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
     mesh.groups.push(PhysicalGroup { name: name.into(), dim: 2, tag, cells });
 }
 
-/// Error under the frame of a block in uniform stress, divided by 3 times the norm of the displacement gradient (half-width 3). All
-/// faces but the base are loaded, also the face under the frame. The base moves with a strain and a rotation.
+/// Error under the frame of a block in uniform stress, divided by the half-width 3 and by the norm of the displacement gradient.
+/// All faces but the base are loaded, also the face under the frame. The base moves with a strain and a rotation.
 fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     let frame = frame(12);
     let stress = Vector6::new(120.0, -80.0, -60.0, 25.0, -30.0, 40.0);
@@ -158,8 +158,8 @@ fn moved_boundaries() {
     assert!(errors[2] < 1e-2, "{errors:?}");
 }
 
-/// Truth: the flexibility on a larger frame, with the same tractions on its cells. For the small frame they are loads on a group of
-/// faces, under and beside the frame.
+/// Truth: the flexibility on a larger frame, with the same tractions on its cells. For the small frame these tractions are loads on
+/// a group of faces, under and beside the frame.
 #[test]
 fn pads_beside_the_frame() {
     let large = ContactFrame::grid([1.5, 1.0], [24, 16], [0.25, 0.0], 0.0).unwrap();

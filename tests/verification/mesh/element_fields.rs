@@ -26,8 +26,9 @@ PostProcessing.SaveMesh = MESH;
 Save View[0] "view.msh";
 "#;
 
-/// Truth: the script gives (0.75, 0.75, 0.75) to each element of a cube of 2 x 2 x 2. These are 8 solids, 24 outer faces, 24 edges
-/// and 8 points. Files with the mesh have both versions, as text and binary. A file without the mesh is binary in version 4.1.
+/// Truth: the script gives (0.75, 0.75, 0.75) to each element of a cube of 2 x 2 x 2. The elements are 8 solids, 24 outer faces, 24
+/// edges and 8 points. Files with the mesh have both versions, as text and binary. A file without the mesh is binary in version
+/// 4.1.
 #[test]
 fn what_gmsh_writes_of_a_view_is_read() {
     for (version, binary, with_mesh) in

@@ -88,8 +88,8 @@ fn every_format_that_gmsh_writes_gives_the_same_mesh() {
     }
 }
 
-/// Truth: the committed meshes equal those that the installed gmsh makes of the .geo scripts, in each format. Counts and groups are
-/// equal, and each group has the same set of points to 1e-12 mm.
+/// Truth: the committed meshes equal the meshes that the installed gmsh makes of the .geo scripts, in each format. Counts and
+/// groups are equal, and each group has the same set of points to 1e-12 mm.
 #[test]
 fn committed_meshes_are_what_the_scripts_make() {
     let dir = tempfile::tempdir().expect("a temporary folder");

@@ -174,7 +174,8 @@ fn volumes_of_all_shapes() {
     assert_relative_eq!(one(ElementKind::Hex8, hex), 1.25, max_relative = 1e-14);
 }
 
-/// Truth: a group of surfaces is refused by name if an element of it is not a face of the boundary surface.
+/// Truth: a group of surfaces is refused by name if an element of it is not a face of the boundary surface, or repeats a face.
+/// Unknown, empty and volume groups are refused, too. A reversed face gets an outward normal.
 #[test]
 fn faces_that_are_not_on_the_outside_are_refused() {
     let mesh = GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 2]).mesh().expect("a block");
@@ -227,9 +228,9 @@ fn structured_blocks_refuse_what_cannot_be_meshed() {
     refused(&GradedBlock { patch_cells: [1 << 19, 1 << 19], ..block }, "2^32");
 }
 
-/// Truth: displacements on a quadrilateral face are bilinear, on two triangles linear with a kink. With four common nodes they
-/// still differ in the middle. A pyramid fits a quadrilateral face of a hexahedron. Elements of order 2 do not fit elements of
-/// order 1.
+/// Truth: displacements on a quadrilateral face are bilinear, on two triangles linear with a kink. The displacements therefore
+/// differ in the middle of the face, although its four nodes are common. A pyramid fits a quadrilateral face of a hexahedron.
+/// Elements of order 2 do not fit elements of order 1.
 #[test]
 fn faces_of_neighbours_that_do_not_fit_are_counted() {
     let mut points: Vec<[f64; 3]> = [0.0, 1.0]

@@ -134,8 +134,8 @@ const V4: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \
                   0 0 0 1\n1 0 0 0 1 1 1 1 1 0\n$EndEntities\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n\
                   0 0 1\n$EndNodes\n$Elements\n1 1 7 7\n3 1 4 1\n7 1 2 3 4\n$EndElements\n";
 
-/// Truth: nodes, element and group are those in the text of the file. The free node 9 is omitted with a warning. A byte-order mark
-/// is skipped.
+/// Truth: nodes, element and group agree with the text of the file. The free node 9 is omitted with a warning. A byte-order mark is
+/// skipped.
 #[test]
 fn small_files_mean_what_they_say() {
     for text in [V2.to_string(), V4.to_string(), format!("\u{feff}{V2}"), format!("\n\n{V4}\n\n")] {

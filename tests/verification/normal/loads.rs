@@ -126,8 +126,8 @@ fn shear_far_away_does_not_cancel() {
 
 /// Truth: `hertz-circular`, without a contact solution. Hertz's pressure (means over cells, 32 across the contact) moves the
 /// surface by delta - r² / 2R inside. Outside the displacement is p0 / (2 a E*) ((2a² - r²) asin(a / r) + a sqrt(r² - a²)),
-/// 0.002220086 mm at 2a. Tolerance 1e-3 of delta, the catalogue's, and 2e-3 within a cell of the edge. There a constant pressure
-/// per cell approximates a square root.
+/// 0.002220086 mm at 2a. Tolerance 1e-3 of delta, the catalogue's, and 2e-3 within a cell of the edge. Near the edge a constant
+/// pressure per cell approximates a square root.
 #[test]
 fn hertz_pressure_gives_hertz_displacement() {
     let (a, delta, p0, radius, modulus) = (0.3191252, 0.01018409, 4688.341, 10.0, 210e3 / 0.91);

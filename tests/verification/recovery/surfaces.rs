@@ -119,10 +119,10 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     field.contact.iter().map(|point| point.stress(&[0.0; 3])).collect()
 }
 
-/// Truth: equilibrium. Loads on contact faces cause stress where there is no contact: a pressure p gives σ_zz = -p, a traction (0,
-/// 0, t) gives t, both give their sum. A slab of height L and modulus E is on a foundation k, and its opposite face moves by w
-/// towards the foundation. It carries σ_zz = -w / (1/k + L/E). Exact to rounding: the elements represent linear displacements, and
-/// the factorisation loses at most six digits.
+/// Truth: equilibrium. Loads on contact faces cause stress where there is no contact. A pressure p gives σ_zz = -p, a traction (0,
+/// 0, t) gives σ_zz = t, and both together give the sum. A slab of height L and modulus E is on a foundation k, and its opposite
+/// face moves by w towards the foundation. It carries σ_zz = -w / (1/k + L/E). Exact to rounding: the elements represent linear
+/// displacements, and the factorisation loses at most six digits.
 #[test]
 fn loads_on_contact_faces_are_in_their_stress() {
     let pressed = |spec: &mut FeSpec| spec.pressures.push(("z1".into(), 2.5));
@@ -171,10 +171,10 @@ fn hertz_radial_tension_beside_the_edge() {
 }
 
 /// Truth: full sliding with q = p (friction coefficient 1, to which the stress is proportional). Inside the contact the stress
-/// along the sliding direction is ∓π (4 + ν) x / 8 (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31). It is largest at the
-/// leading and trailing edges. It is antisymmetric, and a quarter of the block suffices. Tolerances: 1 % up to two elements inside
-/// the edge. The peak is found within one element, h = 1/8, of the edge, and smoothed to the value one element inside, 1 - h. It is
-/// lowered by another 5 % because the adjacent element cannot represent the kink of the strain.
+/// along the sliding direction is ∓π (4 + ν) x / 8 (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31). The stress is largest at
+/// the leading and trailing edges. It is antisymmetric, and a quarter of the block suffices. Tolerances: 1 % up to two elements
+/// inside the edge. The peak is found within one element, h = 1/8, of the edge, and smoothed to the value one element inside, 1 -
+/// h. The peak is lowered by another 5 %, because the adjacent element cannot represent the kink of the strain.
 #[test]
 fn sliding_stress_at_the_trailing_edge() {
     // Tractions on body 2 oppose its motion along +x. Body 1 is dragged along.

@@ -12,9 +12,9 @@ use crate::observed::{audit, follow, pull};
 
 const APPROACH: f64 = 0.02;
 
-/// Truth: the force decreases if the gap grows anywhere (a flat punch has positive pressure everywhere). With noise up to e the
-/// force lies between the forces at approaches smaller and larger by e, to 1e-7. e goes from an ulp to 1e-3 of the approach. With
-/// friction the state passes the audit cell by cell.
+/// Truth: the force decreases if the gap grows anywhere, because the pressure under a flat punch is positive everywhere. With noise
+/// up to e the force lies between the forces at approaches smaller and larger by e, to 1e-7. e goes from an ulp to 1e-3 of the
+/// approach. With friction the state passes the audit cell by cell.
 #[test]
 fn noise_in_the_gap() {
     for share in [0.0, f64::EPSILON, 1e-12, 1e-9, 1e-6, 1e-3] {

@@ -4,8 +4,8 @@ use super::{End, Verdict, ended, iterations, of, runs, sweeps};
 use crate::common::{relative, usual_or_finest};
 use orthowear::evolution::records::Divergence;
 
-/// Truth: case `str-modulus-ratio`, E1 / E2 from 1 to 1e4, on a half-space and on finite elements. All are certified, with less
-/// than five times the iterations of the ratio 1.
+/// Truth: case `str-modulus-ratio`, E1 / E2 from 1 to 1e4, on a half-space and on finite elements. All runs are certified, and take
+/// less than five times as many iterations as the ratio 1.
 #[test]
 fn modulus_ratios() {
     let cases = sweeps::modulus_ratio();
@@ -96,8 +96,8 @@ fn nothing_and_next_to_nothing() {
 }
 
 /// Truth: random combinations of materials, fibres, ellipses, frames, sizes and paths (always the same 60 scenes) are certified or
-/// give a reason. Loads beyond the friction limit and separated bodies are reported as such. At most one in ten runs stops at the
-/// iteration limit.
+/// give a reason. Other runs without convergence report gross sliding or lost contact. After lost contact the normal force is zero.
+/// At most one in ten runs stops at the iteration limit.
 #[test]
 fn drawn_scenes() {
     let cases: Vec<_> = sweeps::drawn().into_iter().step_by(usual_or_finest(3, 1)).collect();

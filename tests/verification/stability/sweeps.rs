@@ -162,7 +162,7 @@ pub fn aspect_ratios() -> Vec<Case> {
     cases
 }
 
-/// Frames of a single cell, of two cells, and of two rows.
+/// Frames of a single cell, of two cells, of 3 x 3 cells, and of two long rows.
 pub fn frames() -> Vec<Case> {
     let cells = [[1, 1], [1, 2], [2, 1], [3, 3], [2048, 2], [2, 2048]];
     let on = |cells: [usize; 2], gap: String| SceneText { cells, gap, ..tilted(30.0, 0.0) };

@@ -66,8 +66,9 @@ fn assert_bent(mesh: Mesh) {
 }
 
 /// Truth: pure bending has quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (Timoshenko and Goodier).
-/// Every second-order element with straight edges represents these displacements on parallelepipeds. Tetrahedra do so on any shape,
-/// as do hexahedra and wedges that are complete in each direction (27 and 18 nodes). Tolerance: the catalogue's 1e-9.
+/// Every second-order element with straight edges represents these displacements on parallelepipeds. Tetrahedra represent them on
+/// any shape, and so do hexahedra and wedges that are complete in each direction (27 and 18 nodes). Tolerance: the catalogue's
+/// 1e-9.
 #[test]
 fn pure_bending_is_exact_for_elements_of_second_order() {
     assert!((bent([10.0, 0.0, 0.0])[2] + 0.05).abs() < 1e-15);
@@ -75,7 +76,7 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
         println!("{}", kind.name());
         assert_bent(bar(kind));
         let skewed = |[x, y, z]: [f64; 3]| [x, y - 1.0 + 0.1 * (x - 5.0), z - 1.0 + 0.2 * (y - 1.0)];
-        // The displacements are exact on a skewed box, too. The energy 1.4 is only that of the original box.
+        // The displacements are exact on a skewed box, too. The energy 1.4 holds only for the original box.
         let body = solve_bent(block(kind, [3, 2, 2], [10.0, 2.0, 2.0], skewed), HexFormulation::Enhanced);
         let exact: Vec<[f64; 3]> = body.model().mesh().points.iter().map(|&x| bent(x)).collect();
         assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
@@ -121,7 +122,8 @@ fn cantilever(kind: ElementKind, n: usize) -> f64 {
     let sum = |f: &dyn Fn(&[f64; 3], &[f64; 3]) -> f64| -> f64 {
         reactions.iter().zip(&body.model().mesh().points).map(|(r, x)| f(r, x)).sum()
     };
-    // Rounding: last bits of displacements times the axial stiffness of an element, 1e-16 x 2 mm x 1e7 N/mm.
+    // The tolerances cover rounding: the last bits of displacements (1e-16 x 2 mm) times the axial stiffness of an element (1e7
+    // N/mm).
     assert!((sum(&|r, _| r[2]) + 1000.0).abs() < 1e-9 * 1000.0);
     assert!((sum(&|r, x| r[0] * x[2]).abs() / 1e5 - 1.0).abs() < 1e-9);
     u[end][2]

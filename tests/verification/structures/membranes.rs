@@ -39,8 +39,8 @@ fn cook(kind: ElementKind, n: usize, (modulus, nu, force): (f64, f64, f64), plan
 
 /// Truth: the tip of Cook's panel moves by 23.968 in plane stress (E = 1, nu = 1/3, F = 1). In plane strain it moves by 8.778 (E =
 /// 250, nu = 0.3, F = 100). Source: Cook 1974; graded elements of degree 4 and 5. Tolerance: the catalogue's 1 % with 32 elements
-/// of second order along an edge. It also holds with 16 of them, and with 64 enhanced 8-node hexahedra. In plane stress the body is
-/// a solid of thickness 1 with a free front. This solid differs from plane stress only at the clamped corners.
+/// of second order along an edge. The tolerance also holds with 16 such elements, and with 64 enhanced 8-node hexahedra. In plane
+/// stress the body is a solid of thickness 1 with a free front. This solid differs from plane stress only at the clamped corners.
 #[test]
 fn cook_membrane() {
     let (stress, strain) = ((1.0, 1.0 / 3.0, 1.0), (250.0, 0.3, 100.0));

@@ -46,7 +46,7 @@ pub fn between_corners(kind: ElementKind, cells: &[Vec<[f64; 3]>]) -> Mesh {
     mesh
 }
 
-/// Adjacent meshes with coincident nodes merged and groups of the same name united.
+/// Joins adjacent meshes. Coincident nodes are merged, and groups of the same name are united.
 pub fn joined(meshes: &[Mesh]) -> Mesh {
     let mut places = Places::default();
     let mut groups: Vec<(ElementKind, String, Vec<usize>)> = Vec::new();
@@ -84,8 +84,9 @@ fn tetrahedra(pyramid: &[usize]) -> [Vec<usize>; 2] {
     [vec![a, b, c, pyramid[4]], vec![a, c, d, pyramid[4]]]
 }
 
-/// The two wedges of each of the seven hexahedra. The inner one and those below and above it are cut along a diagonal of their
-/// lower and upper faces. The four around the inner one are cut along the diagonals from its lower nodes to the upper outer nodes.
+/// The two wedges of each of the seven hexahedra. The inner hexahedron and its neighbours below and above are cut along a diagonal
+/// of their lower and upper faces. The four neighbours around the inner hexahedron are cut along the diagonals from its lower nodes
+/// to the upper outer nodes.
 fn wedges_of_the_seven() -> Vec<Vec<usize>> {
     let inner = [8, 9, 10, 11, 12, 13, 14, 15];
     let mut hexahedra = vec![inner.to_vec()];

@@ -37,8 +37,8 @@ fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
     result
 }
 
-/// Truth: `str-friction-large`. Contact and friction laws hold cell by cell in every converged state (1e-6). mu = 0 gives no
-/// tangential traction and the frictionless force to 1e-10, mu = 1e-12 gives the same force to 1e-7. Cases are a sphere pressed in
+/// Truth: `str-friction-large`. Contact and friction laws hold cell by cell in every converged state (1e-6). With mu = 0 there is
+/// no tangential traction, and the force is the frictionless force to 1e-10 (mu = 1e-12: to 1e-7). Cases are a sphere pressed in
 /// five increments (the case of Spence) and tilted fibres under a displacement, where coupling is strongest. Up to mu = 1 both
 /// cases converge.
 #[test]

@@ -8,8 +8,8 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, indent, relative, solve, sphere, step};
 use crate::observed::radius;
 
-/// nu, mu, c/a (ratio of stick to contact radius), kappa (ratio of the forces of a flat punch with and without friction), DR of the
-/// catalogue (`spence-self-similar`). A sphere of radius R at the approach delta has a² = R delta / DR.
+/// Rows from the catalogue (`spence-self-similar`): nu, mu, c/a (ratio of stick to contact radius), kappa (ratio of the forces of a
+/// flat punch with and without friction) and DR. A sphere of radius R at the approach delta has a² = R delta / DR.
 const CASES: [[f64; 5]; 4] = [
     [0.3, 0.2, 0.69828, 1.01927, 1.01487],
     [0.25, 0.2, 0.57556, 1.02328, 1.01782],
@@ -17,8 +17,8 @@ const CASES: [[f64; 5]; 4] = [
     [0.3, 0.3, 0.89596, 1.0243, 1.01948],
 ];
 
-/// Truth: a flat punch keeps its contact area, and a single increment is the whole history. c / a agrees to one cell. kappa, the
-/// force relative to the frictionless one, agrees to 3e-3 (the edge error cancels on the same cells).
+/// Truth: a flat punch keeps its contact area, and a single increment is the whole history. c / a agrees to one cell. The ratio
+/// kappa of the forces with and without friction agrees to 3e-3, because the edge error is the same on the same cells and cancels.
 #[test]
 fn flat_punch() {
     for [nu, mu, ratio, kappa, _] in CASES {

@@ -90,7 +90,7 @@ fn bodies_exchanged() {
     assert!(apart(&upright, &upright, mirrored, |q| [q[0], -q[1]]) > 1e-4);
 }
 
-/// Truth: `shear-reversal-symmetry`. A common translation of frame and gap changes nothing (1e-9: rounding of the gap).
+/// Truth: `shear-reversal-symmetry`. A common translation of frame and gap changes nothing, to 1e-9 for the rounding of the gap.
 #[test]
 fn another_place() {
     let here = pair(&steel(), &aluminium());

@@ -71,7 +71,7 @@ fn runs_broken_off_after_the_last_jump() {
         assert_eq!(end.records.len(), whole.records.len());
         assert_eq!(end.fretting_loops.len(), whole.fretting_loops.len());
         if steps.len() == 2 {
-            // After the last step there is no further entry and no state.
+            // A run resumed after its last step has no further entry, and so no state to compare.
             continue;
         }
         let bits = |field: &[f64]| field.iter().map(|value| value.to_bits()).collect::<Vec<_>>();

@@ -104,7 +104,7 @@ fn tolerances_finer_than_contacts_are_solved() {
 
 /// Truth: docs/theory-wear.md. Jumps longer than 2 λ_min(S_nn) / D are refused, with the normal flexibility S_nn and the wear D per
 /// pressure and cycle. For D = 1.6e-10 mm/MPa this limit is 39 500 cycles in the reference scene at tilt 0 with cells of 0.06 mm.
-/// (D is smaller by the elastic part of the stroke.)
+/// (The actual D is smaller by the elastic part of the stroke.)
 #[test]
 fn explicit_jumps_have_a_critical_length() {
     let explicit = |count: u64, jumps: usize| fretting(count, 0.08, jumps, Integrator::Explicit);

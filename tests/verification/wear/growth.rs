@@ -33,9 +33,9 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     (result, taken)
 }
 
-/// Truth: `wear-sphere-elastic` gives contact radius, approach, and pressure and depth at the centre at the dimensionless distances
-/// τ = 1, 10. The initial half-width of the frame is 1.35 times the unworn contact radius a0. The contact reaches the edge of the
-/// frame once before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
+/// Truth: `wear-sphere-elastic` gives contact radius, approach, and pressure and depth at the centre, at the dimensionless sliding
+/// distances τ = 1 and 10. The initial half-width of the frame is 1.35 times the unworn contact radius a0. The contact reaches the
+/// edge of the frame once before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
 #[test]
 fn elastic_sphere() {
     let (radius, e_star) = (100.0, 1e5);
@@ -65,8 +65,8 @@ fn elastic_sphere() {
     }
 }
 
-/// A sphere on a fibre-reinforced half-space, with a small and a larger frame. Steps indent, fret until the contact is wider, and
-/// displace along y.
+/// A sphere on a fibre-reinforced half-space, with a small and a larger frame. The steps are an indentation, fretting until the
+/// contact outgrows the small frame, and a tangential displacement along y.
 fn fretted(amplitude: f64, cycles: u64) -> ([Model; 2], [Step; 3]) {
     let models = [(1.2, 16), (1.8, 24)].map(|(half_width, cells)| {
         let mut model = sphere_on_frp(30.0, half_width, cells);

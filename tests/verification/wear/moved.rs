@@ -78,7 +78,7 @@ fn bump(frame: &ContactFrame) -> Vec<f64> {
 }
 
 /// Truth: the mesh loses the volume Σ A w (cell areas A, wear depths w), also where cells and faces do not match. Nodes keep their
-/// x and y. Nodes of the base do not move.
+/// x and y and do not move outward. Nodes of the base do not move.
 #[test]
 fn volumes_are_conserved() {
     let frame = frame(0.9, [7, 6]);
@@ -136,7 +136,8 @@ fn difference(bodies: [FeBody; 2], n: usize) -> f64 {
     a.iter().zip(&b).fold(0.0_f64, |apart, (a, b)| apart.max((a - b).abs())) / largest
 }
 
-/// Truth: a layer with uniform wear is uniformly thinner. Its flexibility is that of a layer made with this thickness.
+/// Truth: a layer with uniform wear is uniformly thinner. Its flexibility equals the flexibility of a layer made with this
+/// thickness.
 #[test]
 fn even_wear_gives_the_thinner_layer() {
     let (frame, lost) = (frame(1.0, [4, 3]), 0.5);

@@ -200,7 +200,8 @@ impl PartialSlip {
 
 /// Truth: strokes in 16 and 32 increments one after the other until they settle, extrapolated with first order. By default the wear
 /// of a cycle is within 1.5 %, while the error of single increments exceeds 2 %. The estimate is at least a third of the error in
-/// both cases. [`Correction::Never`] leaves the wear of single increments unchanged, with a warning.
+/// both cases, and at most three times the error of single increments. [`Correction::Never`] leaves the wear of single increments
+/// unchanged, with a warning.
 #[test]
 fn wear_in_partial_slip_by_default() {
     for scene in PartialSlip::SCENES.into_iter().take(usual_or_finest(2, 3)) {
@@ -222,7 +223,7 @@ fn wear_in_partial_slip_by_default() {
     }
 }
 
-/// Truth: if the whole contact slides far, wear and tractions are those of single increments, bit by bit. No correction is
+/// Truth: if the whole contact slides far, wear and tractions equal the results of single increments, bit by bit. No correction is
 /// reported. The error estimate grows by the difference found in a resolved cycle.
 #[test]
 fn gross_slip_keeps_single_increments() {
@@ -243,7 +244,7 @@ fn gross_slip_keeps_single_increments() {
 }
 
 /// Truth: the perimeter of a regular 16-gon is 16 sin(π/16) / π times the circumference of its circle. In gross slip a path of 16
-/// chords therefore wears 0.64 % less than the circle. By default ellipses are corrected for it.
+/// chords therefore wears 0.64 % less than the circle. By default ellipses are corrected for this difference.
 #[test]
 fn ellipses_in_gross_slip_are_corrected() {
     let volume = |resolve: Option<ResolvedCycleSettings>| {

@@ -33,7 +33,7 @@ pub(super) fn half_space(e_star: f64, frame: (f64, usize), gap: impl Fn(f64, f64
     half_spaces(&material, None, frame, gap)
 }
 
-/// A normal force without wear: pressures alone can cause tangential slip.
+/// A normal force without wear. Wear is off, because pressures alone can cause tangential slip.
 pub(super) fn press(force: f64) -> Step {
     Step { wear: false, ..crate::common::press(force) }
 }
@@ -121,8 +121,8 @@ fn flat_of_a_sphere() {
     assert!(relative(record.worn_volume, 1.0) < 1e-9);
 }
 
-/// Truth: `wear-sphere-elastic`. Contact radius, pressure and depth at the centre, and approach are compared at τ = k p0 s / δ0 =
-/// 1, 10. p0 and δ0 are the peak pressure and the approach before wear.
+/// Truth: `wear-sphere-elastic`. Contact radius, approach, and pressure and depth at the centre are compared at τ = k p0 s / δ0 = 1
+/// and 10. p0 and δ0 are the peak pressure and the approach before wear.
 #[test]
 fn elastic_sphere() {
     let (radius, a0, e_star) = (100.0, 1.0, 1e5);
@@ -210,8 +210,8 @@ fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step
     (model, [press(2.5), slide(distance, 0.0, JumpPolicy::Number(jumps), integrator)])
 }
 
-/// Truth: `wear-winkler-exponential`. p(t) = p̄ + (p(0) - p̄) exp(-λt) at the sliding distance t, λ = 0.8. Integrators have their
-/// orders of convergence. Explicit jumps beyond 2 / λ are refused.
+/// Truth: `wear-winkler-exponential`. p(t) = p̄ + (p(0) - p̄) exp(-λt) at the sliding distance t, λ = 0.8. Each integrator has its
+/// order of convergence. Explicit jumps beyond 2 / λ are refused.
 #[test]
 fn columns_run_in() {
     for (integrator, order) in
