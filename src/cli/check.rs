@@ -184,7 +184,7 @@ fn describe_wear(plan: &Plan) -> String {
     let bodies = plan_bodies::worn_bodies(plan).map(|(index, ..)| format!("body{}", index + 1));
     let bodies: Vec<String> = bodies.collect();
     format!(
-        "{law}; the mesh of {} is moved when the wear depth exceeds {share} of its element size",
+        "{law}; the mesh of {} is moved when the wear depth exceeds {share} of the height of its elements there",
         bodies.join(" and ")
     )
 }

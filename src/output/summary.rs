@@ -237,7 +237,7 @@ impl Summary {
 
     /// Sets the status with its reason or error from `outcome`.
     pub fn set_outcome(&mut self, outcome: &Result<Outcome>) {
-        (self.reason, self.error) = (None, None);
+        (self.reason, self.error, self.exit_code) = (None, None, None);
         match outcome {
             Ok(Outcome::Converged) => self.status = Status::Converged,
             Ok(Outcome::NotConverged(reason)) => {
@@ -252,7 +252,7 @@ impl Summary {
     /// Sets status and error of a run that ended with `error`: failed, not converged or interrupted, depending on its kind.
     pub fn set_failure(&mut self, error: &Error) {
         if error.kind() == ErrorKind::Interrupted {
-            (self.status, self.reason, self.error) = (Status::Interrupted, None, None);
+            (self.status, self.reason, self.error, self.exit_code) = (Status::Interrupted, None, None, None);
             return;
         }
         let not_converged = error.kind() == ErrorKind::NotConverged;
@@ -363,13 +363,15 @@ mod tests {
         assert_eq!((summary.error.as_deref(), error.exit_code()), (Some("too slow"), 3));
     }
 
-    /// Truth: an error replaces an earlier outcome, including its reason.
+    /// Truth: an outcome replaces the earlier one with its reason, error and exit code.
     #[test]
     fn an_error_clears_the_reason() {
         let mut summary = summary();
         summary.set_outcome(&Ok(Outcome::NotConverged(Divergence::Iterations)));
         summary.set_outcome(&Err(Error::resources("disk full")));
         assert_eq!((summary.status, summary.reason), (Status::Failed, None));
-        assert_eq!(summary.error.as_deref(), Some("disk full"));
+        assert_eq!((summary.error.as_deref(), summary.exit_code), (Some("disk full"), Some(4)));
+        summary.set_outcome(&Ok(Outcome::Converged));
+        assert_eq!((summary.error, summary.exit_code), (None, None));
     }
 }

@@ -93,45 +93,12 @@ impl Sweep {
 /// Errors of the study file. If it has none except in `output`, also all errors of its scene with each combination of values. The
 /// list has one item per file.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>> {
-    let document = parse::read_document(path, &[]).map_err(|mistakes| vec![reworded_for_study(mistakes)])?;
-    if document.get("study").is_none() && document.get("body1").is_some() {
-        let mistake = Diagnostic::at(&document, "body1", "this is a scene, not a study").label("a scene");
-        let mend = format!(
-            "run it with `orthowear run {}`, or write a study that uses it (docs/study.md)",
-            path.display()
-        );
-        return Err(vec![Diagnostics::new(&document, vec![mistake.help(mend)])]);
-    }
-    let (mut mistakes, unknown) =
-        schema_check::check_against_schema(&document, &json_schema_of::<StudyFile>());
-    let mut known = document.clone();
-    unknown.iter().for_each(|key| known.remove(key));
-    let keys: StudyFile = match serde_path_to_error::deserialize(known.root.to_serde_json()) {
-        Ok(keys) => keys,
-        Err(error) => {
-            if mistakes.is_empty() {
-                let place = error.path().to_string();
-                mistakes.push(Diagnostic::at(&document, &place, error.inner().to_string()));
-            }
-            return Err(vec![reworded_for_study(Diagnostics::new(&document, mistakes))]);
-        }
-    };
+    let (document, keys, mut mistakes) = read_keys(path)?;
     let axes = axes(&document, &keys, overrides, &mut mistakes);
     let choices = choices(&document, &keys, &axes, &mut mistakes);
     let mut output_mistakes = Vec::new();
-    let mut quantities = |list: &[String], key: &str| -> Vec<CollectedQuantity> {
-        let parse = |(i, path): (usize, &String)| match CollectedQuantity::parse(path) {
-            Ok(quantity) => Some(quantity),
-            Err((message, mend)) => {
-                let place = format!("output.{key}.{i}");
-                output_mistakes.push(Diagnostic::at(&document, &place, message).help(mend));
-                None
-            }
-        };
-        list.iter().enumerate().filter_map(parse).collect()
-    };
-    let collect = quantities(&keys.output.collect, "collect");
-    let curves = quantities(&keys.output.curves, "curves");
+    let collect = quantities(&document, (&keys.output.collect, "collect"), &mut output_mistakes);
+    let curves = quantities(&document, (&keys.output.curves, "curves"), &mut output_mistakes);
     let here = document.folder == Path::new(".");
     let scene = if here { PathBuf::from(&keys.study.scene) } else { document.folder.join(&keys.study.scene) };
     if !scene.is_file() {
@@ -178,6 +145,54 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
         first,
         meshes,
     })
+}
+
+/// Keys of a study file, with the mistakes that its schema finds.
+///
+/// # Errors
+/// If the file is no study, or its keys cannot be read in spite of the mistakes.
+fn read_keys(path: &Path) -> Result<(Document, StudyFile, Vec<Diagnostic>), Vec<Diagnostics>> {
+    let document = parse::read_document(path, &[]).map_err(|mistakes| vec![reworded_for_study(mistakes)])?;
+    if document.get("study").is_none() && document.get("body1").is_some() {
+        let mistake = Diagnostic::at(&document, "body1", "this is a scene, not a study").label("a scene");
+        let mend = format!(
+            "run it with `orthowear run {}`, or write a study that uses it (docs/study.md)",
+            path.display()
+        );
+        return Err(vec![Diagnostics::new(&document, vec![mistake.help(mend)])]);
+    }
+    let (mut mistakes, unknown) =
+        schema_check::check_against_schema(&document, &json_schema_of::<StudyFile>());
+    let mut known = document.clone();
+    unknown.iter().for_each(|key| known.remove(key));
+    let keys: StudyFile = match serde_path_to_error::deserialize(known.root.to_serde_json()) {
+        Ok(keys) => keys,
+        Err(error) => {
+            if mistakes.is_empty() {
+                let place = error.path().to_string();
+                mistakes.push(Diagnostic::at(&document, &place, error.inner().to_string()));
+            }
+            return Err(vec![reworded_for_study(Diagnostics::new(&document, mistakes))]);
+        }
+    };
+    Ok((document, keys, mistakes))
+}
+
+/// Quantities of the list `output.<key>`. Errors are added to `mistakes`.
+fn quantities(
+    document: &Document,
+    (list, key): (&[String], &str),
+    mistakes: &mut Vec<Diagnostic>,
+) -> Vec<CollectedQuantity> {
+    let parse = |(i, path): (usize, &String)| match CollectedQuantity::parse(path) {
+        Ok(quantity) => Some(quantity),
+        Err((message, mend)) => {
+            let place = format!("output.{key}.{i}");
+            mistakes.push(Diagnostic::at(document, &place, message).help(mend));
+            None
+        }
+    };
+    list.iter().enumerate().filter_map(parse).collect()
 }
 
 /// Replaces "scene" by "study" in messages about a study file.

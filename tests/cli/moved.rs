@@ -265,7 +265,9 @@ fn moves_that_make_no_sense() {
     program.arg("check").arg(folder.path().join("scene.toml")).args(["--set", "wear.move_mesh=0.2"]);
     let text = String::from_utf8(program.output().unwrap().stdout).unwrap();
     assert!(
-        text.contains("the mesh of body1 is moved when the wear depth exceeds 0.2 of its element size"),
+        text.contains(
+            "the mesh of body1 is moved when the wear depth exceeds 0.2 of the height of its elements there"
+        ),
         "{text}"
     );
 }

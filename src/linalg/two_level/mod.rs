@@ -21,6 +21,7 @@ use super::cholesky::SymmetricSolver;
 use super::dense::SymmetricDense;
 use super::sparse::SymmetricSparse;
 use crate::error::{Error, Result};
+use crate::linalg::vector::nan_max;
 
 use coarse::CoarseSpace;
 use conjugate_gradients::CgVectors;
@@ -121,10 +122,10 @@ impl TwoLevelSolver {
             )
             .collect();
         let reports = reports?;
-        let residual = reports.iter().fold(0.0f64, |most, (_, residual)| most.max(*residual));
+        let residual = reports.iter().fold(0.0, |most, (_, residual)| nan_max(most, *residual));
         let convergence = Convergence {
             iterations: reports.iter().map(|(c, _)| c.iterations).max().unwrap_or(0),
-            error: reports.iter().fold(0.0, |most, (c, _)| most.max(c.error)),
+            error: reports.iter().fold(0.0, |most, (c, _)| nan_max(most, c.error)),
         };
         check(residual)?;
         symmetrise(values.values_mut(), n);
