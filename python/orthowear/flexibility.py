@@ -16,9 +16,10 @@ MAX_DENSE_BYTES = 1 << 30
 class Flexibility:
     """Linear map from tractions on body 2 (force / length^2) in N cells to the change of the gap (length).
 
-    Its matrix S is symmetric positive definite in the inner product weighted by the areas: diag(areas) S = (diag(areas) S)^T.
-    If body 1 is rigid, the map gives the displacement of body 2 along (x, y, n). If body 2 is rigid, it gives the displacement
-    of body 1 with the opposite sign. In both cases the tractions act on body 2.
+    Its matrix S is symmetric positive definite in the inner product weighted by the areas: A S = (A S)^T. A is diagonal with
+    the area of each cell three times (`np.repeat(areas, 3)`). If body 1 is rigid, the map gives the displacement of body 2
+    along (x, y, n). If body 2 is rigid, it gives the displacement of body 1 with the opposite sign. In both cases the tractions
+    act on body 2.
 
     `shape`, `dtype` and `matvec` are the interface of scipy.sparse.linalg.aslinearoperator. Vectors are (3 N,), cell by cell.
     """
@@ -42,11 +43,11 @@ class Flexibility:
         return self._core.apply(np.ascontiguousarray(tractions, dtype=float))
 
     def matvec(self, tractions: Any) -> Array:
-        """Same as `apply`, for vectors (3 N,): x, y, n of the first cell, then of the second."""
+        """Same as `apply`, for vectors (3 N,): x, y, n of the first cell, then of the second, and so on."""
         return self.apply(np.asarray(tractions, dtype=float).reshape(-1, 3)).ravel()
 
     def rmatvec(self, values: Any) -> Array:
-        """Applies the transpose S^T = A S A^-1, with A the diagonal matrix of areas."""
+        """Applies the transpose S^T = A S A^-1. A is diagonal with the area of each cell three times (`np.repeat(areas, 3)`)."""
         weight: Array = np.repeat(self.areas, 3)
         return weight * self.matvec(np.asarray(values, dtype=float).ravel() / weight)
 

@@ -218,7 +218,7 @@ impl<'p> AccuracySearch<'p> {
         let ends = matches!(self.next_run(), NextRun::Done(_)) && self.ladder.is_last(knob, &last.levels);
         (ends && !self.is_met()).then(|| {
             format!(
-                "no finer {} are tried than {}: request an accuracy that the table below reaches",
+                "no finer {} are tried than {}: request an accuracy that the estimated errors reach",
                 knob.label(),
                 self.describe(&last.levels)
             )

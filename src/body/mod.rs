@@ -45,13 +45,14 @@ pub struct BodyField {
 pub enum BodyEquations<'a> {
     /// None: the body is rigid.
     Rigid,
-    /// u = G t at the cells; G are the integrals of the surface Green's function (axes of the frame).
+    /// u = G t at the cells. G are the integrals of this surface Green's function over the cells (axes of the frame).
     HalfSpace(&'a SurfaceGreen),
     /// K u = f of a meshed body.
     FiniteElements(&'a FeBody),
     /// u = G t at the cells, plus the correction for a finite body.
     Hybrid(&'a HybridBody),
-    /// Collocation equations, solved for the nodes under the frame.
+    /// Collocation equations of a boundary-element body. The body has already solved them for unit tractions at the nodes that the
+    /// frame covers.
     BoundaryElements(&'a BeBody),
     /// Only the flexibility is known.
     Unknown,
@@ -86,7 +87,9 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// Unconstrained rigid-body modes; `None` if the supports fix the body. The flexibility of an unconstrained body is the
-    /// generalised inverse with zero mean motion. Its free gap assumes that contact balances the loads.
+    /// generalised inverse with zero mean motion. Its free gap is that of its loads together with added forces that cancel their
+    /// unbalanced resultant. Finite elements spread these forces over the volume, boundary elements over the surface. The
+    /// flexibility adds such forces to the contact tractions, too; all added forces cancel once the contact balances the loads.
     fn rigid_body_modes(&self) -> Option<&UnconstrainedModes> {
         None
     }
@@ -96,15 +99,16 @@ pub trait ElasticBody: Send + Sync {
         None
     }
 
-    /// Displacement at the points of the body's output mesh due to tractions on body 2, `[3, N]`. Without a mesh, these points are
-    /// the cell centres of the frame.
+    /// Displacement at the points of the body's output mesh. It is caused by the body's own loads and prescribed displacements, and
+    /// by `tractions` on body 2, `[3, N]`. Without a mesh, these points are the cell centres of the frame.
     ///
     /// # Errors
     /// If the equations of the body cannot be solved, or its operator cannot be built.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
 
-    /// Stress due to tractions on body 2, `[3, N]`, in the volume or, for boundary elements, on the surface. `None` for a body
-    /// without a mesh. The displacement of all mesh nodes must come from [`Self::recover`] with the same tractions.
+    /// Stress in the volume or, for boundary elements, on the surface. It is caused by the body's own loads and prescribed
+    /// displacements, and by tractions on body 2, `[3, N]`. `None` for a body without a mesh. The displacement of all mesh nodes
+    /// must come from [`Self::recover`] with the same tractions.
     ///
     /// # Errors
     /// If the stress cannot be recovered.
@@ -117,8 +121,9 @@ pub trait ElasticBody: Send + Sync {
         Ok(None)
     }
 
-    /// Displacement and stress at interior points (global axes, mm) due to tractions on body 2 in the cells of `frame`, `[3, N]`.
-    /// `None` if the body cannot evaluate interior points in this way.
+    /// Displacement (mm) and stress (MPa) at interior points, global axes. They are caused by the body's own loads and prescribed
+    /// displacements, and by tractions on body 2 in the cells of `frame`, `[3, N]`. `None` if the body cannot evaluate interior
+    /// points in this way.
     ///
     /// # Errors
     /// For half-spaces, if a point lies outside the body, the frame is periodic, or the field of a point force cannot be computed.

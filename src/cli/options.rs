@@ -39,6 +39,7 @@ impl SceneArgs {
         let mut overrides = self.overrides.clone();
         if let Some(relative) = accuracy
             && overrides.iter().any(|line| line.trim_start().starts_with("accuracy."))
+            && !overrides.iter().any(|line| line.trim_start().starts_with("accuracy.relative"))
         {
             overrides.push(format!("accuracy.relative={relative:e}"));
         }

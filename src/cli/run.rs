@@ -59,14 +59,21 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     progress.end();
     let code = code.unwrap_or_else(|failure| show_failure(&plan, &failure));
     if !arguments.quiet {
-        to_stdout(&final_report(&summary, &directory, started.elapsed().as_secs_f64()));
+        to_stdout(&final_report(
+            &summary,
+            (&directory, plan.solver.tolerance),
+            started.elapsed().as_secs_f64(),
+        ));
         let unfinished = matches!(summary.status, Status::Interrupted | Status::Failed);
         if unfinished && checkpoint::are_in(&directory) {
             to_stdout(&format!("to resume: {}\n", resume::resume_command(arguments, code)));
         }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");
-        let (reason, why) = (summary.reason.map(reason_label).unwrap_or_default(), explain_outcome(&summary));
+        let (reason, why) = (
+            summary.reason.map(reason_label).unwrap_or_default(),
+            explain_outcome(&summary, plan.solver.tolerance),
+        );
         to_stderr(&format!(
             "not converged{reason}: {}: {why}; results: {}\n",
             summary.title,
@@ -148,7 +155,7 @@ pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
 }
 
 /// Final report: table of results, outcome of the run, and location of the results.
-fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
+fn final_report(summary: &Summary, (directory, tolerance): (&Path, f64), total: f64) -> String {
     let mut text = format!("{}\n\n", summary.title);
     text.push_str(&table::results(summary));
     text.push_str(&table::body_peak_lines(summary));
@@ -166,7 +173,10 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
         Status::Converged => "converged".to_owned(),
         Status::NotConverged => {
             let reason = summary.reason.map(reason_label).unwrap_or_default();
-            format!("NOT CONVERGED{reason}: {}; the results so far are kept", explain_outcome(summary))
+            format!(
+                "NOT CONVERGED{reason}: {}; the results so far are kept",
+                explain_outcome(summary, tolerance)
+            )
         }
         Status::Failed if summary.steps.is_empty() => "FAILED before the first result".to_owned(),
         Status::Failed => "FAILED; the results so far are kept".to_owned(),
@@ -185,13 +195,17 @@ fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
 const ROUNDING_RESIDUAL: f64 = 1e-12;
 
 /// Explains why a run did not converge, with a remedy.
-fn explain_outcome(summary: &Summary) -> String {
+fn explain_outcome(summary: &Summary, tolerance: f64) -> String {
     let residual = summary.steps.last().map(|record| record.certificate.natural_residual);
     match (summary.reason, residual) {
-        (Some(Divergence::Iterations), Some(residual)) if residual <= ROUNDING_RESIDUAL => format!(
-            "the residual {residual:.1e} is rounding error and does not decrease further: increase solver.tolerance to at least {:.0e}",
-            10.0 * residual
-        ),
+        (Some(Divergence::Iterations), Some(residual))
+            if (tolerance..=ROUNDING_RESIDUAL).contains(&residual) =>
+        {
+            format!(
+                "the residual {residual:.1e} is rounding error and does not decrease further: increase solver.tolerance to at least {:.0e}",
+                10.0 * residual
+            )
+        }
         (Some(reason), _) => explain_divergence(reason).to_owned(),
         (None, _) => REASON_UNKNOWN.to_owned(),
     }

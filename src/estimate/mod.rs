@@ -136,7 +136,6 @@ pub fn estimate(plan: &Plan) -> Result<RunEstimate, SceneError> {
 
 /// As [`estimate`], on a frame that may belong to another plan.
 pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunEstimate, SceneError> {
-    memory::ensure_points_fit(plan, &frame).at("output.inside")?;
     let ValidScene { frame, near_fields: near, warnings } = validate(plan, frame)?;
     let frame = with_active_cells(plan, frame, &near)?;
     let first = estimate_body(plan, 0, (&frame, &near[0]), memory::remaining_limit(plan, &frame, 0))?;

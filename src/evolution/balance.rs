@@ -201,8 +201,11 @@ impl PreparedModel<'_> {
             );
         }
         let share = if sliding.carried_load_fraction > 0.0 && sliding.carried_load_fraction < 1.0 {
-            let percent = 100.0 * sliding.carried_load_fraction;
-            let percent = if percent < 1.0 { format_short(percent) } else { format!("{percent:.2}") };
+            let percent = match 100.0 * sliding.carried_load_fraction {
+                percent if percent < 1.0 => format_short(percent),
+                percent if percent < 99.99 => format!("{percent:.2}"),
+                _ => "99.99".to_owned(),
+            };
             format!("; friction transmits at most {percent} % of the load")
         } else {
             String::new()

@@ -12,6 +12,34 @@ const MIN_CONTACT_CELLS: usize = 12;
 /// with 4.
 const MIN_CELLS_ACROSS_LINE: usize = 4;
 
+/// Sorted coordinates of cells along an axis of the frame, without repetitions.
+struct Coordinates {
+    values: Vec<f64>,
+    /// Largest difference of equal coordinates.
+    tolerance: f64,
+}
+
+impl Coordinates {
+    fn of(frame: &ContactFrame, axis: usize, cells: &[usize]) -> Self {
+        let tolerance = 1e-6 * frame.size();
+        let mut values: Vec<f64> = cells.iter().map(|&cell| frame.plane_coordinates(cell)[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup_by(|a, b| *a - *b <= tolerance);
+        Self { values, tolerance }
+    }
+
+    fn count(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Returns whether the coordinates have the same smallest and largest value as `all`.
+    fn span(&self, all: &Self) -> bool {
+        let ends = |values: &[f64]| [values[0], values[values.len() - 1]];
+        let pairs = ends(&self.values).into_iter().zip(ends(&all.values));
+        pairs.into_iter().all(|(a, b)| (a - b).abs() <= self.tolerance)
+    }
+}
+
 /// Warning about a step whose contact has too few cells at its end and was not larger before. `None` without contact, and for a
 /// contact of the whole frame, whose boundary is given.
 ///
@@ -26,21 +54,18 @@ pub(super) fn few_contact_cells_warning(
     if contact.is_empty() || records.iter().any(|record| record.contact_area > last.contact_area) {
         return None;
     }
-    let side = frame.mean_cell_side();
-    let cells_along = |axis: usize, cells: &mut dyn Iterator<Item = usize>| {
-        let [low, high] = cells
-            .map(|cell| frame.plane_coordinates(cell)[axis])
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
-        let side = frame.grid.as_ref().map_or(side, |grid| grid.spacing[axis]);
-        ((high - low) / side).round() as usize + 1
-    };
-    let along = [0, 1].map(|axis| cells_along(axis, &mut contact.iter().copied()));
-    let whole = [0, 1].map(|axis| along[axis] == cells_along(axis, &mut (0..frame.n_cells())));
+    let all: Vec<usize> = (0..frame.n_cells()).collect();
+    let whole =
+        [0, 1].map(|axis| Coordinates::of(frame, axis, &contact).span(&Coordinates::of(frame, axis, &all)));
+    // Each plane of symmetry that ends the frame doubles the contact along its normal.
+    let normals = frame.symmetry_normals();
+    let images = |axis: usize| 1 + usize::from(normals.iter().any(|normal| normal[axis].abs() > 0.5));
+    let across = |axis: usize| images(axis) * Coordinates::of(frame, axis, &contact).count();
     let (number, least, place) = match whole {
         [true, true] => return None,
-        [true, false] => (along[1], MIN_CELLS_ACROSS_LINE, "across the line contact"),
-        [false, true] => (along[0], MIN_CELLS_ACROSS_LINE, "across the line contact"),
-        [false, false] => (contact.len(), MIN_CONTACT_CELLS, "in contact"),
+        [true, false] => (across(1), MIN_CELLS_ACROSS_LINE, "across the line contact"),
+        [false, true] => (across(0), MIN_CELLS_ACROSS_LINE, "across the line contact"),
+        [false, false] => (images(0) * images(1) * contact.len(), MIN_CONTACT_CELLS, "in contact"),
     };
     let finer = match frame.grid {
         Some(_) => "increase frame.cells or reduce frame.half_width",
@@ -82,5 +107,24 @@ mod tests {
         assert!(warned(2.0, 4.0, 0.0).is_some_and(|text| text.contains("only 2 cells lie across")));
         assert!(warned(4.0, 4.0, 0.0).is_none());
         assert!(warned(20.0, 4.0, 0.0).is_none() && warned(0.0, 0.0, 0.0).is_none());
+    }
+
+    /// Truth: number of cells across a strip of cells that are 40 times as wide as long, and of a quarter of a contact with its
+    /// images.
+    #[test]
+    fn long_cells_and_planes_of_symmetry() {
+        let record = [IncrementRecord { contact_area: 1.0, ..IncrementRecord::default() }];
+        let strip = ContactFrame::grid([0.7, 1.0], [28, 1], [0.0; 2], 0.0).unwrap();
+        let warned = |columns: f64| {
+            let inside = |cell: usize| f64::from(strip.plane_coordinates(cell)[0].abs() < 0.025 * columns);
+            few_contact_cells_warning(&strip, &record, &(0..28).map(inside).collect::<Vec<_>>())
+        };
+        assert!(warned(14.0).is_none() && warned(2.0).is_some_and(|text| text.contains("only 2 cells lie")));
+        let mut quarter = ContactFrame::grid([1.0, 1.0], [10, 10], [1.0; 2], 0.0).unwrap();
+        let pressures: Vec<f64> = (0..100).map(|cell| f64::from(cell / 10 < 2 && cell % 10 < 2)).collect();
+        let text = few_contact_cells_warning(&quarter, &record, &pressures);
+        assert!(text.is_some_and(|text| text.contains("only 4 cells lie in contact")));
+        quarter.symmetry_bounds = [true, true, false];
+        assert!(few_contact_cells_warning(&quarter, &record, &pressures).is_none());
     }
 }

@@ -40,7 +40,7 @@ pub use crate::evolution::model::Model;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::observer::{CheckpointEvent, Observer};
 use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
-use crate::evolution::records::{FrameState, IncrementRecord, Outcome};
+use crate::evolution::records::{FrameState, Outcome};
 pub use crate::evolution::run::{FRAME_EDGE, RunResult};
 use crate::evolution::run::{RollbackPoint, Run};
 use crate::evolution::state::RunState;
@@ -138,6 +138,20 @@ fn run_on_this_thread(
 }
 
 impl Run<'_> {
+    /// Warns at the end of a step, or of the last entry of a load history, if too few cells resolve the contact.
+    fn warn_of_few_contact_cells(&mut self) {
+        let name = &self.step().name;
+        if self.steps.get(self.step_index + 1).is_some_and(|next| next.name == *name) {
+            return;
+        }
+        let records = &self.result.records;
+        let n_records = records.iter().rev().take_while(|record| record.name == *name).count();
+        let frame = &self.prepared.model.frame;
+        let pressures = &self.state.tractions[2 * frame.n_cells()..];
+        let note = few_contact_cells_warning(frame, &records[records.len() - n_records..], pressures);
+        self.result.warnings.extend(note);
+    }
+
     /// Runs the remaining steps.
     fn run_steps(&mut self) -> Result<()> {
         while let Some(step) = self.steps.get(self.step_index) {
@@ -165,12 +179,7 @@ impl Run<'_> {
             if self.result.outcome != Outcome::Converged {
                 return self.report_checkpoint(CheckpointEvent::Aborted);
             }
-            let of_step = |record: &&IncrementRecord| record.name == step.name;
-            let before = self.result.records.iter().rev().take_while(of_step).count();
-            let records = &self.result.records[self.result.records.len() - before..];
-            let frame = &self.prepared.model.frame;
-            let pressures = &self.state.tractions[2 * frame.n_cells()..];
-            self.result.warnings.extend(few_contact_cells_warning(frame, records, pressures));
+            self.warn_of_few_contact_cells();
             self.step_index += 1;
             self.progress = StepProgress::NotStarted;
             self.record_rollback_point(CheckpointEvent::StepEnd)?;

@@ -8,17 +8,20 @@ use serde::{Deserialize, Serialize};
 /// Safety factor on the length of the next jump.
 const ERROR_TARGET: f64 = 0.9;
 
-/// Exponent of the present error in the length of the next jump, divided by the order of the error per length.
+/// Exponent of the present error: the next length is proportional to (present error ratio)^(-CURRENT_ERROR_EXPONENT / order). An
+/// error ratio is the estimated error divided by the allowed error.
 const CURRENT_ERROR_EXPONENT: f64 = 0.7;
-/// Exponent of the last error in the length of the next jump, divided by the order of the error per length.
+/// Exponent of the last error: the next length is also proportional to (last error ratio)^(LAST_ERROR_EXPONENT / order). The last
+/// error ratio is that of the accepted jump before. For the first jump, and after a rejected jump, the present error ratio is used
+/// instead.
 const LAST_ERROR_EXPONENT: f64 = 0.4;
 
-/// Largest ratio of the lengths of two successive jumps.
+/// Largest ratio of the next length to the length of the jump just computed.
 const MAX_LENGTH_GROWTH: f64 = 5.0;
-/// Smallest ratio of the lengths of two successive jumps.
+/// Smallest ratio of the next length to the length of the jump just computed.
 const MIN_LENGTH_GROWTH: f64 = 0.2;
 
-/// Controller of jump lengths: next length (cycles or mm), and ratio of the last estimated error to the allowed error.
+/// Controller of jump lengths: aimed next length (cycles or mm), and ratio of the last estimated error to the allowed error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct StepController {
     next_length: f64,
@@ -30,13 +33,15 @@ pub(super) struct StepController {
 }
 
 impl StepController {
-    /// Controller with a first length. `order` is the order of the integrator, which is the order of the error per length.
+    /// Controller with a first length. `order` is the order p of the integrator. The error of a jump grows as length^(p + 1), so
+    /// the error divided by the length grows as length^p.
     pub fn new(first: f64, order: f64) -> Self {
         Self { next_length: first, last_error_ratio: None, order, rejected_length: None }
     }
 
-    /// Length of the next jump: the remaining length `left`, divided into equal jumps. If `unit` is positive, `left` must be a
-    /// multiple of it. The length is then a multiple of `unit` and shorter than a rejected jump, but never below `unit`.
+    /// Length of the next jump: the remaining length `left`, divided into equal jumps that exceed the aimed length by at most 1 %.
+    /// If `unit` is positive, `left` must be a multiple of it. The length is then rounded up to a multiple of `unit`. After a
+    /// rejected jump it is shorter than that jump, but never below `unit`.
     pub fn length(&self, left: f64, unit: f64) -> f64 {
         let parts = (left / self.next_length - 1e-2).ceil().max(1.0);
         let even = left / parts;
@@ -50,7 +55,8 @@ impl StepController {
         }
     }
 
-    /// Limits the length of the next jump to `most`.
+    /// Limits the aimed length of the next jump to `most`. [`Self::length`] may exceed it by 1 %, or by rounding up to a multiple
+    /// of `unit`.
     pub fn limit(&mut self, most: f64) {
         self.next_length = self.next_length.min(most);
     }

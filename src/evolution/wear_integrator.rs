@@ -1,9 +1,10 @@
 //! Integration of wear over a jump of ΔN cycles (docs/theory-wear.md).
 //!
-//! A jump integrates dw/dN = F(w) with wear depth w and number of cycles N. F = Σ p|s|_i sums pressure times slip over the
-//! increments of a cycle; the norm |s|_i contains the specific wear rates. The path points of a cycle are solved together. The slip
-//! s of an increment is the difference of the tangential gaps at its path points (elastic recovery included). The wear depth is
-//! common to all path points and implicit. Cells that stick through the whole cycle keep their stick gap.
+//! A jump integrates dw/dN = F(w) with wear depth w and number of cycles N. F = Σ_k p_k |s_k|_i sums pressure times slip over the
+//! increments k of a cycle. The norm |s|_i = √((i1·s1)² + (i2·s2)²) contains the specific wear rates i1, i2 along the wear axes.
+//! The path points of a cycle are solved together. The slip s of an increment is the difference of the tangential gaps at its path
+//! points (elastic recovery included). The wear depth is common to all path points, and implicit except in explicit Euler. Cells
+//! that stick through the whole cycle keep their stick gap.
 
 use crate::contact::SolverOptions;
 use crate::contact::certificate::StateChecks;
@@ -106,7 +107,8 @@ impl Integrator {
         if self == Self::Sdirk2 { share.sqrt() } else { share.max(MIN_ERROR_BUDGET_SHARE * share.sqrt()) }
     }
 
-    /// Order of the error per length of a jump.
+    /// Order p of the integrator: the error of a jump grows as length^(p + 1), so the error divided by the length grows as
+    /// length^p.
     pub(super) fn order(self) -> f64 {
         if self == Self::Sdirk2 { 2.0 } else { 1.0 }
     }

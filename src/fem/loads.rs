@@ -18,7 +18,7 @@ pub(super) type NodalForces = Vec<[f64; 3]>;
 /// Load on a face.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum FaceLoad {
-    /// Pressure, MPa, positive against the outward normal.
+    /// Pressure, MPa, positive if it acts against the outward normal.
     Pressure(f64),
     /// Traction in global axes, MPa.
     Traction(Vector3<f64>),
@@ -40,7 +40,7 @@ impl FaceLoad {
     }
 }
 
-/// Loaded face of a solid.
+/// Loaded face of a solid, with its load.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LoadedFace {
     /// Solid of the face.
@@ -106,8 +106,8 @@ pub(crate) fn nodal_area_vectors(mesh: &Mesh, faces: &[SurfaceFace]) -> NodalFor
 
 /// Adds the nodal forces ∫ N_a t dS of one face.
 fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut NodalForces) {
-    // The rules are exact for pressure, where N_a times the area vector has degree 1 (tri3) or 4 (tri6), or in each direction
-    // degree 2 (quad4) or 5 (quad8, quad9). For tractions they are exact on flat faces.
+    // For pressure the rules are exact. The integrand, N_a times the area vector, has total degree 1 on tri3 and 4 on tri6. Along
+    // each reference axis it has degree 2 on quad4, and 5 on quad8 and quad9. For tractions the rules are exact on flat faces.
     for (values, area) in face_points(mesh, face, &face_rule(face.kind, 1)) {
         let normal = area.try_normalize(0.0).unwrap_or_default();
         let force = load.traction(&normal, &Vector3::zeros()) * area.norm();
@@ -194,8 +194,8 @@ fn load_cell<const N: usize>(
 ) {
     let points: [[f64; 3]; N] = std::array::from_fn(|a| mesh.points[nodes[a]]);
     for sample in rule {
-        // The sign of det J is not checked. The load rule has more points than the stiffness rule, and may meet folds that the
-        // stiffness rule misses.
+        // The sign of det J is not checked here. The mesh check requires a positive det J only at the stiffness points. At the load
+        // points, which can be more numerous, det J may be negative; such elements are accepted.
         let volume = sample.weight * jacobian(&points, &sample.gradients).determinant();
         let x = std::array::from_fn(|c| points.iter().zip(&sample.values).map(|(p, n)| p[c] * n).sum());
         let force = b(x).map(|value| value * volume);

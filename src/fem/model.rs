@@ -63,8 +63,8 @@ impl FeModel {
     /// Assembles the body within a memory limit.
     ///
     /// # Errors
-    /// If the body does not fit into memory (kind `Resources`), or the run is cancelled. If an element is inverted, has no
-    /// material, or has enhanced strains without a positive definite stiffness. If a group is missing, or a value is not
+    /// If the body does not fit into memory (kind `Resources`), or the run is cancelled. If an element is inverted or has no
+    /// material, or if the stiffness of its enhanced strains is not positive definite. If a group is missing, or a value is not
     /// admissible. If supports contradict one another or fix all nodes. If a body of several unconnected parts has free rigid-body
     /// modes; the message names them.
     pub fn with_memory_limit(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
@@ -155,8 +155,8 @@ impl FeModel {
         self.generalised_inverse.as_ref().map_or(Vec::new(), |floating| floating.work(&self.load_vector()))
     }
 
-    /// Stiffness K of the free dofs, `[n_free, n_free]`, N/mm, including elastic foundations. An unconstrained body has grounding
-    /// springs at as many dofs as it has rigid-body modes. The springs carry no force under loads in equilibrium.
+    /// Stiffness K of the free dofs, `[n_free, n_free]`, N/mm, including elastic foundations. If the supports leave m rigid-body
+    /// modes free, K includes grounding springs at m dofs. The springs carry no force under loads in equilibrium.
     pub fn stiffness(&self) -> &SymmetricSparse {
         &self.stiffness
     }
@@ -183,8 +183,8 @@ impl FeModel {
         self.body_force
     }
 
-    /// Pressures and tractions on faces: the solid, the index of its face, pressure (MPa) and traction (global axes, MPa). A face
-    /// with several loads is listed once per load.
+    /// Pressures and tractions on faces: the solid element, the index of the face in this element, pressure (MPa), traction (global
+    /// axes, MPa). A face with several loads is listed once per load.
     pub fn face_loads(&self) -> impl Iterator<Item = ((CellRef, usize), f64, Vector3<f64>)> + '_ {
         self.loaded_faces.iter().filter_map(|face| {
             let at = (face.owner, face.local_face);

@@ -20,7 +20,8 @@ use crate::flexibility::per_cell::PerCell;
 
 /// Linear map S from tractions on body 2 (MPa) to the gap change (mm) that they cause.
 ///
-/// S is symmetric positive definite in the area-weighted inner product: `A S = (A S)^T` with the cell areas A.
+/// S is symmetric positive definite in the area-weighted inner product: `A S = (A S)^T`. A is diagonal, with the area of each cell
+/// for each of its three components.
 ///
 /// Only one task at a time may apply an operator, because operators lock their work space while their loops run in parallel. Two
 /// tasks of one thread pool that apply the same operator can deadlock.
@@ -34,10 +35,11 @@ pub trait Flexibility: Send + Sync {
         None
     }
 
-    /// `gap = S tractions`, both `[3, N]`; overwrites `gap`. Does not allocate.
+    /// `gap = S tractions`, both `[3, N]`; overwrites `gap`. Allocates at most in the first call.
     fn apply(&self, tractions: &[f64], gap: &mut [f64]);
 
-    /// `normal_gap = S_nn pressure` with the normal block S_nn, both `[N]`; overwrites `normal_gap`. Does not allocate.
+    /// `normal_gap = S_nn pressure` with the normal block S_nn, both `[N]`; overwrites `normal_gap`. Allocates at most in the first
+    /// call.
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]);
 
     /// The 3 x 3 diagonal blocks S_II of the cells I, `[N]`, mm/MPa.
@@ -49,7 +51,7 @@ pub trait Flexibility: Send + Sync {
     }
 
     /// Computes `pressure` such that S_nn pressure is about `normal_gap`, both `[N]`; overwrites `pressure`. Uses a symmetric
-    /// positive definite approximation of the inverse. Returns false if the operator has no approximation. Allocates only in the
+    /// positive definite approximation of the inverse. Returns false if the operator has no approximation. Allocates at most in the
     /// first call.
     fn precondition_normal(&self, _normal_gap: &[f64], _pressure: &mut [f64]) -> bool {
         false
@@ -60,13 +62,15 @@ pub trait Flexibility: Send + Sync {
         false
     }
 
-    /// Gap S tractions in one cell, mm, by direct summation over all cells; tractions are `[3, N]`. It does not use the data
-    /// structures of [`Self::apply`], so that both can be compared. `None` if the operator has no direct sum.
+    /// Gap S tractions in one cell, mm, by direct summation over all cells; tractions are `[3, N]`. The sum follows a different
+    /// algorithm from [`Self::apply`], so that both can be compared; precomputed coefficients may be shared. `None` if the operator
+    /// has no direct sum.
     fn direct_sum(&self, _cell: usize, _tractions: &[f64]) -> Option<[f64; 3]> {
         None
     }
 
-    /// As [`Self::direct_sum`] for several cells, `[cells.len()]`; `None` if a cell has no direct sum.
+    /// As [`Self::direct_sum`] for several cells, `[cells.len()]`; `None` if there is no direct sum. Finite-element bodies solve
+    /// their assembled equations instead. A sum of operators uses [`Self::apply`] for its parts without a direct sum.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         cells.iter().map(|&cell| self.direct_sum(cell, tractions)).collect()
     }
@@ -76,15 +80,15 @@ pub trait Flexibility: Send + Sync {
         None
     }
 
-    /// Operator of the same bodies on a smaller grid, which is not longer than the frame along x or y. The grid has at least
-    /// `at_least` cells along x and y, whose sides are `factor` times as long as those of this operator's cells. `None` if there is
-    /// no such operator.
+    /// Operator of the same bodies on a smaller grid that fits into the frame along both axes. Its cells are `factor` times as long
+    /// and as wide as the cells of this operator. Along x and y it has at least `at_least` of these larger cells. Parts that depend
+    /// on the position are missing; [`Self::restriction_at`] adds them. `None` if there is no such operator.
     fn restrict(&self, _at_least: [usize; 2], _factor: usize) -> Option<Arc<dyn Flexibility>> {
         None
     }
 
-    /// Places an operator of [`Self::restrict`] on the frame, with its first cell at the cell `origin`. Operators that depend on
-    /// the position need this; all other operators return `smaller`.
+    /// Places `smaller`, a result of [`Self::restrict`] with `factor`, on the frame. Its first cell starts where this operator's
+    /// cell (ix, iy) = `origin` starts. Operators that depend on the position need this; all other operators return `smaller`.
     fn restriction_at(
         &self,
         smaller: Arc<dyn Flexibility>,
@@ -133,10 +137,10 @@ pub trait Flexibility: Send + Sync {
 
 /// Tangential part S_tt of a [`Flexibility`] whose normal and tangential components are decoupled.
 pub trait TangentialFlexibility {
-    /// `gap = S_tt tractions`, both `[2, N]`; overwrites `gap`. Does not allocate.
+    /// `gap = S_tt tractions`, both `[2, N]`; overwrites `gap`. Allocates at most in the first call.
     fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]);
 
-    /// Computes `tractions` such that S_tt tractions is about `gap`, both `[2, N]`; overwrites `tractions`. Allocates only in the
-    /// first call.
+    /// Computes `tractions` such that S_tt tractions is about `gap`, both `[2, N]`; overwrites `tractions`. Allocates at most in
+    /// the first call.
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]);
 }

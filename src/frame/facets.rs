@@ -1,9 +1,9 @@
 //! Contact faces of any order, divided into facets with linear or bilinear maps.
 //!
-//! A second-order face is one facet if its middle nodes lie at the midpoints of its edges, and a central node at its centre.
-//! Otherwise the face is divided at its middle nodes into four facets. The facets only map points of the cell to points of the
-//! face. On curved faces this map has an error of the order of the squared face size. The shape functions still belong to the whole
-//! face.
+//! A second-order face is straight if its middle nodes lie at the midpoints of its edges. A central node must also lie at the mean
+//! of the corners. Linear and straight faces are one facet; other faces are divided at their middle nodes into four facets. Facets
+//! only serve to find the point of the face that lies over a point of a contact cell, along the cell's normal. On curved faces the
+//! facets give this point with an error of the order of the squared face size. The shape functions still belong to the whole face.
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::geometry::{Point, Side};
@@ -18,18 +18,20 @@ const FOUR_TRIANGLES: [&[usize]; 4] = [&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 
 /// Corners of the four facets of a curved quadrangle, as node numbers of the face; 8 is its centre.
 const FOUR_SQUARES: [&[usize]; 4] = [&[0, 4, 8, 7], &[4, 1, 5, 8], &[8, 5, 2, 6], &[7, 8, 6, 3]];
 
-/// Part of a face: three or four corners, counter-clockwise seen against n, with their reference coordinates.
+/// Part of a face: three or four corners with their reference coordinates in the face. The corners run counter-clockwise for a
+/// viewer towards whom the outward normal of body 1 points.
 #[derive(Debug, Clone)]
 pub(super) struct Facet {
     /// Index of the face.
     pub(super) face: usize,
     pub(super) corners: Vec<Point>,
     pub(super) reference: Vec<[f64; 2]>,
-    /// Square of the facet's size, mm2.
+    /// Largest squared distance of a corner from the first one, mm2.
     pub(super) scale: f64,
 }
 
-/// Reference coordinates of a face's corners, of the midpoints of its edges, and of the centre of a quadrangle.
+/// Reference coordinates of a face's corners, of the midpoints of its edges, and of the centre. For a triangle the last entry
+/// (0, 0) is not used.
 fn reference_nodes(kind: ElementKind) -> Vec<[f64; 2]> {
     let n = kind.n_corners();
     let corners = &kind.face_reference_nodes()[..n];
@@ -48,7 +50,7 @@ pub(super) fn is_quadratic(kind: ElementKind) -> bool {
     matches!(kind, Tri6 | Quad8 | Quad9)
 }
 
-/// Whether the middle node of edge `i` lies off the edge's middle.
+/// Whether the middle node of edge `i` lies off the edge's midpoint.
 fn bends(mesh: &Mesh, face: &SurfaceFace, i: usize) -> bool {
     let n = face.kind.n_corners();
     let at = |node: usize| Point::from(mesh.points[face.nodes[node]]);
@@ -86,7 +88,8 @@ pub(super) fn face_polygon(mesh: &Mesh, face: &SurfaceFace, side: Side) -> Vec<P
     points
 }
 
-/// Facets of the face with index `index`, counter-clockwise seen against the normal of body 1.
+/// Facets of the face with index `index`. Their corners run counter-clockwise for a viewer towards whom the outward normal of body
+/// 1 points.
 pub(super) fn facets_of_face(mesh: &Mesh, face: &SurfaceFace, index: usize, side: Side) -> Vec<Facet> {
     let n = face.kind.n_corners();
     let whole: Vec<usize> = (0..n).collect();

@@ -69,7 +69,7 @@ fn plan_from_document(mut document: Document, meshes: &MeshCache) -> Result<Plan
     let clean = mistakes.is_empty();
     // Without the unknown keys the rest of the scene can still be checked.
     unknown.iter().for_each(|key| document.remove(key));
-    let (plan, nonsense, notes) = resolve::resolve(&document, meshes, clean);
+    let (plan, nonsense, notes) = resolve::resolve(&document, meshes, &unknown, clean);
     mistakes.extend(nonsense);
     match plan {
         Some(mut plan) if mistakes.is_empty() => {

@@ -324,6 +324,10 @@ fn a_mistake_is_told_once() {
     let (code, text) = check(&scene, &[]);
     let advice = "friction.law = \"frp\" needs the fibre of a body that is not rigid";
     assert!(code == Some(2) && text.contains(advice) && !text.contains("neither body has"), "{text}");
+    // Another mistake does not hide that no body has a fibre.
+    let (scene, _) = changed("fibre = { tilt = 30.0, azimuth = 0.0 }", "");
+    let (code, text) = check(&scene, &["--set", "steps.0.incremens=2"]);
+    assert!(code == Some(2) && text.contains("neither body has") && text.contains("incremens"), "{text}");
     let (scene, _) = changed("material = \"steel\"", "material = \"stel\"");
     let (code, text) = check(&scene, &[]);
     assert!(code == Some(2) && text.contains("did you mean `steel`") && !text.contains("not used"), "{text}");

@@ -115,4 +115,15 @@ fn a_contact_of_one_cell_is_told() {
     let (_folder, path) = block(&[("approach = 0.02", "approach = 0.04")]);
     let (_, _, warnings) = call("run", &path);
     assert!(!warnings.iter().any(|w| w.contains("in contact")), "{warnings:?}");
+    // A load history is one step: it has one warning, about its last row.
+    let file = "approach = 0.02";
+    let history = "history = { file = \"loads.csv\", columns = [\"approach\"] }";
+    let (folder, path) = block(&[("cells = [4, 4]", "cells = [3, 3]"), (file, history)]);
+    for (rows, count) in [("0.0009\n0.00095\n0.001\n", 1), ("0.0009\n0.001\n0.04\n", 0)] {
+        fs::write(folder.path().join("loads.csv"), rows).unwrap();
+        let (code, text, warnings) = call("run", &path);
+        assert_eq!(code, Some(0), "{text}");
+        let found = warnings.iter().filter(|w| w.contains("lies in contact"));
+        assert_eq!(found.count(), count, "{warnings:?}");
+    }
 }

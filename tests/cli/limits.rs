@@ -84,7 +84,6 @@ fn noted(from: &str, to: &str, word: &str, there: bool) {
 #[test]
 fn cells_finer_than_the_elements() {
     refused("[4, 4]", "[48, 48]", &["frame.cells", "contact area of a node", "not determined", "or fewer"]);
-    noted("[4, 4]", "[4, 4]", "contact area of a node", false);
     noted("[4, 4]", "[4, 4]", "that belongs to a contact node", false);
 }
 

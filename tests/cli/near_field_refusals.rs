@@ -1,11 +1,12 @@
-//! Bodies for which the near field of a half-space is not valid: refused if the scene asks for it, otherwise condensed.
+//! When the near field of a half-space is valid for a meshed body. Where it is not, `near_field = "half-space"` is refused, and the
+//! default takes the near field from the mesh.
 
 use std::fs;
 use std::path::Path;
 
 use crate::near_field::{call, place, run};
 
-/// Rewrites the lines of a section of the mesh. `line` gets the numbers and the text of each line.
+/// Rewrites the lines of a section of the mesh. `line` gets the numbers and the text of each line, and returns its new text.
 fn rewrite(folder: &Path, section: &str, line: impl Fn(&[f64], &str) -> String) {
     let path = folder.join("block.msh");
     let text = fs::read_to_string(&path).unwrap();
@@ -20,7 +21,7 @@ fn rewrite(folder: &Path, section: &str, line: impl Fn(&[f64], &str) -> String) 
     fs::write(path, format!("{head}{begin}{changed}{end}{rest}")).unwrap();
 }
 
-/// Moves the solids in the lowest `level` of eight layers into a group of volumes "core".
+/// Moves the solids of the lowest `level` layers (of eight) into a volume group "core".
 fn core(folder: &Path, level: usize) {
     rewrite(folder, "Elements", |numbers, old| {
         let is_core = numbers.get(1) == Some(&5.0) && (numbers[5] as usize - 1) % 9 < level;
@@ -32,8 +33,8 @@ fn core(folder: &Path, level: usize) {
     fs::write(path, text).unwrap();
 }
 
-/// Requires that `near_field = "half-space"` is refused at its key for the reason `why`, and that "auto" takes the mesh for this
-/// reason.
+/// Requires that `near_field = "half-space"` is refused with its key and the reason `why`. The default must take the near field
+/// from the mesh for the same reason.
 fn refused(folder: &Path, sets: &[&str], why: &str) {
     let sets = [&["frame.cells=[4, 4]"], sets].concat();
     let asked = [&sets[..], &["body1.near_field=\"half-space\""]].concat();

@@ -5,8 +5,8 @@ use nalgebra::Matrix3;
 use crate::geometry::Point;
 use crate::material::Stiffness;
 
-/// Particular displacement u_p = -½ ((x - x0)·n)² T⁻¹ b with T_ik = C_ijkl n_j n_l: div σ_p + b = 0 for the uniform force b with
-/// the direction n.
+/// Particular displacement for a uniform force per volume b with the unit direction n. It is u_p = -½ ((x - x0)·n)² T⁻¹ b, with
+/// T_ik = C_ijkl n_j n_l and any point x0. Its stress σ_p satisfies div σ_p + b = 0.
 ///
 /// # Source
 /// By substitution: σ_ij = -C_ijkl n_l ((x - x0)·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
@@ -16,7 +16,7 @@ pub struct BodyForceSolution {
     direction: Point,
     /// Vector T⁻¹ b.
     curvature: Point,
-    /// Stress σ_p per (x - x0)·n.
+    /// Stress σ_p divided by (x - x0)·n.
     stress: Matrix3<f64>,
 }
 
@@ -69,7 +69,8 @@ impl BodyForceSolution {
 mod tests {
     use super::*;
 
-    /// Truth: a laterally constrained column under its weight b along z has u_z = -z² b / (2 C33), σ_zz = -b z, for b of any size.
+    /// Truth: a laterally constrained column under a weight b per volume along z has u_z = -z² b / (2 C33) and σ_zz = -b z. This
+    /// holds for b of any size.
     #[test]
     fn columns_under_their_weight() {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();

@@ -21,7 +21,7 @@ pub(super) struct FacePoint {
     pub values: [f64; MAX_FACE_NODES],
 }
 
-/// Rules on the reference triangle and square, in increasing order.
+/// Rules on the reference triangle and square, in increasing order of accuracy.
 pub(super) struct FaceRules {
     triangles: [Vec<RulePoint<2>>; 3],
     squares: [Vec<RulePoint<2>>; 3],
@@ -32,8 +32,8 @@ impl FaceRules {
         Self { triangles: [2, 4, 6].map(triangle), squares: [2, 3, 4].map(quadrilateral) }
     }
 
-    /// Quadrature points on `face` for a field with the length scale `distance(x)` at x. Parts of the face are at most `ratio`
-    /// times this scale, up to the maximum number of subdivisions.
+    /// Quadrature points on `face` for a field with the length scale `distance(x)` at x. The size of each part of the face is at
+    /// most `ratio` times this scale, up to the maximum number of subdivisions.
     pub fn points(
         &self,
         mesh: &Mesh,
@@ -64,7 +64,7 @@ impl FaceRules {
             return;
         }
         let quadratic = part.kind.n_nodes() > part.kind.n_corners();
-        // Quadratic shape functions raise the degree of the integrand by 2.
+        // With quadratic shape functions, the lowest order does not suffice even far away: they alone have degree 2.
         let order = match size / reach {
             share if share > 0.5 => 2,
             share if share > 0.2 || quadratic => 1,

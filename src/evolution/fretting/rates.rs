@@ -1,4 +1,4 @@
-//! Path points and wear rates of a cycle, or of steady sliding, before a jump.
+//! Contact solution at the path points of a cycle (or in steady sliding), and the wear rates from it, before a jump.
 
 use std::time::Instant;
 
@@ -11,7 +11,8 @@ use crate::evolution::step::Integrator;
 use crate::evolution::wear_integrator::{StageSpec, WearJump};
 
 impl Run<'_> {
-    /// Computes path points and rates at the current wear depth. Returns `false` if they do not converge.
+    /// Solves the contact at the path points for the current wear depth, and computes the rates. If the contact does not converge,
+    /// records a jump of length 0 and returns `false`.
     pub(super) fn evaluate_rates(&mut self, cycling: &mut WearStepState, clock: Instant) -> Result<bool> {
         let cycles = self.cycles();
         let (worn, at) = (self.state.wear_depth.clone(), cycling.completed / cycles.count);
@@ -33,7 +34,8 @@ impl Run<'_> {
         Ok(true)
     }
 
-    /// Recomputes path points and rates after the operators have changed. Returns `false` if they do not converge.
+    /// As [`Self::evaluate_rates`], after the operators have changed; also returns `false` if the contact does not converge. Warns
+    /// if explicit jumps of a prescribed number exceed the stability limit.
     pub(super) fn reevaluate_rates(&mut self, cycling: &mut WearStepState) -> Result<bool> {
         if !self.evaluate_rates(cycling, Instant::now())? {
             return Ok(false);

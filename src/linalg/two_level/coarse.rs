@@ -9,8 +9,8 @@ use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
-/// Minimum eigenvalue of an independent combination of rigid motions. The eigenvalues belong to the Gram matrix of a part's six
-/// rigid motions, scaled to unit diagonal.
+/// Eigenvalue above which a combination of rigid motions counts as independent. The combinations are the eigenvectors of the Gram
+/// matrix of a part's six rigid motions, scaled to unit diagonal.
 ///
 /// A part with few nodes, or with nodes on a line, has fewer than six independent motions.
 const MIN_MOTION_SHARE: f64 = 1e-6;

@@ -21,8 +21,8 @@ pub struct Quality {
     pub solids: Vec<(ElementKind, usize)>,
     /// Volume of the solids, cubic length unit.
     pub volume: f64,
-    /// Smallest scaled Jacobian at a node or integration point, and its element. The Jacobian is divided by the product of the
-    /// lengths of its columns, and is 1 for a box.
+    /// Smallest scaled Jacobian at a node or integration point, and its element. The scaled Jacobian is the Jacobian divided by the
+    /// product of the lengths of its columns; it is 1 for a box.
     pub min_scaled_jacobian: (f64, u64),
     /// Number of solids that are folded or flat at a node, but at no integration point.
     pub folded_at_nodes: usize,
@@ -96,8 +96,8 @@ impl Quality {
 ///
 /// # Errors
 /// If there are no solids, or three solids share a face. If elements are inverted, folded or collapsed at an integration point, or
-/// have an edge of zero length; the message names the first of them and the worst one. Separate parts are not an error here; the
-/// body checks their supports.
+/// have an edge of zero length; the message names the first ten of them and the worst one. Separate parts are not an error here;
+/// the body checks their supports.
 pub fn check(mesh: &Mesh) -> Result<Quality> {
     if mesh.volume_cells().next().is_none() {
         return Err(no_solids(mesh));

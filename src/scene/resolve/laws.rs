@@ -202,9 +202,8 @@ fn law_fibre(
         (None, [true, false]) => 0,
         (None, [false, true]) => 1,
         (None, [false, false]) => {
-            let is_rigid = |body: &BodyPlan| matches!(body, BodyPlan::Rigid);
-            if !r.schema_valid && (is_rigid(body1) || is_rigid(body2)) {
-                // The fibre of a rigid body may be among the unknown keys that are reported.
+            // The fibre of a rigid body is reported as an unknown key.
+            if r.unknown_keys.iter().any(|key| key == "body1.fibre" || key == "body2.fibre") {
                 return None;
             }
             let message = format!("{section}.law = \"frp\" needs a fibre, but neither body has one");

@@ -36,6 +36,7 @@ use crate::scene::mesh_cache::MeshCache;
 pub(super) fn resolve(
     document: &Document,
     meshes: &MeshCache,
+    unknown_keys: &[String],
     schema_valid: bool,
 ) -> (Option<Plan>, Vec<Diagnostic>, Vec<String>) {
     let mut r = Resolver {
@@ -44,6 +45,7 @@ pub(super) fn resolve(
         diagnostics: Vec::new(),
         notes: Vec::new(),
         files: Vec::new(),
+        unknown_keys,
         schema_valid,
     };
     let plan = build_plan(&mut r);

@@ -19,6 +19,8 @@ pub(super) struct Resolver<'a> {
     pub files: Vec<(String, PathBuf)>,
     /// Whether the schema check passed. Only then a section that cannot be deserialised is reported.
     pub schema_valid: bool,
+    /// Keys of the scene that the schema does not have. They are reported, and removed from the document.
+    pub unknown_keys: &'a [String],
 }
 
 impl<'a> Resolver<'a> {

@@ -406,7 +406,7 @@ fn refuse_fixed_contact_nodes(
                 (false, false) => "",
             };
             let error = Error::input(format!(
-                "the support on group `{}` fixes {nodes} contact nodes under the frame along {along}, where they must be free: support another group, use a smaller frame{free}",
+                "the support on group `{}` fixes {nodes} contact nodes under the frame along {along}, where they must be free: support another group, or use a smaller frame{free}",
                 support.group,
             ));
             return Err(SceneError { error, key: support.key.clone() });
