@@ -30,7 +30,7 @@ use clap::{Parser, Subcommand};
 
 use crate::error::Error;
 pub use crate::error::exit;
-use crate::simulation::job::THREAD_STACK_BYTES;
+use crate::simulation::job::start_pool_thread;
 pub use allocator::Allocator;
 use console::{OUTPUT_LOST, is_lost, print_error, to_stderr};
 pub use max_memory::{MaxMemory, parse_max_memory};
@@ -134,7 +134,7 @@ fn run_interruptible(threads: Option<u16>, work: impl FnOnce() -> CommandResult 
 fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
-        .stack_size(THREAD_STACK_BYTES)
+        .spawn_handler(start_pool_thread)
         .build_global();
     // An error without a cause means that the pool already exists, which is no failure.
     if let Err(error) = pool

@@ -6,6 +6,22 @@ use crate::scene::Plan;
 /// Stack size of computing threads, bytes. It equals the stack size of a main thread.
 pub const THREAD_STACK_BYTES: usize = 8 << 20;
 
+/// Starts a thread of a pool, and waits until it runs. A thread that finds no memory for its signal stack ends the program. If
+/// earlier threads have all of their memory, memory runs out at the much larger stack of the next thread, which is an error.
+///
+/// # Errors
+/// If the thread cannot be started.
+pub fn start_pool_thread(thread: rayon::ThreadBuilder) -> std::io::Result<()> {
+    let (started, wait) = std::sync::mpsc::channel();
+    std::thread::Builder::new().stack_size(THREAD_STACK_BYTES).spawn(move || {
+        // The receiver waits, so that sending cannot fail.
+        let _ = started.send(());
+        thread.run();
+    })?;
+    let _ = wait.recv();
+    Ok(())
+}
+
 /// Initial summary of a run of `plan`.
 pub fn new_summary(plan: &Plan) -> Summary {
     let mut summary = Summary::new(&plan.title, &plan.document.sha256, plan.units.clone());

@@ -14,7 +14,7 @@ use crate::output::recorder::ProgressEvent;
 use crate::output::report_file::remove_stale_report;
 use crate::output::summary::{Status, Summary};
 use crate::simulation::SceneError;
-use crate::simulation::job::{THREAD_STACK_BYTES, new_summary};
+use crate::simulation::job::{THREAD_STACK_BYTES, new_summary, start_pool_thread};
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume, load_finished_run};
 use crate::simulation::segments::{NullObserver, RunOptions};
 use crate::sweep::Sweep;
@@ -124,7 +124,7 @@ impl StudyRunner<'_> {
         said: &Sender<WorkerMessage>,
     ) {
         let pool =
-            rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(THREAD_STACK_BYTES).build();
+            rayon::ThreadPoolBuilder::new().num_threads(threads).spawn_handler(start_pool_thread).build();
         let pool = match pool {
             Ok(pool) => pool,
             Err(error) => {
