@@ -42,7 +42,7 @@ use crate::evolution::observer::{CheckpointEvent, Observer};
 use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
 use crate::evolution::records::{FrameState, Outcome};
 pub use crate::evolution::run::{FRAME_EDGE, RunResult};
-use crate::evolution::run::{RollbackPoint, Run};
+use crate::evolution::run::{RollbackPoint, Run, RunEnd, Stop};
 use crate::evolution::state::RunState;
 use crate::evolution::step::{Normal, Step};
 pub use crate::evolution::transfer::PreviousModel;
@@ -121,8 +121,6 @@ fn run_on_this_thread(
         given_warnings: GivenWarnings::default(),
         rollback_point,
         discarded_work: [0; 3],
-        untaken_jump_work: [0; 3],
-        rebuild_requested: false,
     };
     if let Some(snapshot) = from {
         run.restore(snapshot)?;
@@ -159,25 +157,18 @@ impl Run<'_> {
             if matches!(self.progress, StepProgress::NotStarted)
                 && self.observer.wants_rebuild(&self.state.wear_depth)
             {
-                return self.suspend_for_rebuild();
+                return self.end(RunEnd::Rebuild);
             }
-            match &step.cycles {
-                None => self.run_monotone_step()?,
-                Some(_) => self.run_wear_step()?,
+            let advanced = match &step.cycles {
+                None => self.run_monotone_step(),
+                Some(_) => self.run_wear_step(),
+            };
+            if let Err(Stop::Error(error)) = advanced {
+                return Err(error);
             }
             self.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
-            if self.rebuild_requested {
-                return self.suspend_for_rebuild();
-            }
-            if self.result.outcome == FRAME_EDGE {
-                self.report_checkpoint(CheckpointEvent::Suspended)?;
-                let mut snapshot = self.checkpoint();
-                snapshot.add_discarded_work(self.untaken_jump_work);
-                self.result.frame_edge_checkpoint = Some(Box::new(snapshot));
-                return Ok(());
-            }
-            if self.result.outcome != Outcome::Converged {
-                return self.report_checkpoint(CheckpointEvent::Aborted);
+            if let Err(Stop::End(end)) = advanced {
+                return self.end(end);
             }
             self.warn_of_few_contact_cells();
             self.step_index += 1;

@@ -13,8 +13,8 @@ use crate::evolution::large_sliding::large_sliding_warning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::observer::{CheckpointEvent, Observer};
 use crate::evolution::predictor::Predictor;
-use crate::evolution::records::{Certificate, Divergence, IncrementRecord, Outcome, Resultants};
-use crate::evolution::run::Run;
+use crate::evolution::records::{Certificate, Divergence, IncrementRecord, Resultants};
+use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::state;
 use crate::evolution::step::{HistoryRow, Spin, Step, Tangential};
 use crate::omitted::OmittableWork;
@@ -182,7 +182,7 @@ impl Run<'_> {
     }
 
     /// Runs the remaining increments of a monotone step.
-    pub(super) fn run_monotone_step(&mut self) -> Result<()> {
+    pub(super) fn run_monotone_step(&mut self) -> Advance {
         let step = self.step();
         let mut ramp = match &self.progress {
             StepProgress::Monotone(ramp) => ramp.clone(),
@@ -193,22 +193,19 @@ impl Run<'_> {
             }),
         };
         self.controls = ramp.load_path.end;
-        while ramp.increments_done < step.increments && self.result.outcome == Outcome::Converged {
+        while ramp.increments_done < step.increments {
             // The solver polls for cancellation between iterations only, and an increment may need none.
             if self.observer.cancelled() {
-                self.result.outcome = Outcome::Interrupted;
-                break;
+                return Err(RunEnd::Interrupted.into());
             }
             let number = ramp.increments_done + 1;
             let (rigid, floating) = ramp.predictor.motions(&self.state);
             let now = (rigid, self.prepared.rotation(&floating));
             let controls = ramp.load_path.at(number as f64 / step.increments as f64, now);
             self.run_increment(number, (&controls, &mut ramp.predictor))?;
-            if self.result.outcome == Outcome::Converged {
-                ramp.increments_done = number;
-                self.progress = StepProgress::Monotone(ramp.clone());
-                self.record_rollback_point(CheckpointEvent::Entry)?;
-            }
+            ramp.increments_done = number;
+            self.progress = StepProgress::Monotone(ramp.clone());
+            self.record_rollback_point(CheckpointEvent::Entry)?;
         }
         if step.rolling.is_some() {
             self.controls.tangential =
@@ -221,7 +218,7 @@ impl Run<'_> {
         &mut self,
         number: usize,
         (controls, predictor): (&IncrementControls, &mut Predictor),
-    ) -> Result<()> {
+    ) -> Advance {
         let step = self.step();
         let clock = Instant::now();
         self.check_controls()?;
@@ -267,8 +264,9 @@ impl Run<'_> {
                 self.state.add_wear_dissipation(checks.dissipation, step.friction);
             }
         }
-        self.complete_record(&mut record, &report, (&checks, self.options.tolerance));
-        self.deliver(record, fields)
+        let converged = self.complete_record(&mut record, &report, (&checks, self.options.tolerance));
+        self.deliver(record, fields)?;
+        Ok(converged?)
     }
 
     /// Refuses a tangential force or a spin moment that nothing can balance: without friction, or in rolling.
@@ -342,13 +340,13 @@ impl Run<'_> {
         record.with_resultants(values)
     }
 
-    /// Fills wear, work and convergence of a record, sets the outcome of the run and adds warnings.
+    /// Fills wear, work and convergence of a record, and adds warnings. `Err` if the run ends with this record.
     pub(super) fn complete_record(
         &mut self,
         record: &mut IncrementRecord,
         report: &SolveReport,
         (checks, tolerance): (&StateChecks, f64),
-    ) {
+    ) -> std::result::Result<(), RunEnd> {
         let areas = &self.prepared.model.frame.areas;
         let volume = self.volume(&self.state.wear_depth) + self.state.rolling_wear_volume;
         let share = self.prepared.model.wear_share;
@@ -371,14 +369,6 @@ impl Run<'_> {
             let note = self.prepared.loss_of_equilibrium_message(&record.name, record.increment, sliding);
             self.result.warnings.push(note);
         }
-        self.result.outcome = match report.stop {
-            StopReason::Interrupted => Outcome::Interrupted,
-            StopReason::GrossSliding => Outcome::NotConverged(Divergence::GrossSliding),
-            StopReason::ContactLost => Outcome::NotConverged(Divergence::ContactLost),
-            StopReason::StickZoneNotConverged => Outcome::NotConverged(Divergence::StickZone),
-            _ if record.converged => Outcome::Converged,
-            _ => Outcome::NotConverged(Divergence::Iterations),
-        };
         let no_contact = (record.contact_area == 0.0 && record.converged)
             .then(|| self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap))
             .flatten();
@@ -387,6 +377,14 @@ impl Run<'_> {
         }
         if record.contact_touches_edge {
             self.warn_once(StepWarning::FrameEdge, |run| run.frame_edge_warning(record));
+        }
+        match report.stop {
+            StopReason::Interrupted => Err(RunEnd::Interrupted),
+            StopReason::GrossSliding => Err(RunEnd::Diverged(Divergence::GrossSliding)),
+            StopReason::ContactLost => Err(RunEnd::Diverged(Divergence::ContactLost)),
+            StopReason::StickZoneNotConverged => Err(RunEnd::Diverged(Divergence::StickZone)),
+            _ if record.converged => Ok(()),
+            _ => Err(RunEnd::Diverged(Divergence::Iterations)),
         }
     }
 

@@ -15,6 +15,40 @@ use crate::omitted::OmittedWork;
 /// Outcome of a run that ends before a jump in which wear brings the contact to the edge of the frame.
 pub const FRAME_EDGE: Outcome = Outcome::NotConverged(Divergence::FrameEdge);
 
+/// Reason why a run ends before its last step is done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum RunEnd {
+    /// The observer cancelled the run.
+    Interrupted,
+    /// A contact problem did not converge.
+    Diverged(Divergence),
+    /// Contact reaches the edge of the frame in the next jump, which is not taken. Its solves, iterations and operator applications.
+    FrameEdge([usize; 3]),
+    /// The observer requests a rebuild of the operators.
+    Rebuild,
+}
+
+/// What ends a step early: the end of the run, or an error.
+pub(super) enum Stop {
+    End(RunEnd),
+    Error(Error),
+}
+
+impl From<RunEnd> for Stop {
+    fn from(end: RunEnd) -> Self {
+        Self::End(end)
+    }
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Self {
+        Self::Error(error)
+    }
+}
+
+/// Result of a part of a step, which may end the run.
+pub(super) type Advance<T = ()> = std::result::Result<T, Stop>;
+
 /// Result of a run.
 #[derive(Debug, Clone)]
 pub struct RunResult {
@@ -57,10 +91,6 @@ pub(super) struct Run<'a> {
     /// Numbers of solves, iterations and operator applications of jumps that were not taken on earlier, smaller frames. The next
     /// record of a jump includes them.
     pub(super) discarded_work: [usize; 3],
-    /// Solves, iterations and operator applications of the jump in which contact reached the edge of the present frame.
-    pub(super) untaken_jump_work: [usize; 3],
-    /// Whether the observer requested the end of the run before the next jump.
-    pub(super) rebuild_requested: bool,
 }
 
 /// State of the run and lengths of its lists at the end of the last record.
@@ -99,11 +129,23 @@ impl<'a> Run<'a> {
         self.given_warnings.is_first(step, kind)
     }
 
-    /// Ends the run at a point where it can resume with other operators.
-    pub(super) fn suspend_for_rebuild(&mut self) -> Result<()> {
-        self.report_checkpoint(CheckpointEvent::Suspended)?;
-        self.result.rebuild_checkpoint = Some(Box::new(self.checkpoint()));
-        Ok(())
+    /// Ends the run early: reports the checkpoint from which it resumes, and sets the outcome.
+    pub(super) fn end(&mut self, end: RunEnd) -> Result<()> {
+        match end {
+            RunEnd::Interrupted => self.result.outcome = Outcome::Interrupted,
+            RunEnd::Diverged(reason) => self.result.outcome = Outcome::NotConverged(reason),
+            RunEnd::FrameEdge(untaken_work) => {
+                self.result.outcome = FRAME_EDGE;
+                let mut checkpoint = self.checkpoint();
+                checkpoint.add_discarded_work(untaken_work);
+                self.result.frame_edge_checkpoint = Some(Box::new(checkpoint));
+            }
+            RunEnd::Rebuild => self.result.rebuild_checkpoint = Some(Box::new(self.checkpoint())),
+        }
+        self.report_checkpoint(match end {
+            RunEnd::Interrupted | RunEnd::Diverged(_) => CheckpointEvent::Aborted,
+            RunEnd::FrameEdge(_) | RunEnd::Rebuild => CheckpointEvent::Suspended,
+        })
     }
 
     /// Makes the present state the rollback point and reports a checkpoint.
@@ -150,8 +192,6 @@ impl<'a> Run<'a> {
             given_warnings,
             rollback_point,
             discarded_work,
-            untaken_jump_work: _,
-            rebuild_requested: _,
         } = self;
         let RunResult {
             records,

@@ -3,10 +3,9 @@
 use std::time::Instant;
 
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
-use crate::error::Result;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
-use crate::evolution::records::{Divergence, JumpRecord, Outcome, Resultants};
-use crate::evolution::run::{FRAME_EDGE, Run};
+use crate::evolution::records::{Divergence, JumpRecord, Resultants};
+use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::state;
 use crate::evolution::step::Spin;
 use crate::evolution::wear_integrator::WearJump;
@@ -55,7 +54,7 @@ fn mean_of_reversal_points(ends: &[Resultants; 2]) -> Resultants {
 
 impl Run<'_> {
     /// Completes the remaining cycles of a step in which nothing wears any more.
-    pub(super) fn finish_worn_out_step(&mut self, cycling: &mut WearStepState, clock: Instant) -> Result<()> {
+    pub(super) fn finish_worn_out_step(&mut self, cycling: &mut WearStepState, clock: Instant) -> Advance {
         let length = self.cycles().count - cycling.completed;
         self.result.warnings.push(format!(
             "step \"{}\": at this approach wear has reduced the peak pressure to a millionth of its initial value or less; no wear occurs in the remaining {length} {}",
@@ -79,9 +78,12 @@ impl Run<'_> {
     }
 
     /// Ends the run before a jump that brings the contact to the edge of the frame, where it would be cut off.
-    pub(super) fn stop_at_frame_edge(&mut self, cycling: &WearStepState, jump: &WearJump, length: f64) {
-        self.untaken_jump_work = jump.work();
-        self.result.outcome = FRAME_EDGE;
+    pub(super) fn stop_at_frame_edge(
+        &mut self,
+        cycling: &WearStepState,
+        jump: &WearJump,
+        length: f64,
+    ) -> RunEnd {
         let unit = cycling.length_unit();
         self.result.warnings.push(format!(
             "step \"{}\" ({}): wear extends the contact to the edge of the frame between {} and {} {unit}; this jump is not applied, because the contact would be cut off at the edge",
@@ -90,10 +92,11 @@ impl Run<'_> {
             cycling.completed,
             cycling.completed + length
         ));
+        RunEnd::FrameEdge(jump.work())
     }
 
     /// Adds the result of a converged jump to the state, and delivers the record of the jump.
-    pub(super) fn commit_jump(&mut self, cycling: &mut WearStepState, accepted: AcceptedJump) -> Result<()> {
+    pub(super) fn commit_jump(&mut self, cycling: &mut WearStepState, accepted: AcceptedJump) -> Advance {
         let AcceptedJump { jump, length, clock, .. } = accepted;
         let number = cycling.jumps_done + 1;
         if jump.converged() {
@@ -124,9 +127,11 @@ impl Run<'_> {
         if let Some(resolved) = &mut cycling.resolved_cycle {
             resolved.is_new = false;
         }
-        self.complete_record(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
-        self.warn_of_spin_moment();
-        self.deliver(record, fields)
+        let converged =
+            self.complete_record(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
+        self.warn_of_spin_moment(converged);
+        self.deliver(record, fields)?;
+        Ok(converged?)
     }
 
     /// Adds wear, dissipation, estimated errors and completed cycles of a converged jump to the state.
@@ -156,11 +161,11 @@ impl Run<'_> {
         }
     }
 
-    /// Warns if cycles under a spin moment from an earlier step do not converge. With full slip the friction moment reverses in
+    /// Warns if cycles under a spin moment from an earlier step do not converge (`converged`). With full slip the friction moment reverses in
     /// every stroke, so it cannot balance a constant moment.
-    pub(super) fn warn_of_spin_moment(&mut self) {
+    pub(super) fn warn_of_spin_moment(&mut self, converged: std::result::Result<(), RunEnd>) {
         let Spin::Moment(moment) = self.controls.spin else { return };
-        if moment != 0.0 && self.result.outcome == Outcome::NotConverged(Divergence::Iterations) {
+        if moment != 0.0 && converged == Err(RunEnd::Diverged(Divergence::Iterations)) {
             self.result.warnings.push(format!(
                 "step \"{}\": a spin moment of {moment} acts during the cycles. If the whole contact slides, the friction moment reverses in every stroke and cannot balance a constant moment. Prescribe `twist`, or a spin_moment of zero, in an earlier step, or use a smaller amplitude",
                 self.step().name

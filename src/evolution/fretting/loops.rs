@@ -8,8 +8,8 @@ use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
-use crate::evolution::records::{FrettingLoop, Outcome};
-use crate::evolution::run::Run;
+use crate::evolution::records::FrettingLoop;
+use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::step::{ClosedPath, CycleMotion};
 
 /// Least number of increments per stroke.
@@ -74,7 +74,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// As [`Self::solve_stroke`].
-    pub(super) fn record_fretting_loop(&mut self, cycling: &WearStepState) -> Result<()> {
+    pub(super) fn record_fretting_loop(&mut self, cycling: &WearStepState) -> Advance {
         let (step, cycles) = (self.step(), self.cycles());
         let (SlipSource::ClosedPath(coarse), CycleMotion::ClosedPath(closed)) =
             (&cycling.slip_source, &cycles.motion)
@@ -107,13 +107,12 @@ impl Run<'_> {
                 let (next, report, checks) = self.solve_stroke(way, (&worn, &options), place, &stage)?;
                 if report.stop != StopReason::Converged {
                     if report.stop == StopReason::Interrupted {
-                        self.result.outcome = Outcome::Interrupted;
-                    } else {
-                        self.result.warnings.push(format!(
-                            "step \"{}\": the fretting loop after {} cycles is missing, because an increment of it did not converge",
-                            step.name, self.state.cycles_done
-                        ));
+                        return Err(RunEnd::Interrupted.into());
                     }
+                    self.result.warnings.push(format!(
+                        "step \"{}\": the fretting loop after {} cycles is missing, because an increment of it did not converge",
+                        step.name, self.state.cycles_done
+                    ));
                     return Ok(());
                 }
                 place = next;

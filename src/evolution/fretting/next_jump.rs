@@ -9,7 +9,7 @@ use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::monotone::ProgressSpan;
-use crate::evolution::run::Run;
+use crate::evolution::run::{Advance, Run};
 use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
 use crate::evolution::wear_integrator::{JumpSpec, WearJump};
 use crate::geometry::format_short;
@@ -46,7 +46,7 @@ enum Rejection {
 
 impl Run<'_> {
     /// Computes and commits the next jump.
-    pub(super) fn take_jump(&mut self, cycling: &mut WearStepState) -> Result<()> {
+    pub(super) fn take_jump(&mut self, cycling: &mut WearStepState) -> Advance {
         let (step, cycles) = (self.step(), self.cycles());
         let clock = Instant::now();
         if self.is_worn_out(cycling) {
@@ -95,8 +95,7 @@ impl Run<'_> {
             }
             if jump.converged() && jump.reaches_frame_edge && !cycling.touched_edge_initially {
                 jump.charge_work(cycling.cycle.uncharged_work);
-                self.stop_at_frame_edge(cycling, &jump, length);
-                return Ok(());
+                return Err(self.stop_at_frame_edge(cycling, &jump, length).into());
             }
             // The first strokes and rejected jumps have no record of their own: this jump reports their work.
             jump.charge_work(std::mem::take(&mut cycling.cycle.uncharged_work));

@@ -2,18 +2,18 @@
 
 use std::time::Instant;
 
-use crate::error::{Result, warning};
+use crate::error::warning;
 use crate::evolution::fretting::jump_record::AcceptedJump;
 use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::monotone::ProgressSpan;
-use crate::evolution::run::Run;
+use crate::evolution::run::{Advance, Run};
 use crate::evolution::step::Integrator;
 use crate::evolution::wear_integrator::{StageSpec, WearJump};
 
 impl Run<'_> {
     /// Solves the contact at the path points for the current wear depth, and computes the rates. If the contact does not converge,
-    /// records a jump of length 0 and returns `false`.
-    pub(super) fn evaluate_rates(&mut self, cycling: &mut WearStepState, clock: Instant) -> Result<bool> {
+    /// records a jump of length 0 and ends the run.
+    pub(super) fn evaluate_rates(&mut self, cycling: &mut WearStepState, clock: Instant) -> Advance {
         let cycles = self.cycles();
         let (worn, at) = (self.state.wear_depth.clone(), cycling.completed / cycles.count);
         let mut jump = WearJump::new(self.prepared.n());
@@ -22,8 +22,7 @@ impl Run<'_> {
         let spec = StageSpec { step_fraction: at, wear_depth: &worn, slip_repeats: 0.0, options: &options };
         self.solve_stage(spec, cycling, &mut jump, &stage)?;
         if !jump.converged() {
-            self.commit_jump(cycling, AcceptedJump { jump: &jump, length: 0.0, rejected: 0, clock })?;
-            return Ok(false);
+            return self.commit_jump(cycling, AcceptedJump { jump: &jump, length: 0.0, rejected: 0, clock });
         }
         cycling.cycle.charge(&jump.report);
         cycling.wear_rate.copy_from_slice(&cycling.cycle.contact.wear_rate);
@@ -31,19 +30,17 @@ impl Run<'_> {
         if cycles.integrator == Integrator::Explicit {
             cycling.critical_length = self.critical_length(&cycling.cycle.contact);
         }
-        Ok(true)
+        Ok(())
     }
 
-    /// As [`Self::evaluate_rates`], after the operators have changed; also returns `false` if the contact does not converge. Warns
-    /// if explicit jumps of a prescribed number exceed the stability limit.
-    pub(super) fn reevaluate_rates(&mut self, cycling: &mut WearStepState) -> Result<bool> {
-        if !self.evaluate_rates(cycling, Instant::now())? {
-            return Ok(false);
-        }
+    /// As [`Self::evaluate_rates`], after the operators have changed. Warns if explicit jumps of a prescribed number exceed the
+    /// stability limit.
+    pub(super) fn reevaluate_rates(&mut self, cycling: &mut WearStepState) -> Advance {
+        self.evaluate_rates(cycling, Instant::now())?;
         cycling.rates_outdated = false;
         if let Err(unstable) = self.refuse_unstable(cycling) {
             self.result.warnings.push(warning(unstable.message()));
         }
-        Ok(true)
+        Ok(())
     }
 }

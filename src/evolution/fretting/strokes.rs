@@ -10,8 +10,7 @@ use crate::evolution::fretting::cycle_state::{CycleState, STICK_SLIP_SHARE};
 use crate::evolution::fretting::loops::{IncrementStart, stroke_options};
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
-use crate::evolution::records::Outcome;
-use crate::evolution::run::Run;
+use crate::evolution::run::{Advance, Run};
 use crate::evolution::state;
 use crate::evolution::step::Drive;
 use crate::omitted::OmittableWork;
@@ -37,7 +36,7 @@ impl Run<'_> {
         course: &FrettingPath,
         loads: PrescribedLoads,
         ring: &mut CycleState,
-    ) -> Result<()> {
+    ) -> Advance {
         ring.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
         let half = course.reversal_index();
         let mut before: Vec<[f64; 2]> = Vec::new();
@@ -56,9 +55,6 @@ impl Run<'_> {
                     ring.stick_mask.fill(true);
                 }
                 ring.record_stroke(&it, end, STICK_SLIP_SHARE * ring.amplitude());
-                if self.result.outcome != Outcome::Converged {
-                    return Ok(());
-                }
             }
             let found = self.responses_at_path_points(ring, course);
             if is_periodic(&found, &before) {
@@ -97,7 +93,7 @@ impl Run<'_> {
         &mut self,
         loads: PrescribedLoads,
         rigid: [f64; 3],
-    ) -> Result<(ContactState, SolveReport)> {
+    ) -> Advance<(ContactState, SolveReport)> {
         let step = self.step();
         let clock = Instant::now();
         let reference = SlipReference::Previous(self.state.slip_reference.clone());
@@ -121,10 +117,11 @@ impl Run<'_> {
         let approach = self.prepared.approach(&it, 0);
         let certificate = state::certificate(&checks, approach, balance);
         let mut record = self.new_record((1, approach), &values, (&it, certificate), clock);
-        self.complete_record(&mut record, &report, (&checks, options.tolerance));
-        self.warn_of_spin_moment();
-        if self.result.outcome != Outcome::Converged {
+        let converged = self.complete_record(&mut record, &report, (&checks, options.tolerance));
+        self.warn_of_spin_moment(converged);
+        if let Err(end) = converged {
             self.deliver(record, fields)?;
+            return Err(end.into());
         }
         Ok((it, report))
     }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use nalgebra::Vector3;
 
 use crate::contact::{NormalControl, TangentialControl};
-use crate::error::{Result, warning};
+use crate::error::warning;
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{ActiveControls, PrescribedLoads};
 use crate::evolution::fretting::cycle_state::CycleState;
@@ -13,8 +13,7 @@ use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::observer::CheckpointEvent;
-use crate::evolution::records::Outcome;
-use crate::evolution::run::{FRAME_EDGE, Run};
+use crate::evolution::run::{Advance, Run, RunEnd, Stop};
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, JumpPolicy};
 use crate::evolution::step_controller::StepController;
@@ -28,15 +27,11 @@ const MIN_TOLERANCE_RATIO: f64 = 10.0;
 
 impl Run<'_> {
     /// Runs the remaining jumps of a step of fretting cycles or steady sliding.
-    pub(in crate::evolution) fn run_wear_step(&mut self) -> Result<()> {
-        if matches!(self.progress, StepProgress::NotStarted)
-            && let Some(cycling) = self.begin_wear_step()?
-        {
+    pub(in crate::evolution) fn run_wear_step(&mut self) -> Advance {
+        if matches!(self.progress, StepProgress::NotStarted) {
+            let cycling = self.begin_wear_step()?;
             if self.observer.wants_loops() {
                 self.record_fretting_loop(&cycling)?;
-                if self.result.outcome != Outcome::Converged {
-                    return Ok(());
-                }
             }
             self.progress = StepProgress::WearStep(Box::new(cycling));
         }
@@ -46,40 +41,39 @@ impl Run<'_> {
             if cycling.completed >= self.cycles().count {
                 let ended = self.finish_wear_step(&cycling);
                 // If interrupted here, the run resumes after the last jump.
-                if ended.is_err() || self.result.outcome != Outcome::Converged {
+                if ended.is_err() {
                     self.progress = StepProgress::WearStep(cycling);
                 }
                 return ended;
             }
             if cycling.jumps_done > 0 && self.observer.wants_rebuild(&self.state.wear_depth) {
                 self.progress = StepProgress::WearStep(cycling);
-                self.rebuild_requested = true;
-                return Ok(());
+                return Err(RunEnd::Rebuild.into());
             }
             if cycling.rates_outdated {
                 let evaluated = self.reevaluate_rates(&mut cycling);
-                if !matches!(evaluated, Ok(true)) {
+                if evaluated.is_err() {
                     self.progress = StepProgress::WearStep(cycling);
-                    return evaluated.map(|_| ());
+                    return evaluated;
                 }
             }
             let (before, control, spent) =
                 (Tried::of(&cycling), cycling.step_controller, cycling.cycle.uncharged_work);
             let discarded = self.discarded_work;
             let resolved = cycling.resolved_cycle.clone();
-            let jumped = self.take_jump(&mut cycling);
+            let mut jumped = self.take_jump(&mut cycling);
             // The solver of a body may detect an interrupt itself: in this case, too, the run resumes before the jump.
-            if jumped.is_err() || self.result.outcome != Outcome::Converged {
+            if jumped.is_err() {
                 self.discarded_work = discarded;
                 // Before its first record, the step restarts from the state before the step.
                 if cycling.jumps_done > 0 {
                     before.put(&mut cycling);
                     (cycling.step_controller, cycling.cycle.uncharged_work, cycling.resolved_cycle) =
                         (control, spent, resolved);
-                    if self.result.outcome == FRAME_EDGE {
+                    if let Err(Stop::End(RunEnd::FrameEdge(work))) = &mut jumped {
                         // The restored state keeps this uncharged work, which the work of the jump also contains: it must not count
                         // twice.
-                        self.untaken_jump_work.iter_mut().zip(spent).for_each(|(sum, kept)| *sum -= kept);
+                        work.iter_mut().zip(spent).for_each(|(sum, kept)| *sum -= kept);
                     }
                     self.progress = StepProgress::WearStep(cycling);
                 }
@@ -93,16 +87,14 @@ impl Run<'_> {
 
     /// Ends the step: records the last fretting loop on request. If steps follow, restores the displacement or force at the centre
     /// of the cycles.
-    fn finish_wear_step(&mut self, cycling: &WearStepState) -> Result<()> {
+    fn finish_wear_step(&mut self, cycling: &WearStepState) -> Advance {
         if self.observer.wants_loops() {
             self.record_fretting_loop(cycling)?;
         }
         self.warn_of_wear_error();
         self.controls.normal = cycling.load_path.end.normal;
         let steps_follow = self.step_index + 1 < self.steps.len();
-        if let (SlipSource::ClosedPath(course), true, Outcome::Converged) =
-            (&cycling.slip_source, steps_follow, &self.result.outcome)
-        {
+        if let (SlipSource::ClosedPath(course), true) = (&cycling.slip_source, steps_follow) {
             self.return_to_center(course)?;
         }
         Ok(())
@@ -144,8 +136,8 @@ impl Run<'_> {
         )));
     }
 
-    /// Solves the first strokes and the rates before the first jump. `None` if a solution does not converge.
-    fn begin_wear_step(&mut self) -> Result<Option<WearStepState>> {
+    /// Solves the first strokes and the rates before the first jump.
+    fn begin_wear_step(&mut self) -> Advance<WearStepState> {
         let cycles = self.cycles();
         let clock = Instant::now();
         if let JumpPolicy::Tolerance(tolerance) = cycles.jumps
@@ -191,13 +183,8 @@ impl Run<'_> {
         if let SlipSource::ClosedPath(course) = &cycling.slip_source {
             let (loads, _) = self.loads_at(&cycling, 0.0);
             self.find_periodic_cycle(course, loads, &mut cycling.cycle)?;
-            if self.result.outcome != Outcome::Converged {
-                return Ok(None);
-            }
         }
-        if !self.evaluate_rates(&mut cycling, clock)? {
-            return Ok(None);
-        }
+        self.evaluate_rates(&mut cycling, clock)?;
         self.update_resolved_cycle(&mut cycling)?;
         cycling.touched_edge_initially = state::touches_edge(&self.prepared, &cycling.cycle.contact);
         cycling.initial_peak_pressure = cycling.peak_pressure();
@@ -209,7 +196,7 @@ impl Run<'_> {
             let first = FIRST_JUMP_DEPTH_SHARE * approach / fastest;
             cycling.step_controller = StepController::new(first.min(cycles.count), cycles.integrator.order());
         }
-        Ok(Some(cycling))
+        Ok(cycling)
     }
 
     /// Slip of each cell per mm of sliding of body 2 along the direction `angle`, `[2, N]`.
@@ -241,7 +228,7 @@ impl Run<'_> {
     }
 
     /// Restores the tangential displacement or force at the centre of the cycles, for the steps that follow.
-    fn return_to_center(&mut self, course: &FrettingPath) -> Result<()> {
+    fn return_to_center(&mut self, course: &FrettingPath) -> Advance {
         let rigid = [course.center[0], course.center[1], self.state.rigid_motion[2]];
         let loads = self.effective_loads(self.controls.loads_at_shift());
         let (loads, tangential) = course.return_to_center(loads);
