@@ -85,19 +85,18 @@ impl RunCheckpoint {
         }
         let onto = StateTransfer { new_cell_indices, prepared: &prepared, previous };
         let (state, change) = onto.transfer_state(self.state)?;
-        let progress = match self.progress {
-            StepProgress::NotStarted => StepProgress::NotStarted,
-            StepProgress::WearStep(cycling) => StepProgress::WearStep(Box::new(onto.transfer_wear_step(
-                *cycling,
-                &state.slip_reference,
-                change.as_ref(),
-            ))),
-            StepProgress::Monotone(_) => {
-                return Err(Error::input(
-                    "within a step of increments a run cannot continue with other operators",
-                ));
-            }
-        };
+        let progress =
+            match self.progress {
+                StepProgress::NotStarted => StepProgress::NotStarted,
+                StepProgress::WearStep(wear_step) => StepProgress::WearStep(Box::new(
+                    onto.transfer_wear_step(*wear_step, &state.slip_reference, change.as_ref()),
+                )),
+                StepProgress::Monotone(_) => {
+                    return Err(Error::input(
+                        "within a step of increments a run cannot continue with other operators",
+                    ));
+                }
+            };
         Ok(Self { progress, state, formed_cells, ..self })
     }
 }
@@ -171,31 +170,31 @@ impl StateTransfer<'_> {
     /// Transfers a wear step in progress. `reference` is the tangential gap with the new operators, `[2, N]`, mm.
     fn transfer_wear_step(
         &self,
-        mut cycling: WearStepState,
+        mut wear_step: WearStepState,
         reference: &[f64],
         change: Option<&OperatorChange>,
     ) -> WearStepState {
         let (n, places) = (self.prepared.n(), self.new_cell_indices);
-        let ring = &mut cycling.cycle;
-        let mut it = ContactState::new(n, ring.contact.rigid_motion.clone());
-        it.scaled = extend_field(&ring.contact.scaled, places, n, |_| 0.0);
-        it.mode_amplitudes.clone_from(&ring.contact.mode_amplitudes);
-        ring.contact = it;
-        ring.stick_mask = extend_field(&ring.stick_mask, places, n, |_| false);
+        let cycle = &mut wear_step.cycle;
+        let mut it = ContactState::new(n, cycle.contact.rigid_motion.clone());
+        it.scaled = extend_field(&cycle.contact.scaled, places, n, |_| 0.0);
+        it.mode_amplitudes.clone_from(&cycle.contact.mode_amplitudes);
+        cycle.contact = it;
+        cycle.stick_mask = extend_field(&cycle.stick_mask, places, n, |_| false);
         if let Some(change) = change {
-            ring.stick_gap.iter_mut().zip(&change.gap).for_each(|(at, by)| *at += by);
-            ring.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] += change.touch);
-            cycling.load_path = cycling.load_path.with_later_first_touch(change.touch);
-            cycling.rates_outdated = true;
+            cycle.stick_gap.iter_mut().zip(&change.gap).for_each(|(at, by)| *at += by);
+            cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] += change.touch);
+            wear_step.load_path = wear_step.load_path.with_later_first_touch(change.touch);
+            wear_step.rates_outdated = true;
         }
-        ring.stick_gap = extend_field(&ring.stick_gap, places, n, |k| reference[k]);
-        cycling.wear_rate = extend_field(&cycling.wear_rate, places, n, |_| 0.0);
-        cycling.resolved_cycle = cycling.resolved_cycle.map(|resolved| resolved.transfer_to(places, n));
-        if let (SlipSource::Sliding(slip), true) = (&mut cycling.slip_source, n > places.len()) {
+        cycle.stick_gap = extend_field(&cycle.stick_gap, places, n, |k| reference[k]);
+        wear_step.wear_rate = extend_field(&wear_step.wear_rate, places, n, |_| 0.0);
+        wear_step.resolved_cycle = wear_step.resolved_cycle.map(|resolved| resolved.transfer_to(places, n));
+        if let (SlipSource::Sliding(slip), true) = (&mut wear_step.slip_source, n > places.len()) {
             // The slip per length is uniform, because all cells of the frame have the same axes.
             let along = [slip[0], slip[places.len()]];
             *slip = extend_field(slip, places, n, |k| along[k / n]);
         }
-        cycling
+        wear_step
     }
 }

@@ -202,7 +202,7 @@ pub(super) struct StageSpec<'s> {
 }
 
 impl Run<'_> {
-    /// Integrates the wear over `length` (cycles, or mm of sliding). Updates path points and rates of `cycling`, but not the wear
+    /// Integrates the wear over `length` (cycles, or mm of sliding). Updates path points and rates of `wear_step`, but not the wear
     /// depth of the state.
     ///
     /// # Errors
@@ -210,42 +210,42 @@ impl Run<'_> {
     pub(super) fn integrate(
         &mut self,
         JumpSpec { integrator, length, options }: JumpSpec,
-        cycling: &mut WearStepState,
-        stage: &ProgressSpan,
+        wear_step: &mut WearStepState,
+        progress: &ProgressSpan,
     ) -> Result<WearJump> {
         let scheme = integrator.scheme();
         let mut jump = WearJump::new(self.prepared.n());
-        add(&mut jump.wear_depth, scheme.start_weight * length, &cycling.wear_rate);
-        add(&mut jump.error_field, scheme.error_weights[0] * length, &cycling.wear_rate);
-        jump.dissipation = scheme.start_weight * length * cycling.dissipation_rate;
+        add(&mut jump.wear_depth, scheme.start_weight * length, &wear_step.wear_rate);
+        add(&mut jump.error_field, scheme.error_weights[0] * length, &wear_step.wear_rate);
+        jump.dissipation = scheme.start_weight * length * wear_step.dissipation_rate;
         for (number, weights) in scheme.stages.iter().enumerate() {
             let mut worn = self.state.wear_depth.clone();
             add(&mut worn, 1.0, &jump.wear_depth);
-            let touched = self.cells_in_contact(&cycling.cycle.contact);
+            let touched = self.cells_in_contact(&wear_step.cycle.contact);
             let spec = StageSpec {
-                step_fraction: (cycling.completed + weights.abscissa * length) / self.cycles().count,
+                step_fraction: (wear_step.completed + weights.abscissa * length) / self.cycles().count,
                 wear_depth: &worn,
                 slip_repeats: weights.implicit_weight * length,
                 options: &options,
             };
-            self.solve_stage(spec, cycling, &mut jump, stage)?;
+            self.solve_stage(spec, wear_step, &mut jump, progress)?;
             if !jump.converged() {
                 return Ok(jump);
             }
-            jump.reaches_frame_edge |= state::touches_edge(&self.prepared, &cycling.cycle.contact);
+            jump.reaches_frame_edge |= state::touches_edge(&self.prepared, &wear_step.cycle.contact);
             jump.lost_contact = number > 0
-                && self.lost_contact_share(&touched, &cycling.cycle.contact) > MAX_LOST_CONTACT_SHARE;
+                && self.lost_contact_share(&touched, &wear_step.cycle.contact) > MAX_LOST_CONTACT_SHARE;
             if jump.lost_contact {
                 return Ok(jump);
             }
-            cycling.wear_rate.copy_from_slice(&cycling.cycle.contact.wear_rate);
-            cycling.dissipation_rate = jump.checks.dissipation * cycling.dissipation_factor();
-            add(&mut jump.wear_depth, weights.solution_weight * length, &cycling.wear_rate);
-            add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &cycling.wear_rate);
-            jump.dissipation += weights.solution_weight * length * cycling.dissipation_rate;
+            wear_step.wear_rate.copy_from_slice(&wear_step.cycle.contact.wear_rate);
+            wear_step.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
+            add(&mut jump.wear_depth, weights.solution_weight * length, &wear_step.wear_rate);
+            add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &wear_step.wear_rate);
+            jump.dissipation += weights.solution_weight * length * wear_step.dissipation_rate;
         }
         let areas = &self.prepared.model.frame.areas;
-        let touching = self.cells_in_contact(&cycling.cycle.contact);
+        let touching = self.cells_in_contact(&wear_step.cycle.contact);
         jump.depth_error = root_mean_square(&jump.error_field, areas, |i| touching[i]);
         jump.volume_error = VOLUME_ERROR_FACTOR * self.volume(&jump.error_field).abs();
         Ok(jump)
@@ -279,53 +279,53 @@ impl Run<'_> {
     pub(super) fn solve_stage(
         &mut self,
         StageSpec { step_fraction, wear_depth: worn, slip_repeats, options }: StageSpec,
-        cycling: &mut WearStepState,
+        wear_step: &mut WearStepState,
         jump: &mut WearJump,
-        stage: &ProgressSpan,
+        progress: &ProgressSpan,
     ) -> Result<()> {
         let before = jump.checks;
-        let (loads, height) = self.loads_at(cycling, step_fraction);
+        let (loads, height) = self.loads_at(wear_step, step_fraction);
         if let Some(height) = height {
-            cycling.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
+            wear_step.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
         }
         let mut last: Vec<[f64; 2]> = Vec::new();
         for _ in 0..MAX_STICK_PASSES {
-            let ends = match &cycling.slip_source {
-                SlipSource::ClosedPath(course) => self.path_points(course, loads, &cycling.cycle)?,
+            let ends = match &wear_step.slip_source {
+                SlipSource::ClosedPath(path) => self.path_points(path, loads, &wear_step.cycle)?,
                 SlipSource::Sliding(slip) => {
                     vec![self.path_point(&loads, SlipReference::Prescribed(slip.clone()))?]
                 }
             };
-            let corrected = cycling.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
+            let corrected = wear_step.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
             let wear_path_factors = corrected.map(|resolved| resolved.factors.as_slice());
             let laws = ActiveLaws { slip_repeats, wear_path_factors, ..ActiveLaws::of(self.step()) };
             let mut problem = increment_problem(&self.prepared, options, worn, laws, ends);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
-                &mut cycling.cycle.contact,
+                &mut wear_step.cycle.contact,
                 options,
                 self.observer,
-                stage,
+                progress,
             )?;
             jump.add(&report);
             jump.solves += 1;
             jump.checks = before.worst(&checks);
-            let SlipSource::ClosedPath(course) = &cycling.slip_source else { return Ok(()) };
-            if report.stop == StopReason::Iterations && cycling.cycle.release_slipping_cells(&problem) {
+            let SlipSource::ClosedPath(path) = &wear_step.slip_source else { return Ok(()) };
+            if report.stop == StopReason::Iterations && wear_step.cycle.release_slipping_cells(&problem) {
                 continue;
             }
-            if report.stop != StopReason::Converged || cycling.cycle.has_consistent_stick_zone(&problem) {
+            if report.stop != StopReason::Converged || wear_step.cycle.has_consistent_stick_zone(&problem) {
                 return Ok(());
             }
-            let now = self.responses_at_path_points(&cycling.cycle, course);
+            let now = self.responses_at_path_points(&wear_step.cycle, path);
             if is_periodic(&now, &last) {
                 return Ok(());
             }
             last = now;
             let mut depth = worn.to_vec();
-            add(&mut depth, slip_repeats, &cycling.cycle.contact.wear_rate);
+            add(&mut depth, slip_repeats, &wear_step.cycle.contact.wear_rate);
             let report =
-                self.recompute_stick_zone((course, loads), (&depth, options), &mut cycling.cycle, stage)?;
+                self.recompute_stick_zone((path, loads), (&depth, options), &mut wear_step.cycle, progress)?;
             jump.add(&report);
             if report.stop != StopReason::Converged {
                 return Ok(());
@@ -337,8 +337,12 @@ impl Run<'_> {
     }
 
     /// Equations of the path points at the given wear depth, for reports.
-    pub(super) fn reporting_problem<'b>(&'b self, cycling: &WearStepState, worn: &'b [f64]) -> Increment<'b> {
-        let ends = vec![cycling.reported_path_point(); cycling.cycle.contact.rigid_motion.len()];
+    pub(super) fn reporting_problem<'b>(
+        &'b self,
+        wear_step: &WearStepState,
+        worn: &'b [f64],
+    ) -> Increment<'b> {
+        let ends = vec![wear_step.reported_path_point(); wear_step.cycle.contact.rigid_motion.len()];
         increment_problem(&self.prepared, &self.options, worn, ActiveLaws::of(self.step()), ends)
     }
 }

@@ -17,9 +17,9 @@ const LANCZOS_BREAKDOWN: f64 = 1e-10;
 impl Run<'_> {
     /// Longest stable explicit jump for the path points of a cycle, in cycles or mm of sliding; `None` without wear.
     pub(super) fn critical_length(&self, it: &ContactState) -> Option<f64> {
-        let (n, ends) = (self.prepared.n(), it.rigid_motion.len());
+        let (n, points) = (self.prepared.n(), it.rigid_motion.len());
         let touching = self.cells_in_contact(it);
-        let wear = |cell: usize| (0..ends).map(|end| it.wear_path[end * n + cell]).sum::<f64>();
+        let wear = |cell: usize| (0..points).map(|point| it.wear_path[point * n + cell]).sum::<f64>();
         let wear: Vec<f64> = (0..n).map(|cell| if touching[cell] { wear(cell) } else { 0.0 }).collect();
         let model = self.prepared.model;
         smallest_eigenvalue(model.flexibility.as_ref(), &model.frame.areas, &wear).map(|least| 2.0 * least)

@@ -24,10 +24,10 @@ pub struct CycleState {
 
 impl CycleState {
     /// Path points with zero tractions; all cells stick.
-    pub fn new(n: usize, course: &FrettingPath, rigid: [f64; 3]) -> Self {
-        let motions = (0..course.len()).map(|end| {
+    pub fn new(n: usize, path: &FrettingPath, rigid: [f64; 3]) -> Self {
+        let motions = (0..path.len()).map(|point| {
             let mut rigid = rigid;
-            course.set_shift(end, &mut rigid);
+            path.set_shift(point, &mut rigid);
             rigid
         });
         let contact = ContactState::new(n, motions.collect());
@@ -63,13 +63,13 @@ impl CycleState {
     }
 
     /// Stores the solution of a stroke. Cells leave the stick zone if they slip by more than `creep` (mm) or lose contact.
-    pub(super) fn record_stroke(&mut self, it: &ContactState, end: usize, creep: f64) {
+    pub(super) fn record_increment(&mut self, it: &ContactState, point: usize, creep: f64) {
         let n = self.stick_mask.len();
-        let planes = end * 3 * n..(end + 1) * 3 * n;
+        let planes = point * 3 * n..(point + 1) * 3 * n;
         self.contact.scaled[planes.clone()].copy_from_slice(&it.scaled);
         self.contact.tractions[planes].copy_from_slice(&it.tractions);
-        self.contact.rigid_motion[end] = it.rigid_motion[0];
-        self.contact.mode_amplitudes[end] = it.mode_amplitudes[0];
+        self.contact.rigid_motion[point] = it.rigid_motion[0];
+        self.contact.mode_amplitudes[point] = it.mode_amplitudes[0];
         for (i, stuck) in self.stick_mask.iter_mut().enumerate() {
             *stuck &= it.scaled[2 * n + i] > 0.0 && it.slip[i].hypot(it.slip[n + i]) <= creep;
         }
@@ -86,14 +86,16 @@ impl CycleState {
 
     /// Releases cells of the stick zone that slip at a path point of a state that did not converge. Returns whether there were any.
     pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
-        let (n, ends, creep) = (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
+        let (n, points, creep) =
+            (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
         let mut any = false;
         for i in 0..n {
-            let slips = |end: usize| {
-                let slip = self.contact.slip[end * 2 * n + i].hypot(self.contact.slip[end * 2 * n + n + i]);
-                slip > creep && !problem.sticks(&self.contact, end, i)
+            let slips = |point: usize| {
+                let slip =
+                    self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]);
+                slip > creep && !problem.sticks(&self.contact, point, i)
             };
-            if self.stick_mask[i] && (0..ends).any(slips) {
+            if self.stick_mask[i] && (0..points).any(slips) {
                 self.stick_mask[i] = false;
                 any = true;
             }
@@ -104,14 +106,15 @@ impl CycleState {
     /// Returns whether the stick zone agrees with the solution: its cells stick at all path points, and no other cell does. A cell
     /// that starts to stick needs new strokes, because its stick gap depends on the history.
     pub fn has_consistent_stick_zone(&self, problem: &Increment) -> bool {
-        let (n, ends, creep) = (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
+        let (n, points, creep) =
+            (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
         (0..n).all(|i| {
-            let mut sticks = (0..ends).map(|end| problem.sticks(&self.contact, end, i));
-            let creeps = |end: usize| {
-                self.contact.slip[end * 2 * n + i].hypot(self.contact.slip[end * 2 * n + n + i]) <= creep
+            let mut sticks = (0..points).map(|point| problem.sticks(&self.contact, point, i));
+            let creeps = |point: usize| {
+                self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]) <= creep
             };
             if self.stick_mask[i] {
-                sticks.enumerate().all(|(end, sticks)| sticks || creeps(end))
+                sticks.enumerate().all(|(point, sticks)| sticks || creeps(point))
             } else {
                 !sticks.all(|sticks| sticks)
             }

@@ -23,108 +23,108 @@ pub(super) struct AcceptedJump<'j> {
 
 impl AcceptedJump<'_> {
     /// Record of the jump of a wear step.
-    fn record(&self, cycling: &WearStepState) -> JumpRecord {
-        let resolved = cycling.resolved_cycle.as_ref().filter(|resolved| resolved.is_new);
+    fn record(&self, wear_step: &WearStepState) -> JumpRecord {
+        let resolved = wear_step.resolved_cycle.as_ref().filter(|resolved| resolved.is_new);
         JumpRecord {
             length: self.length,
             solves: self.jump.solves,
             rejected: self.rejected,
             depth_error: self.jump.depth_error,
             volume_error: self.jump.volume_error,
-            critical_length: cycling.critical_length,
+            critical_length: wear_step.critical_length,
             resolved: resolved.map(|resolved| resolved.increments),
         }
     }
 }
 
 /// Means of the resultants at both reversal points. The tangential force and the moment are those at the + reversal point.
-fn mean_of_reversal_points(ends: &[Resultants; 2]) -> Resultants {
-    let mean = |value: fn(&Resultants) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
+fn mean_of_reversal_points(reversals: &[Resultants; 2]) -> Resultants {
+    let mean = |value: fn(&Resultants) -> f64| 0.5 * (value(&reversals[0]) + value(&reversals[1]));
     Resultants {
-        shift: [0, 1].map(|k| 0.5 * (ends[0].shift[k] + ends[1].shift[k])),
-        rotation: [0, 1].map(|k| 0.5 * (ends[0].rotation[k] + ends[1].rotation[k])),
+        shift: [0, 1].map(|k| 0.5 * (reversals[0].shift[k] + reversals[1].shift[k])),
+        rotation: [0, 1].map(|k| 0.5 * (reversals[0].rotation[k] + reversals[1].rotation[k])),
         twist: mean(|e| e.twist),
         normal_force: mean(|e| e.normal_force),
         contact_area: mean(|e| e.contact_area),
         stick_area: mean(|e| e.stick_area),
         peak_pressure: mean(|e| e.peak_pressure),
-        ..ends[0]
+        ..reversals[0]
     }
 }
 
 impl Run<'_> {
     /// Completes the remaining cycles of a step in which nothing wears any more.
-    pub(super) fn finish_worn_out_step(&mut self, cycling: &mut WearStepState, clock: Instant) -> Advance {
-        let length = self.cycles().count - cycling.completed;
+    pub(super) fn finish_worn_out_step(&mut self, wear_step: &mut WearStepState, clock: Instant) -> Advance {
+        let length = self.cycles().count - wear_step.completed;
         self.result.warnings.push(format!(
             "step \"{}\": at this approach wear has reduced the peak pressure to a millionth of its initial value or less; no wear occurs in the remaining {length} {}",
             self.step().name,
-            cycling.length_unit()
+            wear_step.length_unit()
         ));
         // A resumed run has not evaluated its path points yet.
         let worn = self.state.wear_depth.clone();
-        let problem = self.reporting_problem(cycling, &worn);
+        let problem = self.reporting_problem(wear_step, &worn);
         let mut checks = certificate::check(
             &problem,
-            &mut cycling.cycle.contact,
+            &mut wear_step.cycle.contact,
             TangentialGap::Skip,
             OperatorCheck::Skip,
         );
         drop(problem);
         // The remaining pressures are rounding errors of the gap: refer the residual to the initial pressures.
-        checks.natural_residual *= cycling.peak_pressure() / cycling.initial_peak_pressure;
+        checks.natural_residual *= wear_step.peak_pressure() / wear_step.initial_peak_pressure;
         let jump = WearJump { checks, ..WearJump::new(self.prepared.n()) };
-        self.commit_jump(cycling, AcceptedJump { jump: &jump, length, rejected: 0, clock })
+        self.commit_jump(wear_step, AcceptedJump { jump: &jump, length, rejected: 0, clock })
     }
 
     /// Ends the run before a jump that brings the contact to the edge of the frame, where it would be cut off.
     pub(super) fn stop_at_frame_edge(
         &mut self,
-        cycling: &WearStepState,
+        wear_step: &WearStepState,
         jump: &WearJump,
         length: f64,
     ) -> RunEnd {
-        let unit = cycling.length_unit();
+        let unit = wear_step.length_unit();
         self.result.warnings.push(format!(
             "step \"{}\" ({}): wear extends the contact to the edge of the frame between {} and {} {unit}; this jump is not applied, because the contact would be cut off at the edge",
             self.step().name,
-            cycling.jumps_done + 1,
-            cycling.completed,
-            cycling.completed + length
+            wear_step.jumps_done + 1,
+            wear_step.completed,
+            wear_step.completed + length
         ));
         RunEnd::FrameEdge(jump.work())
     }
 
     /// Adds the result of a converged jump to the state, and delivers the record of the jump.
-    pub(super) fn commit_jump(&mut self, cycling: &mut WearStepState, accepted: AcceptedJump) -> Advance {
+    pub(super) fn commit_jump(&mut self, wear_step: &mut WearStepState, accepted: AcceptedJump) -> Advance {
         let AcceptedJump { jump, length, clock, .. } = accepted;
-        let number = cycling.jumps_done + 1;
+        let number = wear_step.jumps_done + 1;
         if jump.converged() {
-            self.add_to_state(cycling, jump, length);
+            self.add_to_state(wear_step, jump, length);
         }
-        let half = match &cycling.slip_source {
-            SlipSource::ClosedPath(course) => course.reversal_index(),
+        let half = match &wear_step.slip_source {
+            SlipSource::ClosedPath(path) => path.reversal_index(),
             SlipSource::Sliding(_) => 0,
         };
-        let it = &cycling.cycle.contact;
+        let it = &wear_step.cycle.contact;
         let worn = self.state.wear_depth.clone();
-        let problem = self.reporting_problem(cycling, &worn);
-        let mut ends = [0, half].map(|end| state::resultants(&self.prepared, &problem, it, end));
-        let resolved = cycling.resolved_cycle.as_ref().and_then(|resolved| resolved.reversal_correction);
+        let problem = self.reporting_problem(wear_step, &worn);
+        let mut reversals = [0, half].map(|point| state::resultants(&self.prepared, &problem, it, point));
+        let resolved = wear_step.resolved_cycle.as_ref().and_then(|resolved| resolved.reversal_correction);
         if let Some(corrections) = resolved {
-            ends.iter_mut().zip(&corrections).for_each(|(values, correction)| correction.apply(values));
+            reversals.iter_mut().zip(&corrections).for_each(|(values, correction)| correction.apply(values));
         }
-        let approach = 0.5 * [0, half].map(|end| self.prepared.approach(it, end)).iter().sum::<f64>();
+        let approach = 0.5 * [0, half].map(|point| self.prepared.approach(it, point)).iter().sum::<f64>();
         let balance = state::energy_balance(&self.prepared, &self.state, it, half);
         let fields = state::frame_state(&problem, it, 0, &worn);
         drop(problem);
         self.state.set_from(it, half);
         let certificate = state::certificate(&jump.checks, approach, balance);
-        let values = mean_of_reversal_points(&ends);
+        let values = mean_of_reversal_points(&reversals);
         let mut record = self.new_record((number, approach), &values, (it, certificate), clock);
-        record.stroke_ends = matches!(cycling.slip_source, SlipSource::ClosedPath(_)).then_some(ends);
-        record.jump = Some(accepted.record(cycling));
-        if let Some(resolved) = &mut cycling.resolved_cycle {
+        record.stroke_ends = matches!(wear_step.slip_source, SlipSource::ClosedPath(_)).then_some(reversals);
+        record.jump = Some(accepted.record(wear_step));
+        if let Some(resolved) = &mut wear_step.resolved_cycle {
             resolved.is_new = false;
         }
         let converged =
@@ -135,18 +135,20 @@ impl Run<'_> {
     }
 
     /// Adds wear, dissipation, estimated errors and completed cycles of a converged jump to the state.
-    fn add_to_state(&mut self, cycling: &mut WearStepState, jump: &WearJump, length: f64) {
+    fn add_to_state(&mut self, wear_step: &mut WearStepState, jump: &WearJump, length: f64) {
         let (step, cycles) = (self.step(), self.cycles());
-        cycling.completed += length;
-        cycling.jumps_done += 1;
-        if cycles.count - cycling.completed < 1e-9 * cycles.count {
-            cycling.completed = cycles.count;
+        wear_step.completed += length;
+        wear_step.jumps_done += 1;
+        if cycles.count - wear_step.completed < 1e-9 * cycles.count {
+            wear_step.completed = cycles.count;
         }
-        match cycling.slip_source {
+        match wear_step.slip_source {
             SlipSource::ClosedPath(_) => {
-                self.state.cycles_done = cycling.totals_before.0 + cycling.completed.round() as u64
+                self.state.cycles_done = wear_step.totals_before.0 + wear_step.completed.round() as u64
             }
-            SlipSource::Sliding(_) => self.state.distance_slid = cycling.totals_before.1 + cycling.completed,
+            SlipSource::Sliding(_) => {
+                self.state.distance_slid = wear_step.totals_before.1 + wear_step.completed
+            }
         }
         self.state.wear_depth.iter_mut().zip(&jump.wear_depth).for_each(|(worn, by)| *worn += by);
         self.state.dissipation += jump.dissipation;
@@ -156,7 +158,7 @@ impl Run<'_> {
         let errors = self.state.depth_errors.iter_mut().zip(&jump.error_field);
         errors.for_each(|(sum, error)| *sum += error.abs());
         self.state.volume_error += jump.volume_error;
-        if let Some(resolved) = &cycling.resolved_cycle {
+        if let Some(resolved) = &wear_step.resolved_cycle {
             self.add_path_error(resolved, &jump.wear_depth);
         }
     }

@@ -13,20 +13,20 @@ pub(super) struct Tried {
 }
 
 impl Tried {
-    pub fn of(cycling: &WearStepState) -> Self {
+    pub fn of(wear_step: &WearStepState) -> Self {
         Self {
-            unknowns: Unknowns::from_state(&cycling.cycle.contact),
-            stuck: cycling.cycle.stick_mask.clone(),
-            at: cycling.cycle.stick_gap.clone(),
-            rate: cycling.wear_rate.clone(),
-            power: cycling.dissipation_rate,
+            unknowns: Unknowns::from_state(&wear_step.cycle.contact),
+            stuck: wear_step.cycle.stick_mask.clone(),
+            at: wear_step.cycle.stick_gap.clone(),
+            rate: wear_step.wear_rate.clone(),
+            power: wear_step.dissipation_rate,
         }
     }
 
     /// Restores the values.
-    pub fn put(self, cycling: &mut WearStepState) {
-        self.unknowns.restore_into(&mut cycling.cycle.contact);
-        (cycling.cycle.stick_mask, cycling.cycle.stick_gap) = (self.stuck, self.at);
-        (cycling.wear_rate, cycling.dissipation_rate) = (self.rate, self.power);
+    pub fn put(self, wear_step: &mut WearStepState) {
+        self.unknowns.restore_into(&mut wear_step.cycle.contact);
+        (wear_step.cycle.stick_mask, wear_step.cycle.stick_gap) = (self.stuck, self.at);
+        (wear_step.wear_rate, wear_step.dissipation_rate) = (self.rate, self.power);
     }
 }

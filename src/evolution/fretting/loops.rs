@@ -37,35 +37,35 @@ pub(super) struct IncrementStart {
 
 impl IncrementStart {
     /// Start at the path point `end` of a cycle whose state is evaluated.
-    pub fn at_path_point(ring: &ContactState, end: usize) -> Self {
-        let n = ring.wear_rate.len();
-        let mut it = ContactState::new(n, vec![ring.rigid_motion[end]]);
-        it.mode_amplitudes = vec![ring.mode_amplitudes[end]];
-        it.scaled.copy_from_slice(&ring.scaled[end * 3 * n..(end + 1) * 3 * n]);
-        Self { reference: ring.gap[end * 3 * n..end * 3 * n + 2 * n].to_vec(), it }
+    pub fn at_path_point(cycle: &ContactState, point: usize) -> Self {
+        let n = cycle.wear_rate.len();
+        let mut it = ContactState::new(n, vec![cycle.rigid_motion[point]]);
+        it.mode_amplitudes = vec![cycle.mode_amplitudes[point]];
+        it.scaled.copy_from_slice(&cycle.scaled[point * 3 * n..(point + 1) * 3 * n]);
+        Self { reference: cycle.gap[point * 3 * n..point * 3 * n + 2 * n].to_vec(), it }
     }
 }
 
 impl Run<'_> {
-    /// Solves one increment of a cycle at the wear depth `worn` (`[N]`, mm), from `place` to the path point `end` of `course`.
+    /// Solves one increment of a cycle at the wear depth `worn` (`[N]`, mm), from `place` to the path point `end` of `path`.
     ///
     /// # Errors
     /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
-    pub(super) fn solve_stroke(
+    pub(super) fn solve_cycle_increment(
         &mut self,
-        (course, end, loads): (&FrettingPath, usize, PrescribedLoads),
+        (path, point, loads): (&FrettingPath, usize, PrescribedLoads),
         (worn, options): (&[f64], &SolverOptions),
         place: IncrementStart,
-        stage: &ProgressSpan,
+        progress: &ProgressSpan,
     ) -> Result<(IncrementStart, SolveReport, StateChecks)> {
         let laws = ActiveLaws::of(self.step());
         let n = self.prepared.n();
-        let spec = self.path_point(&course.loads(end, loads), SlipReference::Previous(place.reference))?;
+        let spec = self.path_point(&path.loads(point, loads), SlipReference::Previous(place.reference))?;
         let mut problem = increment_problem(&self.prepared, options, worn, laws, vec![spec]);
         let mut it = place.it;
-        course.set_shift(end, &mut it.rigid_motion[0]);
+        path.set_shift(point, &mut it.rigid_motion[0]);
         let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut it, options, self.observer, stage)?;
+            solve_and_check((&self.prepared, &mut problem), &mut it, options, self.observer, progress)?;
         let reference = it.gap[..2 * n].to_vec();
         Ok((IncrementStart { reference, it }, report, checks))
     }
@@ -73,25 +73,25 @@ impl Run<'_> {
     /// Resolves the cycle at the current wear depth and records its fretting loop. The state of the run does not change.
     ///
     /// # Errors
-    /// As [`Self::solve_stroke`].
-    pub(super) fn record_fretting_loop(&mut self, cycling: &WearStepState) -> Advance {
+    /// As [`Self::solve_cycle_increment`].
+    pub(super) fn record_fretting_loop(&mut self, wear_step: &WearStepState) -> Advance {
         let (step, cycles) = (self.step(), self.cycles());
-        let (SlipSource::ClosedPath(coarse), CycleMotion::ClosedPath(closed)) =
-            (&cycling.slip_source, &cycles.motion)
+        let (SlipSource::ClosedPath(coupled_path), CycleMotion::ClosedPath(closed)) =
+            (&wear_step.slip_source, &cycles.motion)
         else {
             return Ok(());
         };
         let increments = MIN_LOOP_INCREMENTS.div_ceil(closed.increments) * closed.increments;
-        let course = coarse.refined(&ClosedPath { increments, ..*closed }, 1.0);
-        let half = coarse.reversal_index();
-        let (loads, _) = self.loads_at(cycling, cycling.completed / cycles.count);
+        let path = coupled_path.refined(&ClosedPath { increments, ..*closed }, 1.0);
+        let half = coupled_path.reversal_index();
+        let (loads, _) = self.loads_at(wear_step, wear_step.completed / cycles.count);
         // The state of the run is at the - reversal point.
         let mut place = IncrementStart {
             reference: self.state.slip_reference.clone(),
-            ..IncrementStart::at_path_point(&cycling.cycle.contact, half)
+            ..IncrementStart::at_path_point(&wear_step.cycle.contact, half)
         };
         let (worn, options) = (self.state.wear_depth.clone(), stroke_options(&self.options));
-        let stage = ProgressSpan { name: "fretting loop", from: 0.0, to: 0.0 };
+        let progress = ProgressSpan { name: "fretting loop", from: 0.0, to: 0.0 };
         let mut found = FrettingLoop {
             name: step.name.clone(),
             cycles_done: self.state.cycles_done,
@@ -100,11 +100,12 @@ impl Run<'_> {
         };
         for _ in 0..LOOP_CYCLES {
             (found.dissipation, found.points) = (0.0, Vec::new());
-            for end in
-                (increments + 1..=2 * increments).map(|end| end % (2 * increments)).chain(1..=increments)
+            for point in
+                (increments + 1..=2 * increments).map(|point| point % (2 * increments)).chain(1..=increments)
             {
-                let way = (&course, end, loads);
-                let (next, report, checks) = self.solve_stroke(way, (&worn, &options), place, &stage)?;
+                let way = (&path, point, loads);
+                let (next, report, checks) =
+                    self.solve_cycle_increment(way, (&worn, &options), place, &progress)?;
                 if report.stop != StopReason::Converged {
                     if report.stop == StopReason::Interrupted {
                         return Err(RunEnd::Interrupted.into());
@@ -119,7 +120,7 @@ impl Run<'_> {
                 found.dissipation += checks.dissipation;
                 let (force, _) = self.prepared.resultants(&place.it.tractions);
                 let motion = self.prepared.motion(&place.it.rigid_motion[0], &place.it.mode_amplitudes[0]);
-                let [x, y] = [0, 1].map(|k| motion[k] - course.center[k]);
+                let [x, y] = [0, 1].map(|k| motion[k] - path.center[k]);
                 found.points.push([x, y, force[0], force[1], -force[2]]);
             }
         }

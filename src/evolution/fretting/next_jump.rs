@@ -46,26 +46,26 @@ enum Rejection {
 
 impl Run<'_> {
     /// Computes and commits the next jump.
-    pub(super) fn take_jump(&mut self, cycling: &mut WearStepState) -> Advance {
+    pub(super) fn take_jump(&mut self, wear_step: &mut WearStepState) -> Advance {
         let (step, cycles) = (self.step(), self.cycles());
         let clock = Instant::now();
-        if self.is_worn_out(cycling) {
-            return self.finish_worn_out_step(cycling, clock);
+        if self.is_worn_out(wear_step) {
+            return self.finish_worn_out_step(wear_step, clock);
         }
-        self.update_resolved_cycle(cycling)?;
+        self.update_resolved_cycle(wear_step)?;
         let mut tries = 0;
         loop {
-            let (length, shortest) = cycling.next_length(cycles);
-            if let Some(resolved) = &mut cycling.resolved_cycle {
-                resolved.extrapolate_factors(cycling.completed, length);
+            let (length, shortest) = wear_step.next_length(cycles);
+            if let Some(resolved) = &mut wear_step.resolved_cycle {
+                resolved.extrapolate_factors(wear_step.completed, length);
             }
-            let before = Tried::of(cycling);
-            let radii = self.contact_and_stick_radius(cycling);
+            let before = Tried::of(wear_step);
+            let radii = self.contact_and_stick_radius(wear_step);
             let part = |done: f64| done / cycles.count;
-            let stage = ProgressSpan {
+            let progress = ProgressSpan {
                 name: &step.name,
-                from: part(cycling.completed),
-                to: part(cycling.completed + length),
+                from: part(wear_step.completed),
+                to: part(wear_step.completed + length),
             };
             let can_be_shorter = matches!(cycles.jumps, JumpPolicy::Tolerance(_)) && length > shortest;
             let shorter_ones = can_be_shorter && tries < MAX_TRIALS;
@@ -74,78 +74,78 @@ impl Run<'_> {
                 options.max_iterations = options.max_iterations.min(MAX_TRIAL_ITERATIONS);
             }
             let spec = JumpSpec { integrator: cycles.integrator, length, options };
-            let mut jump = self.integrate(spec, cycling, &stage)?;
+            let mut jump = self.integrate(spec, wear_step, &progress)?;
             if let (JumpPolicy::Tolerance(tolerance), true) = (cycles.jumps, shorter_ones)
                 && jump.report.stop != StopReason::Interrupted
-                && let Some(refusal) = self.rejection((tolerance, length), (radii, cycling), &jump)
+                && let Some(refusal) = self.rejection((tolerance, length), (radii, wear_step), &jump)
             {
-                cycling.cycle.charge_work(jump.work());
+                wear_step.cycle.charge_work(jump.work());
                 tries += 1;
-                before.put(cycling);
+                before.put(wear_step);
                 match refusal {
-                    Rejection::Error(ratio) => cycling.step_controller.reject(length, ratio),
-                    Rejection::Other => cycling.step_controller.halve(length),
+                    Rejection::Error(ratio) => wear_step.step_controller.reject(length, ratio),
+                    Rejection::Other => wear_step.step_controller.halve(length),
                 }
                 continue;
             }
             if jump.lost_contact {
-                cycling.cycle.charge_work(jump.work());
-                before.put(cycling);
-                jump = self.repeat_by_backward_euler(cycling, length, &stage)?;
+                wear_step.cycle.charge_work(jump.work());
+                before.put(wear_step);
+                jump = self.repeat_by_backward_euler(wear_step, length, &progress)?;
             }
-            if jump.converged() && jump.reaches_frame_edge && !cycling.touched_edge_initially {
-                jump.charge_work(cycling.cycle.uncharged_work);
-                return Err(self.stop_at_frame_edge(cycling, &jump, length).into());
+            if jump.converged() && jump.reaches_frame_edge && !wear_step.touched_edge_initially {
+                jump.charge_work(wear_step.cycle.uncharged_work);
+                return Err(self.stop_at_frame_edge(wear_step, &jump, length).into());
             }
             // The first strokes and rejected jumps have no record of their own: this jump reports their work.
-            jump.charge_work(std::mem::take(&mut cycling.cycle.uncharged_work));
+            jump.charge_work(std::mem::take(&mut wear_step.cycle.uncharged_work));
             jump.charge_work(std::mem::take(&mut self.discarded_work));
-            self.warn_of_unstable(cycling, length);
+            self.warn_of_unstable(wear_step, length);
             if let JumpPolicy::Tolerance(tolerance) = cycles.jumps {
                 let ratio = self.error_ratio(tolerance, length, &jump);
                 if can_be_shorter && jump.converged() {
-                    self.warn_of_jump_error(cycling, length, ratio);
+                    self.warn_of_jump_error(wear_step, length, ratio);
                 }
-                cycling.step_controller.accept(length, ratio);
+                wear_step.step_controller.accept(length, ratio);
             }
-            return self.commit_jump(cycling, AcceptedJump { jump: &jump, length, rejected: tries, clock });
+            return self.commit_jump(wear_step, AcceptedJump { jump: &jump, length, rejected: tries, clock });
         }
     }
 
     /// Integrates a jump again by the first-order method, which allows cells to lose contact, and warns.
     fn repeat_by_backward_euler(
         &mut self,
-        cycling: &mut WearStepState,
+        wear_step: &mut WearStepState,
         length: f64,
-        stage: &ProgressSpan,
+        progress: &ProgressSpan,
     ) -> Result<WearJump> {
         let spec = JumpSpec { integrator: Integrator::BackwardEuler, length, options: self.options };
-        let jump = self.integrate(spec, cycling, stage)?;
-        let whole = matches!(cycling.slip_source, SlipSource::ClosedPath(_));
+        let jump = self.integrate(spec, wear_step, progress)?;
+        let whole = matches!(wear_step.slip_source, SlipSource::ClosedPath(_));
         let (what, remedy) = if whole && length <= 1.0 {
             ("one cycle".to_owned(), "a jump cannot be shorter: check the specific wear rate and its unit")
         } else {
-            (format!("{length} {}", cycling.length_unit()), "use more jumps for a more accurate result")
+            (format!("{length} {}", wear_step.length_unit()), "use more jumps for a more accurate result")
         };
         self.result.warnings.push(format!(
             "step \"{}\" ({}): the jump of {what} wears so much that cells lose contact, which the second-order integrator does not allow. The less accurate Backward Euler method was used for this jump; {remedy}",
             self.step().name,
-            cycling.jumps_done + 1
+            wear_step.jumps_done + 1
         ));
         Ok(jump)
     }
 
     /// Returns whether wear at a fixed approach has removed nearly all of the overlap of the bodies.
-    fn is_worn_out(&self, cycling: &WearStepState) -> bool {
+    fn is_worn_out(&self, wear_step: &WearStepState) -> bool {
         let still = matches!(self.controls.normal, Normal::Approach(_)) && self.step().normal.is_none();
         still
-            && cycling.initial_peak_pressure > 0.0
-            && cycling.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * cycling.initial_peak_pressure
+            && wear_step.initial_peak_pressure > 0.0
+            && wear_step.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * wear_step.initial_peak_pressure
     }
 
     /// Warns, once per step, of a jump accepted with `ratio` times the allowed error after [`MAX_TRIALS`] longer trials were
     /// rejected.
-    fn warn_of_jump_error(&mut self, cycling: &WearStepState, length: f64, ratio: f64) {
+    fn warn_of_jump_error(&mut self, wear_step: &WearStepState, length: f64, ratio: f64) {
         if ratio <= 1.0 || !self.is_first_in_step(StepWarning::JumpError) {
             return;
         }
@@ -153,14 +153,14 @@ impl Run<'_> {
             "step \"{}\": after {MAX_TRIALS} rejected longer trials a jump of {} {} was accepted, although its estimated wear depth error is {} times the limit set by wear.tolerance. Later jumps may exceed the limit, too; the estimated errors of the results include this. Increase wear.tolerance, or decrease solver.tolerance",
             self.step().name,
             format_short(length),
-            cycling.length_unit(),
+            wear_step.length_unit(),
             format_short(ratio)
         )));
     }
 
     /// Warns, once per step, that explicit jumps exceed the stability limit.
-    fn warn_of_unstable(&mut self, cycling: &WearStepState, length: f64) {
-        let Some(critical) = cycling.critical_length else { return };
+    fn warn_of_unstable(&mut self, wear_step: &WearStepState, length: f64) {
+        let Some(critical) = wear_step.critical_length else { return };
         if length <= critical * (1.0 + 1e-9) || !self.is_first_in_step(StepWarning::UnstableJump) {
             return;
         }
@@ -169,19 +169,19 @@ impl Run<'_> {
              are useless. Take an implicit integrator: wear.integrator = \"sdirk2\"",
             self.step().name,
             format_short(length),
-            cycling.length_unit(),
+            wear_step.length_unit(),
             format_short(critical)
         )));
     }
 
     /// Refuses a prescribed number of explicit jumps if the jumps exceed the stability limit.
-    pub(super) fn refuse_unstable(&self, cycling: &WearStepState) -> Result<()> {
+    pub(super) fn refuse_unstable(&self, wear_step: &WearStepState) -> Result<()> {
         let cycles = self.cycles();
-        let (Some(critical), JumpPolicy::Number(jumps)) = (cycling.critical_length, cycles.jumps) else {
+        let (Some(critical), JumpPolicy::Number(jumps)) = (wear_step.critical_length, cycles.jumps) else {
             return Ok(());
         };
         // Jumps over closed paths consist of whole cycles.
-        let whole = matches!(cycling.slip_source, SlipSource::ClosedPath(_));
+        let whole = matches!(wear_step.slip_source, SlipSource::ClosedPath(_));
         let (mean, limit) = (cycles.count / jumps as f64, critical * (1.0 + 1e-9));
         let (length, longest) = if whole { (mean.ceil(), limit.floor()) } else { (mean, limit) };
         if length <= limit {
@@ -195,7 +195,7 @@ impl Run<'_> {
         } else {
             "A jump covers at least one cycle, which is too long: take".to_owned()
         };
-        let unit = cycling.length_unit();
+        let unit = wear_step.length_unit();
         Err(Error::input(format!(
             "step \"{}\": explicit jumps of {} {unit} are unstable: above {} {unit}, pressures oscillate from cell to cell. {shorter} \
              an implicit integrator: wear.integrator = \"sdirk2\"",
@@ -245,13 +245,13 @@ impl Run<'_> {
 
     /// Radii of two circles: with the area of the cells in contact at any path point, and with the area of those that stick through
     /// the cycle.
-    fn contact_and_stick_radius(&self, cycling: &WearStepState) -> [f64; 2] {
+    fn contact_and_stick_radius(&self, wear_step: &WearStepState) -> [f64; 2] {
         let areas = &self.prepared.model.frame.areas;
-        let touching = self.cells_in_contact(&cycling.cycle.contact);
+        let touching = self.cells_in_contact(&wear_step.cycle.contact);
         let radius = |sum: f64| (sum / std::f64::consts::PI).sqrt();
         let sum =
             |counts: &dyn Fn(usize) -> bool| (0..areas.len()).filter(|&i| counts(i)).map(|i| areas[i]).sum();
-        [radius(sum(&|i| touching[i])), radius(sum(&|i| touching[i] && cycling.cycle.stick_mask[i]))]
+        [radius(sum(&|i| touching[i])), radius(sum(&|i| touching[i] && wear_step.cycle.stick_mask[i]))]
     }
 }
 

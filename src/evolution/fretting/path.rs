@@ -53,9 +53,9 @@ impl FrettingPath {
     }
 
     /// Sets the displacement of body 2 to the displacement of a path point, if displacements are prescribed.
-    pub fn set_shift(&self, end: usize, rigid: &mut [f64; 3]) {
+    pub fn set_shift(&self, point: usize, rigid: &mut [f64; 3]) {
         if self.drive == Drive::Shift {
-            rigid[..2].copy_from_slice(&self.path_points[end]);
+            rigid[..2].copy_from_slice(&self.path_points[point]);
         }
     }
 
@@ -76,11 +76,11 @@ impl FrettingPath {
     }
 
     /// Loads at a path point.
-    pub fn loads(&self, end: usize, loads: PrescribedLoads) -> PrescribedLoads {
+    pub fn loads(&self, point: usize, loads: PrescribedLoads) -> PrescribedLoads {
         let tangential = match self.drive {
             Drive::Shift => TangentialControl::Shift,
             // The solver takes the force on body 2.
-            Drive::Force => TangentialControl::Force(self.path_points[end].map(|force| -force)),
+            Drive::Force => TangentialControl::Force(self.path_points[point].map(|force| -force)),
         };
         PrescribedLoads { tangential, ..loads }
     }

@@ -70,17 +70,17 @@ pub struct ReversalCorrection {
 }
 
 impl ReversalCorrection {
-    pub(super) fn between(resolved: &Resultants, by_ends: &Resultants) -> Self {
+    pub(super) fn between(resolved: &Resultants, coupled: &Resultants) -> Self {
         let share =
             |now: f64, before: f64, whole: f64| if whole > 0.0 { (now - before) / whole } else { 0.0 };
-        let force = by_ends.normal_force;
+        let force = coupled.normal_force;
         Self {
-            shift: [0, 1].map(|k| resolved.shift[k] - by_ends.shift[k]),
+            shift: [0, 1].map(|k| resolved.shift[k] - coupled.shift[k]),
             normal_force: share(resolved.normal_force, force, force),
             tangential_force: [0, 1]
-                .map(|k| share(resolved.tangential_force[k], by_ends.tangential_force[k], force)),
-            moment: [0, 1, 2].map(|k| share(resolved.moment[k], by_ends.moment[k], force)),
-            stick_area: share(resolved.stick_area, by_ends.stick_area, by_ends.contact_area),
+                .map(|k| share(resolved.tangential_force[k], coupled.tangential_force[k], force)),
+            moment: [0, 1, 2].map(|k| share(resolved.moment[k], coupled.moment[k], force)),
+            stick_area: share(resolved.stick_area, coupled.stick_area, coupled.contact_area),
         }
     }
 

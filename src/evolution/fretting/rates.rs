@@ -13,32 +13,33 @@ use crate::evolution::wear_integrator::{StageSpec, WearJump};
 impl Run<'_> {
     /// Solves the contact at the path points for the current wear depth, and computes the rates. If the contact does not converge,
     /// records a jump of length 0 and ends the run.
-    pub(super) fn evaluate_rates(&mut self, cycling: &mut WearStepState, clock: Instant) -> Advance {
+    pub(super) fn evaluate_rates(&mut self, wear_step: &mut WearStepState, clock: Instant) -> Advance {
         let cycles = self.cycles();
-        let (worn, at) = (self.state.wear_depth.clone(), cycling.completed / cycles.count);
+        let (worn, at) = (self.state.wear_depth.clone(), wear_step.completed / cycles.count);
         let mut jump = WearJump::new(self.prepared.n());
-        let stage = ProgressSpan { name: &self.step().name, from: at, to: at };
+        let progress = ProgressSpan { name: &self.step().name, from: at, to: at };
         let options = self.options;
         let spec = StageSpec { step_fraction: at, wear_depth: &worn, slip_repeats: 0.0, options: &options };
-        self.solve_stage(spec, cycling, &mut jump, &stage)?;
+        self.solve_stage(spec, wear_step, &mut jump, &progress)?;
         if !jump.converged() {
-            return self.commit_jump(cycling, AcceptedJump { jump: &jump, length: 0.0, rejected: 0, clock });
+            return self
+                .commit_jump(wear_step, AcceptedJump { jump: &jump, length: 0.0, rejected: 0, clock });
         }
-        cycling.cycle.charge(&jump.report);
-        cycling.wear_rate.copy_from_slice(&cycling.cycle.contact.wear_rate);
-        cycling.dissipation_rate = jump.checks.dissipation * cycling.dissipation_factor();
+        wear_step.cycle.charge(&jump.report);
+        wear_step.wear_rate.copy_from_slice(&wear_step.cycle.contact.wear_rate);
+        wear_step.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
         if cycles.integrator == Integrator::Explicit {
-            cycling.critical_length = self.critical_length(&cycling.cycle.contact);
+            wear_step.critical_length = self.critical_length(&wear_step.cycle.contact);
         }
         Ok(())
     }
 
     /// As [`Self::evaluate_rates`], after the operators have changed. Warns if explicit jumps of a prescribed number exceed the
     /// stability limit.
-    pub(super) fn reevaluate_rates(&mut self, cycling: &mut WearStepState) -> Advance {
-        self.evaluate_rates(cycling, Instant::now())?;
-        cycling.rates_outdated = false;
-        if let Err(unstable) = self.refuse_unstable(cycling) {
+    pub(super) fn reevaluate_rates(&mut self, wear_step: &mut WearStepState) -> Advance {
+        self.evaluate_rates(wear_step, Instant::now())?;
+        wear_step.rates_outdated = false;
+        if let Err(unstable) = self.refuse_unstable(wear_step) {
             self.result.warnings.push(warning(unstable.message()));
         }
         Ok(())

@@ -77,8 +77,12 @@ impl CycleWear {
     /// First-order extrapolation of wear and dissipation from a coarser cycle and this one. `ratio` is the number of increments of
     /// this cycle divided by the number of increments of the coarser cycle.
     fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
-        let limit = |fine: f64, coarse: f64| (ratio * fine - coarse) / (ratio - 1.0);
-        let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
+        let limit = |fine: f64, coupled_path: f64| (ratio * fine - coupled_path) / (ratio - 1.0);
+        let rate = self
+            .rate
+            .iter()
+            .zip(&coarser.rate)
+            .map(|(fine, coupled_path)| limit(*fine, *coupled_path).max(0.0));
         Self { rate: rate.collect(), power: limit(self.power, coarser.power), ..*self }
     }
 }
@@ -92,7 +96,7 @@ struct RefinedCycle {
     increments: usize,
     /// Whether the wear volumes of three cycles agree within the tolerance: the coupled cycle, this cycle and a coarser resolved
     /// cycle.
-    agrees_with_ends: bool,
+    agrees_with_coupled: bool,
 }
 
 /// Mean normal force at the reversal points, N.
@@ -102,13 +106,13 @@ fn mean_normal_force(reversals: &[Resultants; 2]) -> f64 {
 
 impl Run<'_> {
     /// Resolves the cycle at the current wear depth if that is due, and updates the error estimates. With correction, it also
-    /// updates factors and rates of `cycling`. If increments do not converge, rates and factors stay as they are.
+    /// updates factors and rates of `wear_step`. If increments do not converge, rates and factors stay as they are.
     ///
     /// # Errors
-    /// As [`Self::solve_stroke`].
-    pub(super) fn update_resolved_cycle(&mut self, cycling: &mut WearStepState) -> Result<()> {
-        let (SlipSource::ClosedPath(course), CycleMotion::ClosedPath(closed)) =
-            (&cycling.slip_source, &self.cycles().motion)
+    /// As [`Self::solve_cycle_increment`].
+    pub(super) fn update_resolved_cycle(&mut self, wear_step: &mut WearStepState) -> Result<()> {
+        let (SlipSource::ClosedPath(path), CycleMotion::ClosedPath(closed)) =
+            (&wear_step.slip_source, &self.cycles().motion)
         else {
             return Ok(());
         };
@@ -122,92 +126,94 @@ impl Run<'_> {
         }
         // A restored run has not evaluated its path points yet.
         let worn = self.state.wear_depth.clone();
-        let problem = self.reporting_problem(cycling, &worn);
-        problem.evaluate(&mut cycling.cycle.contact);
-        let slip = self.cycle_slip(&problem, cycling);
-        let half = course.reversal_index();
-        let reversals =
-            [0, half].map(|end| state::resultants(&self.prepared, &problem, &cycling.cycle.contact, end));
+        let problem = self.reporting_problem(wear_step, &worn);
+        problem.evaluate(&mut wear_step.cycle.contact);
+        let slip = self.cycle_slip(&problem, wear_step);
+        let half = path.reversal_index();
+        let reversals = [0, half]
+            .map(|point| state::resultants(&self.prepared, &problem, &wear_step.cycle.contact, point));
         drop(problem);
         let normal_force = mean_normal_force(&reversals);
-        let changed = |before: &[f64]| self.slip_change(&cycling.cycle.contact, before);
+        let changed = |before: &[f64]| self.slip_change(&wear_step.cycle.contact, before);
         let is_due = |before: &ResolvedCycle| before.is_due(used, (&slip, normal_force), changed);
-        if cycling.resolved_cycle.as_ref().is_some_and(|before| !is_due(before)) {
+        if wear_step.resolved_cycle.as_ref().is_some_and(|before| !is_due(before)) {
             return Ok(());
         }
-        let course = course.clone();
-        let by_ends = CycleWear {
-            rate: cycling.cycle.contact.wear_rate.clone(),
-            power: cycling.dissipation_rate / cycling.dissipation_factor(),
+        let path = path.clone();
+        let coupled = CycleWear {
+            rate: wear_step.cycle.contact.wear_rate.clone(),
+            power: wear_step.dissipation_rate / wear_step.dissipation_factor(),
             drift: 0.0,
             reversals,
         };
-        let way = (&course, closed, slip);
-        let Some(refined) = self.refine_cycle((way, used), (cycling, &by_ends))? else {
+        let way = (&path, closed, slip);
+        let Some(refined) = self.refine_cycle((way, used), (wear_step, &coupled))? else {
             if used.correction == Correction::Never {
                 // The error stays unknown, and the cycle is not resolved again.
                 let unknown = RefinedCycle {
-                    wear: by_ends.clone(),
+                    wear: coupled.clone(),
                     change: vec![0.0; worn.len()],
                     increments: 0,
-                    agrees_with_ends: false,
+                    agrees_with_coupled: false,
                 };
-                cycling.resolved_cycle = Some(self.error_measurement(cycling, (&unknown, &by_ends), slip));
+                wear_step.resolved_cycle =
+                    Some(self.error_measurement(wear_step, (&unknown, &coupled), slip));
             }
             return Ok(());
         };
-        let difference = self.volume_difference(&by_ends, &refined.wear);
-        let (factors, unresolved_wear_fraction) = self.wear_factors(&refined.wear.rate, &by_ends.rate);
+        let difference = self.volume_difference(&coupled, &refined.wear);
+        let (factors, unresolved_wear_fraction) = self.wear_factors(&refined.wear.rate, &coupled.rate);
         let corrects = match used.correction {
             Correction::Always => true,
             // A correction that misses more wear than it corrects is worse than none.
             Correction::WhereNeeded if unresolved_wear_fraction.abs() > difference.max(used.tolerance) => {
                 false
             }
-            Correction::WhereNeeded => !refined.agrees_with_ends,
+            Correction::WhereNeeded => !refined.agrees_with_coupled,
             Correction::Never => false,
         };
         if used.correction != Correction::Never {
-            self.warn_of_unresolved_wear(cycling, (unresolved_wear_fraction, used.tolerance));
-        } else if difference.max(self.relative_rms_difference(&by_ends.rate, &refined.wear.rate))
+            self.warn_of_unresolved_wear(wear_step, (unresolved_wear_fraction, used.tolerance));
+        } else if difference.max(self.relative_rms_difference(&coupled.rate, &refined.wear.rate))
             > used.tolerance
-            || by_ends.force_change(&refined.wear) > MIN_REPORTED_FORCE_DIFFERENCE
+            || coupled.force_change(&refined.wear) > MIN_REPORTED_FORCE_DIFFERENCE
         {
-            self.warn_of_increments((closed.increments, used.tolerance), (&refined, &by_ends));
+            self.warn_of_increments((closed.increments, used.tolerance), (&refined, &coupled));
         }
-        let at =
-            |end: usize| ReversalCorrection::between(&refined.wear.reversals[end], &by_ends.reversals[end]);
+        let at = |point: usize| {
+            ReversalCorrection::between(&refined.wear.reversals[point], &coupled.reversals[point])
+        };
         let reversal_correction = (used.correction != Correction::Never).then(|| [0, 1].map(at));
-        let before = cycling.resolved_cycle.take().filter(|before| before.corrects);
+        let before = wear_step.resolved_cycle.take().filter(|before| before.corrects);
         let measurement = ResolvedCycle {
             unresolved_wear_fraction,
             reversal_correction,
-            ..self.error_measurement(cycling, (&refined, &by_ends), slip)
+            ..self.error_measurement(wear_step, (&refined, &coupled), slip)
         };
         if corrects {
-            self.apply_correction((cycling, &by_ends), refined, factors, (before, measurement));
+            self.apply_correction((wear_step, &coupled), refined, factors, (before, measurement));
             return Ok(());
         }
         if let Some(before) = before {
             self.add_factor_drift_error(&vec![1.0; worn.len()], &before);
         }
-        cycling.wear_rate.copy_from_slice(&by_ends.rate);
-        cycling.dissipation_rate = by_ends.power;
-        cycling.resolved_cycle = Some(measurement);
+        wear_step.wear_rate.copy_from_slice(&coupled.rate);
+        wear_step.dissipation_rate = coupled.power;
+        wear_step.resolved_cycle = Some(measurement);
         Ok(())
     }
 
-    /// Sets the factors and rates of `cycling` by a resolved cycle. `measurement` contains the errors without correction.
+    /// Sets the factors and rates of `wear_step` by a resolved cycle. `measurement` contains the errors without correction.
     fn apply_correction(
         &mut self,
-        (cycling, by_ends): (&mut WearStepState, &CycleWear),
+        (wear_step, coupled): (&mut WearStepState, &CycleWear),
         RefinedCycle { wear, change, .. }: RefinedCycle,
         factors: Vec<f64>,
         (before, measurement): (Option<ResolvedCycle>, ResolvedCycle),
     ) {
         let volume = self.volume(&wear.rate);
         let drift = if volume > 0.0 { DRIFT_ERROR_FACTOR * wear.drift.abs() / volume } else { 0.0 };
-        let at_cycle = cycling.completed;
+        let at_cycle = wear_step.completed;
         let factor_rate = match &before {
             Some(before) if at_cycle > before.at_cycle => {
                 self.add_factor_drift_error(&factors, before);
@@ -216,12 +222,12 @@ impl Run<'_> {
             }
             _ => vec![0.0; factors.len()],
         };
-        let rates = by_ends.rate.iter().zip(&factors).map(|(rate, factor)| rate * factor);
-        cycling.wear_rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
-        let dissipation_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
-        cycling.dissipation_rate = by_ends.power * dissipation_factor;
+        let rates = coupled.rate.iter().zip(&factors).map(|(rate, factor)| rate * factor);
+        wear_step.wear_rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
+        let dissipation_factor = if coupled.power > 0.0 { wear.power / coupled.power } else { 1.0 };
+        wear_step.dissipation_rate = coupled.power * dissipation_factor;
         let unresolved = measurement.unresolved_wear_fraction;
-        cycling.resolved_cycle = Some(ResolvedCycle {
+        wear_step.resolved_cycle = Some(ResolvedCycle {
             corrects: true,
             measured_factors: factors.clone(),
             factors,
@@ -238,15 +244,15 @@ impl Run<'_> {
     /// by the last refinement. The error of the wear volume also includes the drift of the tractions.
     fn error_measurement(
         &self,
-        cycling: &WearStepState,
-        (RefinedCycle { wear, change, increments, .. }, by_ends): (&RefinedCycle, &CycleWear),
+        wear_step: &WearStepState,
+        (RefinedCycle { wear, change, increments, .. }, coupled): (&RefinedCycle, &CycleWear),
         slip: CycleSlip,
     ) -> ResolvedCycle {
-        let n = by_ends.rate.len();
+        let n = coupled.rate.len();
         let last: Vec<f64> = wear.rate.iter().zip(change).map(|(rate, change)| rate * change).collect();
-        let [all, resolved, last_volume] = [&by_ends.rate, &wear.rate, &last].map(|rate| self.volume(rate));
+        let [all, resolved, last_volume] = [&coupled.rate, &wear.rate, &last].map(|rate| self.volume(rate));
         let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
-        let remaining = (0..n).map(|i| over_all((by_ends.rate[i] - wear.rate[i]).abs() + last[i].abs()));
+        let remaining = (0..n).map(|i| over_all((coupled.rate[i] - wear.rate[i]).abs() + last[i].abs()));
         let volume =
             over_all((all - resolved).abs() + last_volume.abs() + DRIFT_ERROR_FACTOR * wear.drift.abs());
         ResolvedCycle {
@@ -254,15 +260,15 @@ impl Run<'_> {
             factors: vec![1.0; n],
             measured_factors: vec![1.0; n],
             factor_rate: vec![0.0; n],
-            at_cycle: cycling.completed,
+            at_cycle: wear_step.completed,
             dissipation_factor: 1.0,
             increments: *increments,
             is_new: true,
-            slip: cycling.cycle.contact.slip.clone(),
+            slip: wear_step.cycle.contact.slip.clone(),
             lag_ratio: slip.lag,
             wear_depth: self.state.wear_depth.clone(),
             full_slip: slip.full_slip,
-            normal_force: mean_normal_force(&by_ends.reversals),
+            normal_force: mean_normal_force(&coupled.reversals),
             remaining_error: remaining.collect(),
             remaining_volume_error: volume,
             unresolved_wear_fraction: 0.0,
@@ -271,9 +277,9 @@ impl Run<'_> {
     }
 
     /// Warns if the factors miss more wear than the tolerance, unless they did at the previous resolved cycle.
-    fn warn_of_unresolved_wear(&mut self, cycling: &WearStepState, (missed, tolerance): (f64, f64)) {
+    fn warn_of_unresolved_wear(&mut self, wear_step: &WearStepState, (missed, tolerance): (f64, f64)) {
         if missed <= tolerance
-            || cycling
+            || wear_step
                 .resolved_cycle
                 .as_ref()
                 .is_some_and(|before| before.unresolved_wear_fraction > tolerance)
@@ -292,12 +298,12 @@ impl Run<'_> {
     fn warn_of_increments(
         &mut self,
         (increments, tolerance): (usize, f64),
-        (refined, by_ends): (&RefinedCycle, &CycleWear),
+        (refined, coupled): (&RefinedCycle, &CycleWear),
     ) {
-        let [all, resolved] = [&by_ends.rate, &refined.wear.rate].map(|rate| self.volume(rate));
+        let [all, resolved] = [&coupled.rate, &refined.wear.rate].map(|rate| self.volume(rate));
         let of_strokes = if increments == 1 { "increment" } else { "increments" };
         let by = if resolved > 0.0 {
-            let depth = 100.0 * self.relative_rms_difference(&refined.wear.rate, &by_ends.rate);
+            let depth = 100.0 * self.relative_rms_difference(&refined.wear.rate, &coupled.rate);
             format!(
                 "{:+.2} % of the wear volume and {depth:.2} % of the largest wear depth (root mean square)",
                 100.0 * (all / resolved - 1.0)
@@ -309,29 +315,30 @@ impl Run<'_> {
             "step \"{}\": cycles with {increments} {of_strokes} and with {} per stroke differ by {by}, and by {:.1} % of the tangential force at a reversal point (wear.tolerance = {tolerance:e}). The estimated errors include the wear difference. To correct both, omit cycles.increments or use \"auto\"",
             self.step().name,
             refined.increments,
-            100.0 * by_ends.force_change(&refined.wear)
+            100.0 * coupled.force_change(&refined.wear)
         ));
     }
 
-    /// Computes slip and elastic lag between the path points of `cycling`, whose state must be evaluated with `problem`.
-    fn cycle_slip(&self, problem: &Increment, cycling: &WearStepState) -> CycleSlip {
-        let (it, n, areas) = (&cycling.cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
-        let ends = it.rigid_motion.len();
+    /// Computes slip and elastic lag between the path points of `wear_step`, whose state must be evaluated with `problem`.
+    fn cycle_slip(&self, problem: &Increment, wear_step: &WearStepState) -> CycleSlip {
+        let (it, n, areas) = (&wear_step.cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
+        let points = it.rigid_motion.len();
         let mut found = CycleSlip { full_slip: true, slip_spread_share: 0.0, lag: 0.0 };
         let (mut lags, mut slips) = (0.0, 0.0);
-        for end in 0..ends {
-            let before = (end + ends - 1) % ends;
-            let moved = [0, 1, 2].map(|k| it.rigid_motion[end][k] - it.rigid_motion[before][k]);
-            let turned = std::array::from_fn(|k| it.mode_amplitudes[end][k] - it.mode_amplitudes[before][k]);
+        for point in 0..points {
+            let before = (point + points - 1) % points;
+            let moved = [0, 1, 2].map(|k| it.rigid_motion[point][k] - it.rigid_motion[before][k]);
+            let turned =
+                std::array::from_fn(|k| it.mode_amplitudes[point][k] - it.mode_amplitudes[before][k]);
             let stroke = moved[0].hypot(moved[1]);
-            for i in (0..n).filter(|i| it.tractions[end * 3 * n + 2 * n + i] > 0.0) {
+            for i in (0..n).filter(|i| it.tractions[point * 3 * n + 2 * n + i] > 0.0) {
                 let motion = problem.rigid_gap(i, moved, &turned);
-                let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
+                let slip = [it.slip[point * 2 * n + i], it.slip[point * 2 * n + n + i]];
                 let lag = (motion[0] - slip[0]).hypot(motion[1] - slip[1]);
-                let force = areas[i] * it.tractions[end * 3 * n + 2 * n + i];
+                let force = areas[i] * it.tractions[point * 3 * n + 2 * n + i];
                 lags += force * lag;
                 slips += force * slip[0].hypot(slip[1]);
-                found.full_slip &= !cycling.cycle.stick_mask[i] && !problem.sticks(it, end, i);
+                found.full_slip &= !wear_step.cycle.stick_mask[i] && !problem.sticks(it, point, i);
                 found.slip_spread_share =
                     f64::max(found.slip_spread_share, if stroke > 0.0 { lag / stroke } else { 1.0 });
             }
@@ -345,28 +352,28 @@ impl Run<'_> {
     /// if a cycle does not converge.
     fn refine_cycle(
         &mut self,
-        ((course, closed, CycleSlip { full_slip, slip_spread_share, .. }), used): (
+        ((path, closed, CycleSlip { full_slip, slip_spread_share, .. }), used): (
             (&FrettingPath, &ClosedPath, CycleSlip),
             ResolvedCycleSettings,
         ),
-        (cycling, by_ends): (&mut WearStepState, &CycleWear),
+        (wear_step, coupled): (&mut WearStepState, &CycleWear),
     ) -> Result<Option<RefinedCycle>> {
         let corrects = used.correction != Correction::Never;
         let may_agree = full_slip && used.correction == Correction::WhereNeeded;
         // On an ellipse, chords are a first-order approximation along the whole path.
         let extrapolates = closed.amplitude[1] != 0.0;
-        let begin = cycling
+        let begin = wear_step
             .resolved_cycle
             .as_ref()
             .map_or(1, |before| before.increments / if extrapolates { 8 } else { 4 });
         let mut increments = begin.max(closed.increments);
         // Each cycle starts from the coarser one before it, so the tractions approach the steady state meanwhile.
-        let mut place = IncrementStart::at_path_point(&cycling.cycle.contact, course.reversal_index());
+        let mut place = IncrementStart::at_path_point(&wear_step.cycle.contact, path.reversal_index());
         let mut coarser = if increments == closed.increments && !extrapolates {
-            by_ends.clone()
+            coupled.clone()
         } else {
-            let way = (course, closed, (increments, slip_spread_share));
-            let Some(wear) = self.resolved_cycle(way, (cycling, &mut place))? else {
+            let way = (path, closed, (increments, slip_spread_share));
+            let Some(wear) = self.resolved_cycle(way, (wear_step, &mut place))? else {
                 return Ok(None);
             };
             wear
@@ -382,11 +389,11 @@ impl Run<'_> {
             let confirms = may_agree
                 && first
                     .as_ref()
-                    .is_some_and(|(at, wear)| increments == *at && self.agree(by_ends, wear, used));
+                    .is_some_and(|(at, wear)| increments == *at && self.agree(coupled, wear, used));
             let ratio = if confirms { CONFIRMING_REFINEMENT.min(most / increments).max(2) } else { 2 };
             increments *= ratio;
-            let way = (course, closed, (increments, slip_spread_share));
-            let cycle = self.resolved_cycle(way, (&mut *cycling, &mut place))?;
+            let way = (path, closed, (increments, slip_spread_share));
+            let cycle = self.resolved_cycle(way, (&mut *wear_step, &mut place))?;
             let Some(wear) = cycle else { return Ok(None) };
             let limit = if extrapolates { wear.extrapolated(&coarser, ratio as f64) } else { wear.clone() };
             if first.is_none() && increments >= MIN_REFINEMENT * closed.increments {
@@ -395,12 +402,12 @@ impl Run<'_> {
             if let Some(last) = &last {
                 let change = self.relative_rms_difference(&limit.rate, &last.rate);
                 let measured =
-                    MEASUREMENT_TOLERANCE_SHARE * self.relative_rms_difference(&by_ends.rate, &limit.rate);
+                    MEASUREMENT_TOLERANCE_SHARE * self.relative_rms_difference(&coupled.rate, &limit.rate);
                 let tolerance = if corrects { used.tolerance } else { used.tolerance.max(measured) };
-                let near = may_agree && self.agree(by_ends, &limit, used);
+                let near = may_agree && self.agree(coupled, &limit, used);
                 let confirmed = |(at, wear): &(usize, CycleWear)| {
                     increments >= most.min(CONFIRMING_REFINEMENT * at)
-                        && self.agree(by_ends, wear, used)
+                        && self.agree(coupled, wear, used)
                         && self.agree(wear, &limit, used)
                 };
                 let agrees = near && first.as_ref().is_some_and(confirmed);
@@ -412,7 +419,7 @@ impl Run<'_> {
                 if twice && !open && settled && (change <= tolerance || agrees) || increments >= most {
                     // Warn once, not in every jump.
                     let known =
-                        cycling.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
+                        wear_step.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
                     if change > tolerance && corrects && !agrees && !known {
                         self.result.warnings.push(format!(
                             "step \"{}\": after {} cycles, doubling the increments per stroke to {increments} still changes the wear per cycle by {} (root mean square), more than wear.tolerance = {tolerance:e}. The estimated errors include this change; accept it, or increase wear.tolerance",
@@ -428,7 +435,7 @@ impl Run<'_> {
                         wear: limit,
                         change,
                         increments,
-                        agrees_with_ends: agrees,
+                        agrees_with_coupled: agrees,
                     }));
                 }
             }
@@ -441,28 +448,29 @@ impl Run<'_> {
     /// not converge.
     fn resolved_cycle(
         &mut self,
-        (coarse, closed, (increments, transition)): (&FrettingPath, &ClosedPath, (usize, f64)),
-        (cycling, place): (&mut WearStepState, &mut IncrementStart),
+        (coupled_path, closed, (increments, transition)): (&FrettingPath, &ClosedPath, (usize, f64)),
+        (wear_step, place): (&mut WearStepState, &mut IncrementStart),
     ) -> Result<Option<CycleWear>> {
         let (step, cycles) = (self.step(), self.cycles());
-        let course = coarse.refined(&ClosedPath { increments, ..*closed }, transition);
-        let (loads, _) = self.loads_at(cycling, cycling.completed / cycles.count);
+        let path = coupled_path.refined(&ClosedPath { increments, ..*closed }, transition);
+        let (loads, _) = self.loads_at(wear_step, wear_step.completed / cycles.count);
         let (worn, options) = (self.state.wear_depth.clone(), stroke_options(&self.options));
-        let part = cycling.completed / cycles.count;
-        let stage = ProgressSpan { name: &step.name, from: part, to: part };
+        let part = wear_step.completed / cycles.count;
+        let progress = ProgressSpan { name: &step.name, from: part, to: part };
         let n = worn.len();
         let mut wear =
             CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0, reversals: Default::default() };
         let mut here = place.clone();
         // The first of three strokes does not count: after it only sticking cells remember the initial state. `drift` compares the
         // last stroke with the first.
-        let up = (increments + 1..=2 * increments).map(|end| (end, false));
-        let round = (1..=2 * increments).map(|end| (end, true));
-        for (end, counts) in up.chain(round) {
-            let way = (&course, end % (2 * increments), loads);
+        let up = (increments + 1..=2 * increments).map(|point| (point, false));
+        let round = (1..=2 * increments).map(|point| (point, true));
+        for (point, counts) in up.chain(round) {
+            let way = (&path, point % (2 * increments), loads);
             let pressures = here.it.tractions[2 * n..].to_vec();
-            let (next, report, checks) = self.solve_stroke(way, (&worn, &options), here, &stage)?;
-            cycling.cycle.charge(&report);
+            let (next, report, checks) =
+                self.solve_cycle_increment(way, (&worn, &options), here, &progress)?;
+            wear_step.cycle.charge(&report);
             if report.stop != StopReason::Converged {
                 if report.stop != StopReason::Interrupted {
                     self.result.warnings.push(format!(
@@ -478,18 +486,18 @@ impl Run<'_> {
                 wear.rate.iter_mut().zip(&worn).for_each(|(sum, worn)| *sum += worn);
                 wear.power += checks.dissipation;
             }
-            if end > increments {
+            if point > increments {
                 wear.drift += if counts { self.volume(&worn) } else { -self.volume(&worn) };
             }
             here = next;
-            if counts && end % increments == 0 {
+            if counts && point % increments == 0 {
                 let laws = ActiveLaws { wear: false, ..ActiveLaws::of(step) };
                 let depth = self.state.wear_depth.as_slice();
                 let problem = increment_problem(&self.prepared, &options, depth, laws, Vec::new());
-                let reversal = if end == increments { 1 } else { 0 };
+                let reversal = if point == increments { 1 } else { 0 };
                 wear.reversals[reversal] = state::resultants(&self.prepared, &problem, &here.it, 0);
             }
-            if counts && end == increments {
+            if counts && point == increments {
                 *place = here.clone();
             }
         }
@@ -535,21 +543,21 @@ impl Run<'_> {
 
     /// Factors on the wear of the coupled cycle, `[N]`, that give the wear of the resolved cycle. Also returns the share of the
     /// resolved wear volume that the factors miss.
-    fn wear_factors(&self, wear: &[f64], by_ends: &[f64]) -> (Vec<f64>, f64) {
-        let [all, all_by_ends] = [wear, by_ends].map(|rate| self.volume(rate));
-        if all <= 0.0 || all_by_ends <= 0.0 {
+    fn wear_factors(&self, wear: &[f64], coupled: &[f64]) -> (Vec<f64>, f64) {
+        let [all, all_coupled] = [wear, coupled].map(|rate| self.volume(rate));
+        if all <= 0.0 || all_coupled <= 0.0 {
             return (vec![1.0; wear.len()], 0.0);
         }
-        let least = NEGLIGIBLE_WEAR_SHARE * by_ends.iter().copied().fold(0.0, f64::max);
-        let factor = |(wear, by_ends): (&f64, &f64)| {
-            if *by_ends > least {
-                (wear / by_ends).min(MAX_WEAR_FACTOR)
+        let least = NEGLIGIBLE_WEAR_SHARE * coupled.iter().copied().fold(0.0, f64::max);
+        let factor = |(wear, coupled): (&f64, &f64)| {
+            if *coupled > least {
+                (wear / coupled).min(MAX_WEAR_FACTOR)
             } else {
-                (all / all_by_ends).min(MAX_WEAR_FACTOR)
+                (all / all_coupled).min(MAX_WEAR_FACTOR)
             }
         };
-        let factors: Vec<f64> = wear.iter().zip(by_ends).map(factor).collect();
-        let covered: Vec<f64> = by_ends.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
+        let factors: Vec<f64> = wear.iter().zip(coupled).map(factor).collect();
+        let covered: Vec<f64> = coupled.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
         (factors, 1.0 - self.volume(&covered) / all)
     }
 

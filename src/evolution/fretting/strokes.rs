@@ -33,30 +33,30 @@ impl Run<'_> {
     /// Solves cycles without wear, stroke by stroke, until the cycle is periodic. The stick zone depends on this history.
     pub(super) fn find_periodic_cycle(
         &mut self,
-        course: &FrettingPath,
+        path: &FrettingPath,
         loads: PrescribedLoads,
-        ring: &mut CycleState,
+        cycle: &mut CycleState,
     ) -> Advance {
-        ring.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
-        let half = course.reversal_index();
+        cycle.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
+        let half = path.reversal_index();
         let mut before: Vec<[f64; 2]> = Vec::new();
-        for cycle in 0..MAX_SETTLING_CYCLES {
-            let up = if cycle == 0 { course.len()..course.len() + 1 } else { half + 1..course.len() + 1 };
-            for end in up.map(|end| end % course.len()).chain(1..half + 1) {
+        for number in 0..MAX_SETTLING_CYCLES {
+            let up = if number == 0 { path.len()..path.len() + 1 } else { half + 1..path.len() + 1 };
+            for point in up.map(|point| point % path.len()).chain(1..half + 1) {
                 let mut rigid = [
-                    ring.contact.rigid_motion[end][0],
-                    ring.contact.rigid_motion[end][1],
+                    cycle.contact.rigid_motion[point][0],
+                    cycle.contact.rigid_motion[point][1],
                     self.state.rigid_motion[2],
                 ];
-                course.set_shift(end, &mut rigid);
-                let (it, report) = self.advance_stroke(course.loads(end, loads), rigid)?;
-                ring.charge(&report);
-                if end == 1 {
-                    ring.stick_mask.fill(true);
+                path.set_shift(point, &mut rigid);
+                let (it, report) = self.advance_cycle_increment(path.loads(point, loads), rigid)?;
+                cycle.charge(&report);
+                if point == 1 {
+                    cycle.stick_mask.fill(true);
                 }
-                ring.record_stroke(&it, end, STICK_SLIP_SHARE * ring.amplitude());
+                cycle.record_increment(&it, point, STICK_SLIP_SHARE * cycle.amplitude());
             }
-            let found = self.responses_at_path_points(ring, course);
+            let found = self.responses_at_path_points(cycle, path);
             if is_periodic(&found, &before) {
                 return Ok(());
             }
@@ -72,24 +72,24 @@ impl Run<'_> {
     /// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed.
     pub(in crate::evolution) fn responses_at_path_points(
         &self,
-        ring: &CycleState,
-        course: &FrettingPath,
+        cycle: &CycleState,
+        path: &FrettingPath,
     ) -> Vec<[f64; 2]> {
         let n = self.prepared.n();
-        let at = |end: usize| match course.drive {
-            Drive::Force => [ring.contact.rigid_motion[end][0], ring.contact.rigid_motion[end][1]],
+        let at = |point: usize| match path.drive {
+            Drive::Force => [cycle.contact.rigid_motion[point][0], cycle.contact.rigid_motion[point][1]],
             Drive::Shift => {
-                let tractions = &ring.contact.tractions[end * 3 * n..(end + 1) * 3 * n];
+                let tractions = &cycle.contact.tractions[point * 3 * n..(point + 1) * 3 * n];
                 let ([x, y, _], _) = self.prepared.resultants(tractions);
                 [x, y]
             }
         };
-        (0..course.len()).map(at).collect()
+        (0..path.len()).map(at).collect()
     }
 
     /// Solves one increment without wear and updates the state of the run. `rigid` contains the prescribed motions and the initial
     /// guess of the unknown motions.
-    pub(super) fn advance_stroke(
+    pub(super) fn advance_cycle_increment(
         &mut self,
         loads: PrescribedLoads,
         rigid: [f64; 3],
@@ -97,19 +97,19 @@ impl Run<'_> {
         let step = self.step();
         let clock = Instant::now();
         let reference = SlipReference::Previous(self.state.slip_reference.clone());
-        let end = self.path_point(&loads, reference)?;
+        let point = self.path_point(&loads, reference)?;
         let worn = self.state.wear_depth.clone();
         let laws = ActiveLaws { wear: false, ..ActiveLaws::of(step) };
         let options = stroke_options(&self.options);
-        let mut problem = increment_problem(&self.prepared, &options, &worn, laws, vec![end]);
+        let mut problem = increment_problem(&self.prepared, &options, &worn, laws, vec![point]);
         let mut it = ContactState::new(self.prepared.n(), vec![rigid]);
         it.mode_amplitudes = vec![self.state.mode_amplitudes];
         if options.skip.allows(OmittableWork::ColdStarts) {
             problem.scale_tractions(&self.state.tractions, &mut it.scaled);
         }
-        let stage = ProgressSpan { name: &step.name, from: 0.0, to: 0.0 };
+        let progress = ProgressSpan { name: &step.name, from: 0.0, to: 0.0 };
         let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut it, &options, self.observer, &stage)?;
+            solve_and_check((&self.prepared, &mut problem), &mut it, &options, self.observer, &progress)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
         let fields = state::frame_state(&problem, &it, 0, &worn);
@@ -119,9 +119,9 @@ impl Run<'_> {
         let mut record = self.new_record((1, approach), &values, (&it, certificate), clock);
         let converged = self.complete_record(&mut record, &report, (&checks, options.tolerance));
         self.warn_of_spin_moment(converged);
-        if let Err(end) = converged {
+        if let Err(point) = converged {
             self.deliver(record, fields)?;
-            return Err(end.into());
+            return Err(point.into());
         }
         Ok((it, report))
     }
@@ -130,45 +130,49 @@ impl Run<'_> {
     /// stroke does not converge, the path points keep their coupled solution and the report gives the reason.
     ///
     /// # Errors
-    /// As [`Self::solve_stroke`].
+    /// As [`Self::solve_cycle_increment`].
     pub(in crate::evolution) fn recompute_stick_zone(
         &mut self,
-        (course, loads): (&FrettingPath, PrescribedLoads),
+        (path, loads): (&FrettingPath, PrescribedLoads),
         (worn, options): (&[f64], &SolverOptions),
-        ring: &mut CycleState,
-        stage: &ProgressSpan,
+        cycle: &mut CycleState,
+        progress: &ProgressSpan,
     ) -> Result<SolveReport> {
-        let half = course.reversal_index();
+        let half = path.reversal_index();
         let options = stroke_options(options);
         // A span that ends below the fraction 1 skips the check of the operator, which would repeat in every stroke.
-        let stage = &ProgressSpan { name: stage.name, from: stage.from, to: stage.from };
-        let solved = (Unknowns::from_state(&ring.contact), ring.stick_mask.clone(), ring.stick_gap.clone());
-        let mut reference = IncrementStart::at_path_point(&ring.contact, half).reference;
+        let progress = &ProgressSpan { name: progress.name, from: progress.from, to: progress.from };
+        let solved =
+            (Unknowns::from_state(&cycle.contact), cycle.stick_mask.clone(), cycle.stick_gap.clone());
+        let mut reference = IncrementStart::at_path_point(&cycle.contact, half).reference;
         let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
         let mut before: Vec<[f64; 2]> = Vec::new();
         for _ in 0..MAX_SETTLING_CYCLES {
-            for end in (half + 1..course.len() + 1).map(|end| end % course.len()).chain(1..half + 1) {
-                let place = IncrementStart { reference, ..IncrementStart::at_path_point(&ring.contact, end) };
-                let way = (course, end, loads);
-                let (place, report, _) = self.solve_stroke(way, (worn, &options), place, stage)?;
-                ring.charge_work([1, 0, 0]);
+            for point in (half + 1..path.len() + 1).map(|point| point % path.len()).chain(1..half + 1) {
+                let place =
+                    IncrementStart { reference, ..IncrementStart::at_path_point(&cycle.contact, point) };
+                let way = (path, point, loads);
+                let (place, report, _) =
+                    self.solve_cycle_increment(way, (worn, &options), place, progress)?;
+                cycle.charge_work([1, 0, 0]);
                 sum = report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
                     // Restores the last coupled solution, which is reported.
-                    solved.0.restore_into(&mut ring.contact);
-                    (ring.stick_mask, ring.stick_gap) = (solved.1, solved.2);
+                    solved.0.restore_into(&mut cycle.contact);
+                    (cycle.stick_mask, cycle.stick_gap) = (solved.1, solved.2);
                     let laws = ActiveLaws::of(self.step());
-                    let ends = self.path_points(course, loads, ring)?;
-                    increment_problem(&self.prepared, &options, worn, laws, ends).evaluate(&mut ring.contact);
+                    let points = self.path_points(path, loads, cycle)?;
+                    increment_problem(&self.prepared, &options, worn, laws, points)
+                        .evaluate(&mut cycle.contact);
                     return Ok(sum);
                 }
-                if end == 1 {
-                    ring.stick_mask.fill(true);
+                if point == 1 {
+                    cycle.stick_mask.fill(true);
                 }
-                ring.record_stroke(&place.it, end, STICK_SLIP_SHARE * ring.amplitude());
+                cycle.record_increment(&place.it, point, STICK_SLIP_SHARE * cycle.amplitude());
                 reference = place.reference;
             }
-            let found = self.responses_at_path_points(ring, course);
+            let found = self.responses_at_path_points(cycle, path);
             if is_periodic(&found, &before) {
                 break;
             }
@@ -183,12 +187,12 @@ impl Run<'_> {
     /// If a load acts along a motion that nothing resists.
     pub(in crate::evolution) fn path_points(
         &mut self,
-        course: &FrettingPath,
+        path: &FrettingPath,
         loads: PrescribedLoads,
-        ring: &CycleState,
+        cycle: &CycleState,
     ) -> Result<Vec<PathPoint>> {
-        (0..course.len())
-            .map(|end| self.path_point(&course.loads(end, loads), ring.slip_reference()))
+        (0..path.len())
+            .map(|point| self.path_point(&path.loads(point, loads), cycle.slip_reference()))
             .collect()
     }
 }

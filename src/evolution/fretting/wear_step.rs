@@ -29,57 +29,57 @@ impl Run<'_> {
     /// Runs the remaining jumps of a step of fretting cycles or steady sliding.
     pub(in crate::evolution) fn run_wear_step(&mut self) -> Advance {
         if matches!(self.progress, StepProgress::NotStarted) {
-            let cycling = self.begin_wear_step()?;
+            let wear_step = self.begin_wear_step()?;
             if self.observer.wants_loops() {
-                self.record_fretting_loop(&cycling)?;
+                self.record_fretting_loop(&wear_step)?;
             }
-            self.progress = StepProgress::WearStep(Box::new(cycling));
+            self.progress = StepProgress::WearStep(Box::new(wear_step));
         }
-        while let StepProgress::WearStep(mut cycling) =
+        while let StepProgress::WearStep(mut wear_step) =
             std::mem::replace(&mut self.progress, StepProgress::NotStarted)
         {
-            if cycling.completed >= self.cycles().count {
-                let ended = self.finish_wear_step(&cycling);
+            if wear_step.completed >= self.cycles().count {
+                let ended = self.finish_wear_step(&wear_step);
                 // If interrupted here, the run resumes after the last jump.
                 if ended.is_err() {
-                    self.progress = StepProgress::WearStep(cycling);
+                    self.progress = StepProgress::WearStep(wear_step);
                 }
                 return ended;
             }
-            if cycling.jumps_done > 0 && self.observer.wants_rebuild(&self.state.wear_depth) {
-                self.progress = StepProgress::WearStep(cycling);
+            if wear_step.jumps_done > 0 && self.observer.wants_rebuild(&self.state.wear_depth) {
+                self.progress = StepProgress::WearStep(wear_step);
                 return Err(RunEnd::Rebuild.into());
             }
-            if cycling.rates_outdated {
-                let evaluated = self.reevaluate_rates(&mut cycling);
+            if wear_step.rates_outdated {
+                let evaluated = self.reevaluate_rates(&mut wear_step);
                 if evaluated.is_err() {
-                    self.progress = StepProgress::WearStep(cycling);
+                    self.progress = StepProgress::WearStep(wear_step);
                     return evaluated;
                 }
             }
             let (before, control, spent) =
-                (Tried::of(&cycling), cycling.step_controller, cycling.cycle.uncharged_work);
+                (Tried::of(&wear_step), wear_step.step_controller, wear_step.cycle.uncharged_work);
             let discarded = self.discarded_work;
-            let resolved = cycling.resolved_cycle.clone();
-            let mut jumped = self.take_jump(&mut cycling);
+            let resolved = wear_step.resolved_cycle.clone();
+            let mut jumped = self.take_jump(&mut wear_step);
             // The solver of a body may detect an interrupt itself: in this case, too, the run resumes before the jump.
             if jumped.is_err() {
                 self.discarded_work = discarded;
                 // Before its first record, the step restarts from the state before the step.
-                if cycling.jumps_done > 0 {
-                    before.put(&mut cycling);
-                    (cycling.step_controller, cycling.cycle.uncharged_work, cycling.resolved_cycle) =
+                if wear_step.jumps_done > 0 {
+                    before.put(&mut wear_step);
+                    (wear_step.step_controller, wear_step.cycle.uncharged_work, wear_step.resolved_cycle) =
                         (control, spent, resolved);
                     if let Err(Stop::End(RunEnd::FrameEdge(work))) = &mut jumped {
                         // The restored state keeps this uncharged work, which the work of the jump also contains: it must not count
                         // twice.
                         work.iter_mut().zip(spent).for_each(|(sum, kept)| *sum -= kept);
                     }
-                    self.progress = StepProgress::WearStep(cycling);
+                    self.progress = StepProgress::WearStep(wear_step);
                 }
                 return jumped;
             }
-            self.progress = StepProgress::WearStep(cycling);
+            self.progress = StepProgress::WearStep(wear_step);
             self.record_rollback_point(CheckpointEvent::Entry)?;
         }
         Ok(())
@@ -87,15 +87,15 @@ impl Run<'_> {
 
     /// Ends the step: records the last fretting loop on request. If steps follow, restores the displacement or force at the centre
     /// of the cycles.
-    fn finish_wear_step(&mut self, cycling: &WearStepState) -> Advance {
+    fn finish_wear_step(&mut self, wear_step: &WearStepState) -> Advance {
         if self.observer.wants_loops() {
-            self.record_fretting_loop(cycling)?;
+            self.record_fretting_loop(wear_step)?;
         }
         self.warn_of_wear_error();
-        self.controls.normal = cycling.load_path.end.normal;
+        self.controls.normal = wear_step.load_path.end.normal;
         let steps_follow = self.step_index + 1 < self.steps.len();
-        if let (SlipSource::ClosedPath(course), true) = (&cycling.slip_source, steps_follow) {
-            self.return_to_center(course)?;
+        if let (SlipSource::ClosedPath(path), true) = (&wear_step.slip_source, steps_follow) {
+            self.return_to_center(path)?;
         }
         Ok(())
     }
@@ -154,17 +154,17 @@ impl Run<'_> {
         let shift = [center[0], center[1]];
         let (cycle, slip_source) = match &cycles.motion {
             CycleMotion::ClosedPath(closed) => {
-                let course = FrettingPath::new(closed, shift, [x, y]);
-                let ring = CycleState::new(n, &course, center);
-                (ring, SlipSource::ClosedPath(course))
+                let path = FrettingPath::new(closed, shift, [x, y]);
+                let cycle = CycleState::new(n, &path, center);
+                (cycle, SlipSource::ClosedPath(path))
             }
             CycleMotion::Sliding { angle } => {
-                let mut ring = CycleState::for_sliding(n, center);
-                ring.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
-                (ring, SlipSource::Sliding(self.slip_per_length(*angle)))
+                let mut cycle = CycleState::for_sliding(n, center);
+                cycle.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
+                (cycle, SlipSource::Sliding(self.slip_per_length(*angle)))
             }
         };
-        let mut cycling = WearStepState {
+        let mut wear_step = WearStepState {
             cycle,
             slip_source,
             completed: 0.0,
@@ -180,23 +180,24 @@ impl Run<'_> {
             totals_before: (self.state.cycles_done, self.state.distance_slid),
             rates_outdated: false,
         };
-        if let SlipSource::ClosedPath(course) = &cycling.slip_source {
-            let (loads, _) = self.loads_at(&cycling, 0.0);
-            self.find_periodic_cycle(course, loads, &mut cycling.cycle)?;
+        if let SlipSource::ClosedPath(path) = &wear_step.slip_source {
+            let (loads, _) = self.loads_at(&wear_step, 0.0);
+            self.find_periodic_cycle(path, loads, &mut wear_step.cycle)?;
         }
-        self.evaluate_rates(&mut cycling, clock)?;
-        self.update_resolved_cycle(&mut cycling)?;
-        cycling.touched_edge_initially = state::touches_edge(&self.prepared, &cycling.cycle.contact);
-        cycling.initial_peak_pressure = cycling.peak_pressure();
-        self.refuse_unstable(&cycling)?;
-        let fastest = cycling.wear_rate.iter().copied().fold(0.0, f64::max);
-        let approach = self.prepared.approach(&cycling.cycle.contact, 0).abs();
+        self.evaluate_rates(&mut wear_step, clock)?;
+        self.update_resolved_cycle(&mut wear_step)?;
+        wear_step.touched_edge_initially = state::touches_edge(&self.prepared, &wear_step.cycle.contact);
+        wear_step.initial_peak_pressure = wear_step.peak_pressure();
+        self.refuse_unstable(&wear_step)?;
+        let fastest = wear_step.wear_rate.iter().copied().fold(0.0, f64::max);
+        let approach = self.prepared.approach(&wear_step.cycle.contact, 0).abs();
         // At zero approach there is no reference depth: the first trial jump covers all cycles.
         if fastest > 0.0 && approach > 0.0 {
             let first = FIRST_JUMP_DEPTH_SHARE * approach / fastest;
-            cycling.step_controller = StepController::new(first.min(cycles.count), cycles.integrator.order());
+            wear_step.step_controller =
+                StepController::new(first.min(cycles.count), cycles.integrator.order());
         }
-        Ok(cycling)
+        Ok(wear_step)
     }
 
     /// Slip of each cell per mm of sliding of body 2 along the direction `angle`, `[2, N]`.
@@ -214,26 +215,26 @@ impl Run<'_> {
     /// Loads at the fraction `at` of a step, and the normal motion of body 2 (mm) if it is prescribed.
     pub(in crate::evolution) fn loads_at(
         &self,
-        cycling: &WearStepState,
+        wear_step: &WearStepState,
         at: f64,
     ) -> (PrescribedLoads, Option<f64>) {
         let turn = self.prepared.rotation(&self.state.mode_amplitudes);
-        let controls = cycling.load_path.at(at, (self.state.rigid_motion, turn));
+        let controls = wear_step.load_path.at(at, (self.state.rigid_motion, turn));
         let mut loads = self.effective_loads(controls.loads);
         loads.tangential = TangentialControl::Shift;
-        if matches!(cycling.slip_source, SlipSource::Sliding(_)) {
+        if matches!(wear_step.slip_source, SlipSource::Sliding(_)) {
             loads.moment[2] = None;
         }
         (loads, (loads.normal == NormalControl::Approach).then_some(controls.rigid[2]))
     }
 
     /// Restores the tangential displacement or force at the centre of the cycles, for the steps that follow.
-    fn return_to_center(&mut self, course: &FrettingPath) -> Advance {
-        let rigid = [course.center[0], course.center[1], self.state.rigid_motion[2]];
+    fn return_to_center(&mut self, path: &FrettingPath) -> Advance {
+        let rigid = [path.center[0], path.center[1], self.state.rigid_motion[2]];
         let loads = self.effective_loads(self.controls.loads_at_shift());
-        let (loads, tangential) = course.return_to_center(loads);
+        let (loads, tangential) = path.return_to_center(loads);
         self.controls = ActiveControls { tangential, ..self.controls };
-        self.advance_stroke(loads, rigid)?;
+        self.advance_cycle_increment(loads, rigid)?;
         Ok(())
     }
 }
