@@ -7,9 +7,12 @@ use super::balance::MAX_RIGID_MODES;
 /// Unknowns from which all other fields of a state follow.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Unknowns {
-    scaled: Vec<f64>,
-    rigid_motion: Vec<[f64; 3]>,
-    mode_amplitudes: Vec<[f64; MAX_RIGID_MODES]>,
+    /// Scaled (hatted) tractions, `[3, N]` per path point, MPa.
+    pub scaled: Vec<f64>,
+    /// Rigid motion of body 2 along the frame's (x, y, n), per path point.
+    pub rigid_motion: Vec<[f64; 3]>,
+    /// Amplitude of each additional rigid mode, per path point; zero beyond the number of modes.
+    pub mode_amplitudes: Vec<[f64; MAX_RIGID_MODES]>,
 }
 
 impl Unknowns {

@@ -7,6 +7,7 @@ use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::given_warnings::GivenWarnings;
 use crate::evolution::predictor::Predictor;
 use crate::evolution::records::{FrettingLoop, IncrementRecord};
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state::RunState;
 
 /// Complete state of a run between two records.
@@ -20,14 +21,11 @@ pub struct RunCheckpoint {
     pub(super) formed_cells: Vec<Vec<usize>>,
     pub(super) records: Vec<IncrementRecord>,
     pub(super) warnings: Vec<String>,
-    #[serde(default)]
     pub(super) given_warnings: GivenWarnings,
     pub(super) timings: Vec<(String, f64)>,
     pub(super) fretting_loops: Vec<FrettingLoop>,
-    /// Numbers of solves, iterations and operator applications of jumps that were not taken on earlier, smaller frames. The next
-    /// record of a jump includes them.
-    #[serde(default)]
-    pub(super) discarded_work: [usize; 3],
+    /// Work of jumps that were not taken on earlier, smaller frames. The next record of a jump includes it.
+    pub(super) discarded_work: SolveWork,
 }
 
 /// Progress of a step.
@@ -58,12 +56,6 @@ impl RunCheckpoint {
     /// Adds a warning for the user.
     pub fn add_warning(&mut self, note: String) {
         self.warnings.push(note);
-    }
-
-    /// Adds the work of a jump that was not taken: solves, iterations and operator applications. The record of the next jump
-    /// includes this work.
-    pub(super) fn add_discarded_work(&mut self, work: [usize; 3]) {
-        self.discarded_work.iter_mut().zip(work).for_each(|(sum, work)| *sum += work);
     }
 
     /// Wear depth of both bodies, `[N]`, mm.

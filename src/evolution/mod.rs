@@ -20,6 +20,7 @@ mod predictor;
 pub mod records;
 mod rolling;
 mod run;
+mod solve_work;
 mod state;
 pub mod step;
 mod step_controller;
@@ -43,6 +44,7 @@ use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
 use crate::evolution::records::{FrameState, Outcome};
 pub use crate::evolution::run::{FRAME_EDGE, RunResult};
 use crate::evolution::run::{RollbackPoint, Run, RunEnd, Stop};
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state::RunState;
 use crate::evolution::step::{Normal, Step};
 pub use crate::evolution::transfer::PreviousModel;
@@ -120,7 +122,7 @@ fn run_on_this_thread(
         result,
         given_warnings: GivenWarnings::default(),
         rollback_point,
-        discarded_work: [0; 3],
+        discarded_work: SolveWork::default(),
     };
     if let Some(snapshot) = from {
         run.restore(snapshot)?;

@@ -332,7 +332,7 @@ impl Run<'_> {
             name: self.step().name.clone(),
             increment: number,
             approach,
-            contact_touches_edge: state::touches_edge(&self.prepared, it),
+            contact_touches_edge: state::touches_edge(&self.prepared, &it.scaled),
             certificate,
             seconds: clock.elapsed().as_secs_f64(),
             ..IncrementRecord::default()

@@ -8,6 +8,7 @@ use crate::evolution::given_warnings::{GivenWarnings, StepWarning};
 use crate::evolution::model::PreparedModel;
 use crate::evolution::observer::{CheckpointEvent, Observer};
 use crate::evolution::records::{Divergence, FrameState, FrettingLoop, IncrementRecord, Outcome};
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state::RunState;
 use crate::evolution::step::{Cycles, Step};
 use crate::omitted::OmittedWork;
@@ -22,8 +23,8 @@ pub(super) enum RunEnd {
     Interrupted,
     /// A contact problem did not converge.
     Diverged(Divergence),
-    /// Contact reaches the edge of the frame in the next jump, which is not taken. Its solves, iterations and operator applications.
-    FrameEdge([usize; 3]),
+    /// Contact reaches the edge of the frame in the next jump, which is not taken. Contains the work of this jump.
+    FrameEdge(SolveWork),
     /// The observer requests a rebuild of the operators.
     Rebuild,
 }
@@ -88,9 +89,8 @@ pub(super) struct Run<'a> {
     pub(super) given_warnings: GivenWarnings,
     /// Rollback point at the end of the last record.
     pub(super) rollback_point: RollbackPoint,
-    /// Numbers of solves, iterations and operator applications of jumps that were not taken on earlier, smaller frames. The next
-    /// record of a jump includes them.
-    pub(super) discarded_work: [usize; 3],
+    /// Work of jumps that were not taken on earlier, smaller frames. The next record of a jump includes it.
+    pub(super) discarded_work: SolveWork,
 }
 
 /// State of the run and lengths of its lists at the end of the last record.
@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
             RunEnd::FrameEdge(untaken_work) => {
                 self.result.outcome = FRAME_EDGE;
                 let mut checkpoint = self.checkpoint();
-                checkpoint.add_discarded_work(untaken_work);
+                checkpoint.discarded_work += untaken_work;
                 self.result.frame_edge_checkpoint = Some(Box::new(checkpoint));
             }
             RunEnd::Rebuild => self.result.rebuild_checkpoint = Some(Box::new(self.checkpoint())),

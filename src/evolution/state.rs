@@ -114,10 +114,12 @@ pub(super) fn resultants(
 }
 
 /// Returns whether a cell carries pressure, at any path point, at an edge of the frame beyond which the bodies continue.
-pub(super) fn touches_edge(prepared: &PreparedModel, it: &ContactState) -> bool {
+/// `scaled` contains the scaled tractions, `[3, N]` per path point.
+pub(super) fn touches_edge(prepared: &PreparedModel, scaled: &[f64]) -> bool {
     let n = prepared.n();
-    (0..it.rigid_motion.len())
-        .any(|end| (0..n).any(|i| prepared.edge[i] && it.scaled[end * 3 * n + 2 * n + i] > 0.0))
+    scaled
+        .chunks_exact(3 * n)
+        .any(|planes| planes[2 * n..].iter().zip(&prepared.edge).any(|(p, edge)| *edge && *p > 0.0))
 }
 
 /// Fields at one path point, for output.

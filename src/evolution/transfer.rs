@@ -1,10 +1,10 @@
 //! Transfer of a checkpoint to other operators: to a frame with more cells if contact has outgrown the present one, or to bodies
 //! that have changed.
 
-use crate::contact::ContactState;
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::error::{Error, Result};
 use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
+use crate::evolution::fretting::cycle_state::CycleUnknowns;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::model::{Model, PreparedModel, first_touch_approach};
 use crate::evolution::state::RunState;
@@ -175,19 +175,16 @@ impl StateTransfer<'_> {
         change: Option<&OperatorChange>,
     ) -> WearStepState {
         let (n, places) = (self.prepared.n(), self.new_cell_indices);
-        let cycle = &mut wear_step.cycle;
-        let mut it = ContactState::new(n, cycle.contact.rigid_motion.clone());
-        it.scaled = extend_field(&cycle.contact.scaled, places, n, |_| 0.0);
-        it.mode_amplitudes.clone_from(&cycle.contact.mode_amplitudes);
-        cycle.contact = it;
-        cycle.stick_mask = extend_field(&cycle.stick_mask, places, n, |_| false);
+        let CycleUnknowns { contact, stick_zone } = &mut wear_step.cycle;
+        contact.scaled = extend_field(&contact.scaled, places, n, |_| 0.0);
+        stick_zone.mask = extend_field(&stick_zone.mask, places, n, |_| false);
         if let Some(change) = change {
-            cycle.stick_gap.iter_mut().zip(&change.gap).for_each(|(at, by)| *at += by);
-            cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] += change.touch);
+            stick_zone.gap.iter_mut().zip(&change.gap).for_each(|(at, by)| *at += by);
+            contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] += change.touch);
             wear_step.load_path = wear_step.load_path.with_later_first_touch(change.touch);
             wear_step.rates_outdated = true;
         }
-        cycle.stick_gap = extend_field(&cycle.stick_gap, places, n, |k| reference[k]);
+        stick_zone.gap = extend_field(&stick_zone.gap, places, n, |k| reference[k]);
         wear_step.wear_rate = extend_field(&wear_step.wear_rate, places, n, |_| 0.0);
         wear_step.resolved_cycle = wear_step.resolved_cycle.map(|resolved| resolved.transfer_to(places, n));
         if let (SlipSource::Sliding(slip), true) = (&mut wear_step.slip_source, n > places.len()) {

@@ -9,14 +9,16 @@
 use crate::contact::SolverOptions;
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
-use crate::contact::{ContactState, Increment, SlipReference};
+use crate::contact::{Increment, SlipReference};
 use crate::error::Result;
+use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::strokes::is_periodic;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::monotone::{
     ActiveLaws, ProgressSpan, increment_problem, root_mean_square, solve_and_check,
 };
 use crate::evolution::run::Run;
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::Integrator;
 
@@ -114,8 +116,18 @@ impl Integrator {
     }
 }
 
-/// Result of a jump.
+/// Trial of a jump. It becomes the state of the run when the jump is committed.
 pub(super) struct WearJump {
+    /// Cycles, or sliding distance in mm.
+    pub length: f64,
+    /// Cycle at the end of the jump.
+    pub cycle: CycleState,
+    /// Wear depth per cycle (mm), or per mm of sliding, at the end of the jump, `[N]`.
+    pub wear_rate: Vec<f64>,
+    /// Dissipation per cycle (N mm), or per mm of sliding (N), at the end of the jump.
+    pub dissipation_rate: f64,
+    /// Factors by which a resolved cycle corrects the wear, `[N]`; `None` without correction.
+    pub wear_factors: Option<Vec<f64>>,
     /// Iterations and operator applications of all stages; stop reason and residual of the last stage.
     pub report: SolveReport,
     /// Worst checks of all stages.
@@ -138,8 +150,16 @@ pub(super) struct WearJump {
 }
 
 impl WearJump {
-    pub fn new(n: usize) -> Self {
+    /// Jump of the given length without any solution yet.
+    pub fn new(wear_step: &WearStepState, length: f64) -> Self {
+        let n = wear_step.wear_rate.len();
+        let resolved = wear_step.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
         Self {
+            length,
+            cycle: CycleState::from(&wear_step.cycle),
+            wear_rate: wear_step.wear_rate.clone(),
+            dissipation_rate: wear_step.dissipation_rate,
+            wear_factors: resolved.map(|resolved| resolved.factors.clone()),
             report: SolveReport { stop: StopReason::Converged, residual: 0.0, ..SolveReport::default() },
             checks: StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() },
             solves: 0,
@@ -153,21 +173,16 @@ impl WearJump {
         }
     }
 
-    /// Adds the report of one more solution.
-    fn add(&mut self, report: &SolveReport) {
-        self.report = report.clone().with_work_of(&self.report);
-    }
-
-    /// Solves, iterations and operator applications.
-    pub fn work(&self) -> [usize; 3] {
-        [self.solves, self.report.iterations, self.report.applications]
+    /// Work of all solutions.
+    pub fn work(&self) -> SolveWork {
+        SolveWork { solves: self.solves, ..SolveWork::of(&self.report) }
     }
 
     /// Adds work that no other record contains: first strokes, rejected trials and discarded jumps.
-    pub fn charge_work(&mut self, [solves, iterations, applications]: [usize; 3]) {
-        self.solves += solves;
-        self.report.iterations += iterations;
-        self.report.applications += applications;
+    pub fn charge_work(&mut self, work: SolveWork) {
+        self.solves += work.solves;
+        self.report.iterations += work.iterations;
+        self.report.applications += work.applications;
     }
 
     /// Returns whether all solutions converged.
@@ -202,26 +217,29 @@ pub(super) struct StageSpec<'s> {
 }
 
 impl Run<'_> {
-    /// Integrates the wear over `length` (cycles, or mm of sliding). Updates path points and rates of `wear_step`, but not the wear
-    /// depth of the state.
+    /// Integrates the wear over `length` (cycles, or mm of sliding), from the present state of the run and of `wear_step`. Neither
+    /// changes.
     ///
     /// # Errors
     /// As [`Self::solve_stage`].
     pub(super) fn integrate(
         &mut self,
         JumpSpec { integrator, length, options }: JumpSpec,
-        wear_step: &mut WearStepState,
+        wear_step: &WearStepState,
         progress: &ProgressSpan,
     ) -> Result<WearJump> {
         let scheme = integrator.scheme();
-        let mut jump = WearJump::new(self.prepared.n());
+        let mut jump = WearJump::new(wear_step, length);
+        let resolved = wear_step.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
+        jump.wear_factors =
+            resolved.map(|resolved| resolved.extrapolated_factors(wear_step.completed, length));
         add(&mut jump.wear_depth, scheme.start_weight * length, &wear_step.wear_rate);
         add(&mut jump.error_field, scheme.error_weights[0] * length, &wear_step.wear_rate);
         jump.dissipation = scheme.start_weight * length * wear_step.dissipation_rate;
         for (number, weights) in scheme.stages.iter().enumerate() {
             let mut worn = self.state.wear_depth.clone();
             add(&mut worn, 1.0, &jump.wear_depth);
-            let touched = self.cells_in_contact(&wear_step.cycle.contact);
+            let touched = self.cells_in_contact(&jump.cycle.contact.scaled);
             let spec = StageSpec {
                 step_fraction: (wear_step.completed + weights.abscissa * length) / self.cycles().count,
                 wear_depth: &worn,
@@ -232,38 +250,36 @@ impl Run<'_> {
             if !jump.converged() {
                 return Ok(jump);
             }
-            jump.reaches_frame_edge |= state::touches_edge(&self.prepared, &wear_step.cycle.contact);
+            jump.reaches_frame_edge |= state::touches_edge(&self.prepared, &jump.cycle.contact.scaled);
             jump.lost_contact = number > 0
-                && self.lost_contact_share(&touched, &wear_step.cycle.contact) > MAX_LOST_CONTACT_SHARE;
+                && self.lost_contact_share(&touched, &jump.cycle.contact.scaled) > MAX_LOST_CONTACT_SHARE;
             if jump.lost_contact {
                 return Ok(jump);
             }
-            wear_step.wear_rate.copy_from_slice(&wear_step.cycle.contact.wear_rate);
-            wear_step.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
-            add(&mut jump.wear_depth, weights.solution_weight * length, &wear_step.wear_rate);
-            add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &wear_step.wear_rate);
-            jump.dissipation += weights.solution_weight * length * wear_step.dissipation_rate;
+            jump.wear_rate.copy_from_slice(&jump.cycle.contact.wear_rate);
+            jump.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
+            add(&mut jump.wear_depth, weights.solution_weight * length, &jump.wear_rate);
+            add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &jump.wear_rate);
+            jump.dissipation += weights.solution_weight * length * jump.dissipation_rate;
         }
         let areas = &self.prepared.model.frame.areas;
-        let touching = self.cells_in_contact(&wear_step.cycle.contact);
+        let touching = self.cells_in_contact(&jump.cycle.contact.scaled);
         jump.depth_error = root_mean_square(&jump.error_field, areas, |i| touching[i]);
         jump.volume_error = VOLUME_ERROR_FACTOR * self.volume(&jump.error_field).abs();
         Ok(jump)
     }
 
-    /// Marks the cells that carry pressure at any path point.
-    pub(super) fn cells_in_contact(&self, it: &ContactState) -> Vec<bool> {
+    /// Marks the cells that carry pressure at any path point. `scaled` contains the scaled tractions, `[3, N]` per path point.
+    pub(super) fn cells_in_contact(&self, scaled: &[f64]) -> Vec<bool> {
         let n = self.prepared.n();
-        (0..n)
-            .map(|i| (0..it.rigid_motion.len()).any(|end| it.scaled[end * 3 * n + 2 * n + i] > 0.0))
-            .collect()
+        (0..n).map(|i| scaled.chunks_exact(3 * n).any(|planes| planes[2 * n + i] > 0.0)).collect()
     }
 
     /// Share of the previous contact area that no longer carries pressure.
-    fn lost_contact_share(&self, before: &[bool], it: &ContactState) -> f64 {
+    fn lost_contact_share(&self, before: &[bool], scaled: &[f64]) -> f64 {
         let (mut lost, mut all) = (0.0, 0.0);
         let areas = &self.prepared.model.frame.areas;
-        for ((was, is), area) in before.iter().zip(self.cells_in_contact(it)).zip(areas) {
+        for ((was, is), area) in before.iter().zip(self.cells_in_contact(scaled)).zip(areas) {
             if *was {
                 all += area;
                 lost += if is { 0.0 } else { *area };
@@ -279,54 +295,54 @@ impl Run<'_> {
     pub(super) fn solve_stage(
         &mut self,
         StageSpec { step_fraction, wear_depth: worn, slip_repeats, options }: StageSpec,
-        wear_step: &mut WearStepState,
+        wear_step: &WearStepState,
         jump: &mut WearJump,
         progress: &ProgressSpan,
     ) -> Result<()> {
         let before = jump.checks;
         let (loads, height) = self.loads_at(wear_step, step_fraction);
         if let Some(height) = height {
-            wear_step.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
+            jump.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
         }
         let mut last: Vec<[f64; 2]> = Vec::new();
         for _ in 0..MAX_STICK_PASSES {
             let ends = match &wear_step.slip_source {
-                SlipSource::ClosedPath(path) => self.path_points(path, loads, &wear_step.cycle)?,
+                SlipSource::ClosedPath(path) => self.path_points(path, loads, &jump.cycle)?,
                 SlipSource::Sliding(slip) => {
                     vec![self.path_point(&loads, SlipReference::Prescribed(slip.clone()))?]
                 }
             };
-            let corrected = wear_step.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
-            let wear_path_factors = corrected.map(|resolved| resolved.factors.as_slice());
+            let wear_path_factors = jump.wear_factors.as_deref();
             let laws = ActiveLaws { slip_repeats, wear_path_factors, ..ActiveLaws::of(self.step()) };
             let mut problem = increment_problem(&self.prepared, options, worn, laws, ends);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
-                &mut wear_step.cycle.contact,
+                &mut jump.cycle.contact,
                 options,
                 self.observer,
                 progress,
             )?;
-            jump.add(&report);
+            jump.report = report.clone().with_work_of(&jump.report);
             jump.solves += 1;
             jump.checks = before.worst(&checks);
             let SlipSource::ClosedPath(path) = &wear_step.slip_source else { return Ok(()) };
-            if report.stop == StopReason::Iterations && wear_step.cycle.release_slipping_cells(&problem) {
+            if report.stop == StopReason::Iterations && jump.cycle.release_slipping_cells(&problem) {
                 continue;
             }
-            if report.stop != StopReason::Converged || wear_step.cycle.has_consistent_stick_zone(&problem) {
+            if report.stop != StopReason::Converged || jump.cycle.has_consistent_stick_zone(&problem) {
                 return Ok(());
             }
-            let now = self.responses_at_path_points(&wear_step.cycle, path);
+            let now = self.responses_at_path_points(&jump.cycle, path);
             if is_periodic(&now, &last) {
                 return Ok(());
             }
             last = now;
             let mut depth = worn.to_vec();
-            add(&mut depth, slip_repeats, &wear_step.cycle.contact.wear_rate);
-            let report =
-                self.recompute_stick_zone((path, loads), (&depth, options), &mut wear_step.cycle, progress)?;
-            jump.add(&report);
+            add(&mut depth, slip_repeats, &jump.cycle.contact.wear_rate);
+            let (report, solves) =
+                self.recompute_stick_zone((path, loads), (&depth, options), &mut jump.cycle, progress)?;
+            jump.report = report.clone().with_work_of(&jump.report);
+            jump.solves += solves;
             if report.stop != StopReason::Converged {
                 return Ok(());
             }
@@ -336,13 +352,15 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Equations of the path points at the given wear depth, for reports.
+    /// Equations of the path points of `cycle` at the given wear depth, for reports.
     pub(super) fn reporting_problem<'b>(
         &'b self,
         wear_step: &WearStepState,
+        cycle: &CycleState,
         worn: &'b [f64],
     ) -> Increment<'b> {
-        let ends = vec![wear_step.reported_path_point(); wear_step.cycle.contact.rigid_motion.len()];
+        let point = wear_step.reported_path_point(&cycle.stick_zone);
+        let ends = vec![point; cycle.contact.rigid_motion.len()];
         increment_problem(&self.prepared, &self.options, worn, ActiveLaws::of(self.step()), ends)
     }
 }

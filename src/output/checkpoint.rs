@@ -29,7 +29,7 @@ use crate::output::provenance::Provenance;
 pub const FILES: [&str; 2] = ["checkpoint-1.bin", "checkpoint-2.bin"];
 
 const MAGIC: &[u8; 16] = b"orthowear-check\n";
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 /// Bytes before the provenance.
 const HEADER_BYTES: usize = 36;
 /// Bytes of the checksum at the end.

@@ -18,7 +18,7 @@ impl Run<'_> {
     /// Longest stable explicit jump for the path points of a cycle, in cycles or mm of sliding; `None` without wear.
     pub(super) fn critical_length(&self, it: &ContactState) -> Option<f64> {
         let (n, points) = (self.prepared.n(), it.rigid_motion.len());
-        let touching = self.cells_in_contact(it);
+        let touching = self.cells_in_contact(&it.scaled);
         let wear = |cell: usize| (0..points).map(|point| it.wear_path[point * n + cell]).sum::<f64>();
         let wear: Vec<f64> = (0..n).map(|cell| if touching[cell] { wear(cell) } else { 0.0 }).collect();
         let model = self.prepared.model;

@@ -3,23 +3,61 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::solver::SolveReport;
-use crate::contact::{ContactState, Increment, SlipReference};
+use crate::contact::{ContactState, Increment, SlipReference, Unknowns};
 use crate::evolution::fretting::path::FrettingPath;
 
 /// Largest ratio of slip to amplitude at which a cell counts as sticking.
 pub(super) const STICK_SLIP_SHARE: f64 = 1e-3;
 
-/// Path points of a cycle, solved together, and the stick zone.
+/// Cells that stick through the whole cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct StickZone {
+    /// Whether a cell sticks, `[N]`.
+    pub mask: Vec<bool>,
+    /// Tangential gap at which the cells of `mask` stick, `[2, N]`, mm.
+    pub gap: Vec<f64>,
+}
+
+impl StickZone {
+    /// Slip reference of all path points of the cycle.
+    pub fn slip_reference(&self) -> SlipReference {
+        SlipReference::PreviousPoint { stick_mask: self.mask.clone(), stick_gap: self.gap.clone() }
+    }
+}
+
+/// Unknowns at the path points of a cycle, and its stick zone: what remains of a cycle between jumps.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct CycleUnknowns {
+    pub contact: Unknowns,
+    pub stick_zone: StickZone,
+}
+
+impl CycleUnknowns {
+    /// Largest pressure at any path point, MPa.
+    pub fn peak_pressure(&self) -> f64 {
+        let n = self.stick_zone.mask.len();
+        let pressures = self.contact.scaled.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
+        pressures.copied().fold(0.0, f64::max)
+    }
+}
+
+/// Path points of a cycle, solved together, and the stick zone.
 pub struct CycleState {
     pub contact: ContactState,
-    /// Cells that stick through the whole cycle, `[N]`.
-    pub stick_mask: Vec<bool>,
-    /// Tangential gap at which the cells of `stick_mask` stick, `[2, N]`, mm.
-    pub stick_gap: Vec<f64>,
-    /// Solves, iterations and operator applications that are not in any record yet.
-    pub uncharged_work: [usize; 3],
+    pub stick_zone: StickZone,
+}
+
+impl From<&CycleUnknowns> for CycleState {
+    /// Creates a cycle from its unknowns. The contact must be evaluated afterwards.
+    fn from(cycle: &CycleUnknowns) -> Self {
+        Self { contact: cycle.contact.clone().into(), stick_zone: cycle.stick_zone.clone() }
+    }
+}
+
+impl From<CycleState> for CycleUnknowns {
+    fn from(cycle: CycleState) -> Self {
+        Self { contact: cycle.contact.into(), stick_zone: cycle.stick_zone }
+    }
 }
 
 impl CycleState {
@@ -31,49 +69,29 @@ impl CycleState {
             rigid
         });
         let contact = ContactState::new(n, motions.collect());
-        Self { contact, stick_mask: vec![true; n], stick_gap: vec![0.0; 2 * n], uncharged_work: [0; 3] }
+        Self { contact, stick_zone: StickZone { mask: vec![true; n], gap: vec![0.0; 2 * n] } }
     }
 
     /// Single path point, for steady sliding.
     pub fn for_sliding(n: usize, rigid: [f64; 3]) -> Self {
         Self {
             contact: ContactState::new(n, vec![rigid]),
-            stick_mask: vec![false; n],
-            stick_gap: vec![0.0; 2 * n],
-            uncharged_work: [0; 3],
+            stick_zone: StickZone { mask: vec![false; n], gap: vec![0.0; 2 * n] },
         }
-    }
-
-    /// Slip reference of all path points of the cycle.
-    pub fn slip_reference(&self) -> SlipReference {
-        SlipReference::PreviousPoint {
-            stick_mask: self.stick_mask.clone(),
-            stick_gap: self.stick_gap.clone(),
-        }
-    }
-
-    /// Adds the work of one solve.
-    pub fn charge(&mut self, report: &SolveReport) {
-        self.charge_work([1, report.iterations, report.applications]);
-    }
-
-    /// Adds solves, iterations and operator applications.
-    pub fn charge_work(&mut self, work: [usize; 3]) {
-        self.uncharged_work.iter_mut().zip(work).for_each(|(sum, work)| *sum += work);
     }
 
     /// Stores the solution of a stroke. Cells leave the stick zone if they slip by more than `creep` (mm) or lose contact.
     pub(super) fn record_increment(&mut self, it: &ContactState, point: usize, creep: f64) {
-        let n = self.stick_mask.len();
+        let n = self.stick_zone.mask.len();
         let planes = point * 3 * n..(point + 1) * 3 * n;
         self.contact.scaled[planes.clone()].copy_from_slice(&it.scaled);
         self.contact.tractions[planes].copy_from_slice(&it.tractions);
         self.contact.rigid_motion[point] = it.rigid_motion[0];
         self.contact.mode_amplitudes[point] = it.mode_amplitudes[0];
-        for (i, stuck) in self.stick_mask.iter_mut().enumerate() {
+        for (i, stuck) in self.stick_zone.mask.iter_mut().enumerate() {
             *stuck &= it.scaled[2 * n + i] > 0.0 && it.slip[i].hypot(it.slip[n + i]) <= creep;
         }
-        self.stick_gap.copy_from_slice(&it.gap[..2 * n]);
+        self.stick_zone.gap.copy_from_slice(&it.gap[..2 * n]);
     }
 
     /// Half of the largest distance between two path points, mm.
@@ -95,8 +113,8 @@ impl CycleState {
                     self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]);
                 slip > creep && !problem.sticks(&self.contact, point, i)
             };
-            if self.stick_mask[i] && (0..points).any(slips) {
-                self.stick_mask[i] = false;
+            if self.stick_zone.mask[i] && (0..points).any(slips) {
+                self.stick_zone.mask[i] = false;
                 any = true;
             }
         }
@@ -113,7 +131,7 @@ impl CycleState {
             let creeps = |point: usize| {
                 self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]) <= creep
             };
-            if self.stick_mask[i] {
+            if self.stick_zone.mask[i] {
                 sticks.enumerate().all(|(point, sticks)| sticks || creeps(point))
             } else {
                 !sticks.all(|sticks| sticks)

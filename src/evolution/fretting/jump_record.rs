@@ -3,30 +3,30 @@
 use std::time::Instant;
 
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
+use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::records::{Divergence, JumpRecord, Resultants};
 use crate::evolution::run::{Advance, Run, RunEnd};
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::Spin;
 use crate::evolution::wear_integrator::WearJump;
 
 /// Jump whose result becomes the state of the run.
-pub(super) struct AcceptedJump<'j> {
-    pub jump: &'j WearJump,
-    /// Cycles, or sliding distance in mm.
-    pub length: f64,
+pub(super) struct AcceptedJump {
+    pub jump: WearJump,
     /// Number of longer trials that were rejected.
     pub rejected: usize,
     /// Start of the computation of the jump.
     pub clock: Instant,
 }
 
-impl AcceptedJump<'_> {
+impl AcceptedJump {
     /// Record of the jump of a wear step.
     fn record(&self, wear_step: &WearStepState) -> JumpRecord {
         let resolved = wear_step.resolved_cycle.as_ref().filter(|resolved| resolved.is_new);
         JumpRecord {
-            length: self.length,
+            length: self.jump.length,
             solves: self.jump.solves,
             rejected: self.rejected,
             depth_error: self.jump.depth_error,
@@ -52,6 +52,17 @@ fn mean_of_reversal_points(reversals: &[Resultants; 2]) -> Resultants {
     }
 }
 
+impl WearStepState {
+    /// Takes cycle, rates and factors at the end of a jump.
+    fn accept(&mut self, jump: WearJump) {
+        self.cycle = jump.cycle.into();
+        (self.wear_rate, self.dissipation_rate) = (jump.wear_rate, jump.dissipation_rate);
+        if let (Some(resolved), Some(factors)) = (&mut self.resolved_cycle, jump.wear_factors) {
+            resolved.factors = factors;
+        }
+    }
+}
+
 impl Run<'_> {
     /// Completes the remaining cycles of a step in which nothing wears any more.
     pub(super) fn finish_worn_out_step(&mut self, wear_step: &mut WearStepState, clock: Instant) -> Advance {
@@ -63,52 +74,51 @@ impl Run<'_> {
         ));
         // A resumed run has not evaluated its path points yet.
         let worn = self.state.wear_depth.clone();
-        let problem = self.reporting_problem(wear_step, &worn);
-        let mut checks = certificate::check(
-            &problem,
-            &mut wear_step.cycle.contact,
-            TangentialGap::Skip,
-            OperatorCheck::Skip,
-        );
+        let mut jump = WearJump::new(wear_step, length);
+        let problem = self.reporting_problem(wear_step, &jump.cycle, &worn);
+        jump.checks =
+            certificate::check(&problem, &mut jump.cycle.contact, TangentialGap::Skip, OperatorCheck::Skip);
         drop(problem);
         // The remaining pressures are rounding errors of the gap: refer the residual to the initial pressures.
-        checks.natural_residual *= wear_step.peak_pressure() / wear_step.initial_peak_pressure;
-        let jump = WearJump { checks, ..WearJump::new(self.prepared.n()) };
-        self.commit_jump(wear_step, AcceptedJump { jump: &jump, length, rejected: 0, clock })
+        jump.checks.natural_residual *= wear_step.cycle.peak_pressure() / wear_step.initial_peak_pressure;
+        self.commit_jump(wear_step, AcceptedJump { jump, rejected: 0, clock })
     }
 
     /// Ends the run before a jump that brings the contact to the edge of the frame, where it would be cut off.
-    pub(super) fn stop_at_frame_edge(
-        &mut self,
-        wear_step: &WearStepState,
-        jump: &WearJump,
-        length: f64,
-    ) -> RunEnd {
+    pub(super) fn stop_at_frame_edge(&mut self, wear_step: &WearStepState, jump: &WearJump) -> RunEnd {
         let unit = wear_step.length_unit();
         self.result.warnings.push(format!(
             "step \"{}\" ({}): wear extends the contact to the edge of the frame between {} and {} {unit}; this jump is not applied, because the contact would be cut off at the edge",
             self.step().name,
             wear_step.jumps_done + 1,
             wear_step.completed,
-            wear_step.completed + length
+            wear_step.completed + jump.length
         ));
-        RunEnd::FrameEdge(jump.work())
+        // The checkpoint keeps the uncharged work of the committed state.
+        let kept = match &self.progress {
+            StepProgress::WearStep(committed) => committed.uncharged_work,
+            _ => SolveWork::default(),
+        };
+        let mut work = jump.work();
+        work += wear_step.uncharged_work;
+        RunEnd::FrameEdge(work - kept)
     }
 
-    /// Adds the result of a converged jump to the state, and delivers the record of the jump.
+    /// Adds the result of a converged jump to the state, and delivers the record of the jump. A jump that did not converge is
+    /// recorded, too, and ends the run.
     pub(super) fn commit_jump(&mut self, wear_step: &mut WearStepState, accepted: AcceptedJump) -> Advance {
-        let AcceptedJump { jump, length, clock, .. } = accepted;
+        let AcceptedJump { jump, clock, .. } = &accepted;
         let number = wear_step.jumps_done + 1;
         if jump.converged() {
-            self.add_to_state(wear_step, jump, length);
+            self.add_to_state(wear_step, jump);
         }
         let half = match &wear_step.slip_source {
             SlipSource::ClosedPath(path) => path.reversal_index(),
             SlipSource::Sliding(_) => 0,
         };
-        let it = &wear_step.cycle.contact;
+        let it = &jump.cycle.contact;
         let worn = self.state.wear_depth.clone();
-        let problem = self.reporting_problem(wear_step, &worn);
+        let problem = self.reporting_problem(wear_step, &jump.cycle, &worn);
         let mut reversals = [0, half].map(|point| state::resultants(&self.prepared, &problem, it, point));
         let resolved = wear_step.resolved_cycle.as_ref().and_then(|resolved| resolved.reversal_correction);
         if let Some(corrections) = resolved {
@@ -121,7 +131,7 @@ impl Run<'_> {
         self.state.set_from(it, half);
         let certificate = state::certificate(&jump.checks, approach, balance);
         let values = mean_of_reversal_points(&reversals);
-        let mut record = self.new_record((number, approach), &values, (it, certificate), clock);
+        let mut record = self.new_record((number, approach), &values, (it, certificate), *clock);
         record.stroke_ends = matches!(wear_step.slip_source, SlipSource::ClosedPath(_)).then_some(reversals);
         record.jump = Some(accepted.record(wear_step));
         if let Some(resolved) = &mut wear_step.resolved_cycle {
@@ -131,13 +141,15 @@ impl Run<'_> {
             self.complete_record(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
         self.warn_of_spin_moment(converged);
         self.deliver(record, fields)?;
-        Ok(converged?)
+        converged?;
+        wear_step.accept(accepted.jump);
+        Ok(())
     }
 
     /// Adds wear, dissipation, estimated errors and completed cycles of a converged jump to the state.
-    fn add_to_state(&mut self, wear_step: &mut WearStepState, jump: &WearJump, length: f64) {
+    fn add_to_state(&mut self, wear_step: &mut WearStepState, jump: &WearJump) {
         let (step, cycles) = (self.step(), self.cycles());
-        wear_step.completed += length;
+        wear_step.completed += jump.length;
         wear_step.jumps_done += 1;
         if cycles.count - wear_step.completed < 1e-9 * cycles.count {
             wear_step.completed = cycles.count;

@@ -5,6 +5,7 @@ use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, SlipReference, SolverOptions};
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
@@ -88,7 +89,7 @@ impl Run<'_> {
         // The state of the run is at the - reversal point.
         let mut place = IncrementStart {
             reference: self.state.slip_reference.clone(),
-            ..IncrementStart::at_path_point(&wear_step.cycle.contact, half)
+            ..IncrementStart::at_path_point(&CycleState::from(&wear_step.cycle).contact, half)
         };
         let (worn, options) = (self.state.wear_depth.clone(), stroke_options(&self.options));
         let progress = ProgressSpan { name: "fretting loop", from: 0.0, to: 0.0 };

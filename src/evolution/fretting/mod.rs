@@ -10,9 +10,8 @@
 //! * Path within a stroke: `path`, `loops`, `resolved_cycle` with `path_correction`.
 
 mod critical_jump;
-mod cycle_state;
+pub(super) mod cycle_state;
 mod jump_record;
-mod jump_trial;
 mod loops;
 mod next_jump;
 mod path;

@@ -4,12 +4,13 @@ use std::time::Instant;
 
 use crate::contact::solver::StopReason;
 use crate::error::{Error, Result, warning};
+use crate::evolution::fretting::cycle_state::StickZone;
 use crate::evolution::fretting::jump_record::AcceptedJump;
-use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::monotone::ProgressSpan;
 use crate::evolution::run::{Advance, Run};
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
 use crate::evolution::wear_integrator::{JumpSpec, WearJump};
 use crate::geometry::format_short;
@@ -45,43 +46,64 @@ enum Rejection {
 }
 
 impl Run<'_> {
-    /// Computes and commits the next jump.
+    /// Computes the next jump and commits it.
     pub(super) fn take_jump(&mut self, wear_step: &mut WearStepState) -> Advance {
-        let (step, cycles) = (self.step(), self.cycles());
+        let cycles = self.cycles();
         let clock = Instant::now();
         if self.is_worn_out(wear_step) {
             return self.finish_worn_out_step(wear_step, clock);
         }
         self.update_resolved_cycle(wear_step)?;
-        let mut tries = 0;
+        let (mut jump, rejected) = self.find_jump(wear_step)?;
+        if jump.converged() && jump.reaches_frame_edge && !wear_step.touched_edge_initially {
+            return Err(self.stop_at_frame_edge(wear_step, &jump).into());
+        }
+        // The first strokes and rejected jumps have no record of their own: this jump reports their work.
+        jump.charge_work(std::mem::take(&mut wear_step.uncharged_work));
+        jump.charge_work(self.discarded_work);
+        self.warn_of_unstable(wear_step, jump.length);
+        if let JumpPolicy::Tolerance(tolerance) = cycles.jumps {
+            let ratio = self.error_ratio(tolerance, &jump);
+            let (_, shortest) = wear_step.next_length(cycles);
+            if jump.length > shortest && jump.converged() {
+                self.warn_of_jump_error(wear_step, jump.length, ratio);
+            }
+            wear_step.step_controller.accept(jump.length, ratio);
+        }
+        self.commit_jump(wear_step, AcceptedJump { jump, rejected, clock })?;
+        self.discarded_work = SolveWork::default();
+        Ok(())
+    }
+
+    /// Tries jumps, shorter and shorter ones, until one is accepted. Returns it and the number of rejected trials.
+    fn find_jump(&mut self, wear_step: &mut WearStepState) -> Result<(WearJump, usize)> {
+        let (step, cycles) = (self.step(), self.cycles());
+        let radii =
+            self.contact_and_stick_radius(&wear_step.cycle.contact.scaled, &wear_step.cycle.stick_zone);
+        let mut rejected = 0;
         loop {
             let (length, shortest) = wear_step.next_length(cycles);
-            if let Some(resolved) = &mut wear_step.resolved_cycle {
-                resolved.extrapolate_factors(wear_step.completed, length);
-            }
-            let before = Tried::of(wear_step);
-            let radii = self.contact_and_stick_radius(wear_step);
             let part = |done: f64| done / cycles.count;
             let progress = ProgressSpan {
                 name: &step.name,
                 from: part(wear_step.completed),
                 to: part(wear_step.completed + length),
             };
-            let can_be_shorter = matches!(cycles.jumps, JumpPolicy::Tolerance(_)) && length > shortest;
-            let shorter_ones = can_be_shorter && tries < MAX_TRIALS;
+            let may_be_rejected = matches!(cycles.jumps, JumpPolicy::Tolerance(_))
+                && length > shortest
+                && rejected < MAX_TRIALS;
             let mut options = self.options;
-            if shorter_ones {
+            if may_be_rejected {
                 options.max_iterations = options.max_iterations.min(MAX_TRIAL_ITERATIONS);
             }
             let spec = JumpSpec { integrator: cycles.integrator, length, options };
-            let mut jump = self.integrate(spec, wear_step, &progress)?;
-            if let (JumpPolicy::Tolerance(tolerance), true) = (cycles.jumps, shorter_ones)
+            let jump = self.integrate(spec, wear_step, &progress)?;
+            if let (JumpPolicy::Tolerance(tolerance), true) = (cycles.jumps, may_be_rejected)
                 && jump.report.stop != StopReason::Interrupted
-                && let Some(refusal) = self.rejection((tolerance, length), (radii, wear_step), &jump)
+                && let Some(refusal) = self.rejection(tolerance, radii, &jump)
             {
-                wear_step.cycle.charge_work(jump.work());
-                tries += 1;
-                before.put(wear_step);
+                wear_step.uncharged_work += jump.work();
+                rejected += 1;
                 match refusal {
                     Rejection::Error(ratio) => wear_step.step_controller.reject(length, ratio),
                     Rejection::Other => wear_step.step_controller.halve(length),
@@ -89,33 +111,17 @@ impl Run<'_> {
                 continue;
             }
             if jump.lost_contact {
-                wear_step.cycle.charge_work(jump.work());
-                before.put(wear_step);
-                jump = self.repeat_by_backward_euler(wear_step, length, &progress)?;
+                wear_step.uncharged_work += jump.work();
+                return Ok((self.repeat_by_backward_euler(wear_step, length, &progress)?, rejected));
             }
-            if jump.converged() && jump.reaches_frame_edge && !wear_step.touched_edge_initially {
-                jump.charge_work(wear_step.cycle.uncharged_work);
-                return Err(self.stop_at_frame_edge(wear_step, &jump, length).into());
-            }
-            // The first strokes and rejected jumps have no record of their own: this jump reports their work.
-            jump.charge_work(std::mem::take(&mut wear_step.cycle.uncharged_work));
-            jump.charge_work(std::mem::take(&mut self.discarded_work));
-            self.warn_of_unstable(wear_step, length);
-            if let JumpPolicy::Tolerance(tolerance) = cycles.jumps {
-                let ratio = self.error_ratio(tolerance, length, &jump);
-                if can_be_shorter && jump.converged() {
-                    self.warn_of_jump_error(wear_step, length, ratio);
-                }
-                wear_step.step_controller.accept(length, ratio);
-            }
-            return self.commit_jump(wear_step, AcceptedJump { jump: &jump, length, rejected: tries, clock });
+            return Ok((jump, rejected));
         }
     }
 
     /// Integrates a jump again by the first-order method, which allows cells to lose contact, and warns.
     fn repeat_by_backward_euler(
         &mut self,
-        wear_step: &mut WearStepState,
+        wear_step: &WearStepState,
         length: f64,
         progress: &ProgressSpan,
     ) -> Result<WearJump> {
@@ -140,7 +146,7 @@ impl Run<'_> {
         let still = matches!(self.controls.normal, Normal::Approach(_)) && self.step().normal.is_none();
         still
             && wear_step.initial_peak_pressure > 0.0
-            && wear_step.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * wear_step.initial_peak_pressure
+            && wear_step.cycle.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * wear_step.initial_peak_pressure
     }
 
     /// Warns, once per step, of a jump accepted with `ratio` times the allowed error after [`MAX_TRIALS`] longer trials were
@@ -206,7 +212,7 @@ impl Run<'_> {
     }
 
     /// Ratio of the estimated error of a jump to the allowed error.
-    fn error_ratio(&self, tolerance: f64, length: f64, jump: &WearJump) -> f64 {
+    fn error_ratio(&self, tolerance: f64, jump: &WearJump) -> f64 {
         let cycles = self.cycles();
         if jump.depth_error == 0.0 {
             return 0.0;
@@ -219,25 +225,21 @@ impl Run<'_> {
         let approach = self.prepared.approach_of(&self.state.rigid_motion, &self.state.mode_amplitudes);
         let negligible = NEGLIGIBLE_DEPTH_SHARE * approach.abs();
         let all = after + negligible;
-        let share = 0.5 * ((after - before) / all + length / cycles.count);
+        let share = 0.5 * ((after - before) / all + jump.length / cycles.count);
         jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))
     }
 
-    /// Reason to reject a controlled jump, if any.
-    fn rejection(
-        &self,
-        (tolerance, length): (f64, f64),
-        ([contact, stick], after): ([f64; 2], &WearStepState),
-        jump: &WearJump,
-    ) -> Option<Rejection> {
+    /// Reason to reject a controlled jump, if any. `contact` and `stick` are the radii before the jump.
+    fn rejection(&self, tolerance: f64, [contact, stick]: [f64; 2], jump: &WearJump) -> Option<Rejection> {
         if !jump.converged() || jump.lost_contact {
             return Some(Rejection::Other);
         }
-        let ratio = self.error_ratio(tolerance, length, jump);
+        let ratio = self.error_ratio(tolerance, jump);
         if ratio > 1.0 {
             return Some(Rejection::Error(ratio));
         }
-        let [new_contact, new_stick] = self.contact_and_stick_radius(after);
+        let [new_contact, new_stick] =
+            self.contact_and_stick_radius(&jump.cycle.contact.scaled, &jump.cycle.stick_zone);
         let side = self.prepared.model.frame.mean_cell_side();
         let most = (MAX_RADIUS_GROWTH_CELLS * side).max(MAX_RADIUS_GROWTH_SHARE * contact);
         (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Rejection::Other)
@@ -245,24 +247,17 @@ impl Run<'_> {
 
     /// Radii of two circles: with the area of the cells in contact at any path point, and with the area of those that stick through
     /// the cycle.
-    fn contact_and_stick_radius(&self, wear_step: &WearStepState) -> [f64; 2] {
+    fn contact_and_stick_radius(&self, scaled: &[f64], stick_zone: &StickZone) -> [f64; 2] {
         let areas = &self.prepared.model.frame.areas;
-        let touching = self.cells_in_contact(&wear_step.cycle.contact);
+        let touching = self.cells_in_contact(scaled);
         let radius = |sum: f64| (sum / std::f64::consts::PI).sqrt();
         let sum =
             |counts: &dyn Fn(usize) -> bool| (0..areas.len()).filter(|&i| counts(i)).map(|i| areas[i]).sum();
-        [radius(sum(&|i| touching[i])), radius(sum(&|i| touching[i] && wear_step.cycle.stick_mask[i]))]
+        [radius(sum(&|i| touching[i])), radius(sum(&|i| touching[i] && stick_zone.mask[i]))]
     }
 }
 
 impl WearStepState {
-    /// Largest pressure at any path point, MPa.
-    pub(super) fn peak_pressure(&self) -> f64 {
-        let n = self.wear_rate.len();
-        let pressures = self.cycle.contact.scaled.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
-        pressures.copied().fold(0.0, f64::max)
-    }
-
     /// Length of the next jump, and shortest possible length: cycles, or mm of sliding.
     fn next_length(&self, cycles: &Cycles) -> (f64, f64) {
         let whole = matches!(self.slip_source, SlipSource::ClosedPath(_));

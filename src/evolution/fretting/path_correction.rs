@@ -21,8 +21,8 @@ const RECHECK_FORCE_RATIO: f64 = 2.0;
 pub struct ResolvedCycle {
     /// Whether the factors correct the wear. If not, all factors are 1, and the cycle only measures the error.
     pub corrects: bool,
-    /// Ratio of the wear by the resolved cycle to the wear by the coupled path points, `[N]`. It is extrapolated to the middle of
-    /// the next jump.
+    /// Ratio of the wear by the resolved cycle to the wear by the coupled path points, `[N]`, extrapolated to the middle of the
+    /// last jump.
     pub factors: Vec<f64>,
     /// Factors at the resolved cycle, `[N]`.
     pub(super) measured_factors: Vec<f64>,
@@ -109,15 +109,14 @@ pub(super) struct CycleSlip {
 }
 
 impl ResolvedCycle {
-    /// Extrapolates the factors to the middle of a jump of `length` cycles that begins after `done` cycles of the step.
-    pub fn extrapolate_factors(&mut self, done: f64, length: f64) {
+    /// Factors extrapolated to the middle of a jump of `length` cycles that begins after `done` cycles of the step, `[N]`.
+    pub fn extrapolated_factors(&self, done: f64, length: f64) -> Vec<f64> {
         let ahead = done + 0.5 * length - self.at_cycle;
-        for ((factor, found), slope) in
-            self.factors.iter_mut().zip(&self.measured_factors).zip(&self.factor_rate)
-        {
-            *factor = (found + slope * ahead)
-                .clamp((1.0 - MAX_FACTOR_EXTRAPOLATION) * found, (1.0 + MAX_FACTOR_EXTRAPOLATION) * found);
-        }
+        let factor = |(found, slope): (&f64, &f64)| {
+            (found + slope * ahead)
+                .clamp((1.0 - MAX_FACTOR_EXTRAPOLATION) * found, (1.0 + MAX_FACTOR_EXTRAPOLATION) * found)
+        };
+        self.measured_factors.iter().zip(&self.factor_rate).map(factor).collect()
     }
 
     /// Transfers the resolved cycle to a larger frame of `n` cells. `places` contains the new index of each cell.

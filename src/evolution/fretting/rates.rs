@@ -16,21 +16,21 @@ impl Run<'_> {
     pub(super) fn evaluate_rates(&mut self, wear_step: &mut WearStepState, clock: Instant) -> Advance {
         let cycles = self.cycles();
         let (worn, at) = (self.state.wear_depth.clone(), wear_step.completed / cycles.count);
-        let mut jump = WearJump::new(self.prepared.n());
+        let mut jump = WearJump::new(wear_step, 0.0);
         let progress = ProgressSpan { name: &self.step().name, from: at, to: at };
         let options = self.options;
         let spec = StageSpec { step_fraction: at, wear_depth: &worn, slip_repeats: 0.0, options: &options };
         self.solve_stage(spec, wear_step, &mut jump, &progress)?;
         if !jump.converged() {
-            return self
-                .commit_jump(wear_step, AcceptedJump { jump: &jump, length: 0.0, rejected: 0, clock });
+            return self.commit_jump(wear_step, AcceptedJump { jump, rejected: 0, clock });
         }
-        wear_step.cycle.charge(&jump.report);
-        wear_step.wear_rate.copy_from_slice(&wear_step.cycle.contact.wear_rate);
+        wear_step.uncharged_work += jump.work();
+        wear_step.wear_rate.copy_from_slice(&jump.cycle.contact.wear_rate);
         wear_step.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
         if cycles.integrator == Integrator::Explicit {
-            wear_step.critical_length = self.critical_length(&wear_step.cycle.contact);
+            wear_step.critical_length = self.critical_length(&jump.cycle.contact);
         }
+        wear_step.cycle = jump.cycle.into();
         Ok(())
     }
 

@@ -5,6 +5,7 @@
 use crate::contact::solver::StopReason;
 use crate::contact::{ContactState, Increment};
 use crate::error::Result;
+use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::loops::IncrementStart;
 use crate::evolution::fretting::loops::stroke_options;
 use crate::evolution::fretting::path::FrettingPath;
@@ -13,6 +14,7 @@ use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, root_mean_square};
 use crate::evolution::records::Resultants;
 use crate::evolution::run::Run;
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, ResolvedCycleSettings};
 
@@ -126,28 +128,29 @@ impl Run<'_> {
         }
         // A restored run has not evaluated its path points yet.
         let worn = self.state.wear_depth.clone();
-        let problem = self.reporting_problem(wear_step, &worn);
-        problem.evaluate(&mut wear_step.cycle.contact);
-        let slip = self.cycle_slip(&problem, wear_step);
+        let mut cycle = CycleState::from(&wear_step.cycle);
+        let problem = self.reporting_problem(wear_step, &cycle, &worn);
+        problem.evaluate(&mut cycle.contact);
+        let slip = self.cycle_slip(&problem, &cycle);
         let half = path.reversal_index();
-        let reversals = [0, half]
-            .map(|point| state::resultants(&self.prepared, &problem, &wear_step.cycle.contact, point));
+        let reversals =
+            [0, half].map(|point| state::resultants(&self.prepared, &problem, &cycle.contact, point));
         drop(problem);
         let normal_force = mean_normal_force(&reversals);
-        let changed = |before: &[f64]| self.slip_change(&wear_step.cycle.contact, before);
+        let changed = |before: &[f64]| self.slip_change(&cycle.contact, before);
         let is_due = |before: &ResolvedCycle| before.is_due(used, (&slip, normal_force), changed);
         if wear_step.resolved_cycle.as_ref().is_some_and(|before| !is_due(before)) {
             return Ok(());
         }
         let path = path.clone();
         let coupled = CycleWear {
-            rate: wear_step.cycle.contact.wear_rate.clone(),
+            rate: cycle.contact.wear_rate.clone(),
             power: wear_step.dissipation_rate / wear_step.dissipation_factor(),
             drift: 0.0,
             reversals,
         };
         let way = (&path, closed, slip);
-        let Some(refined) = self.refine_cycle((way, used), (wear_step, &coupled))? else {
+        let Some(refined) = self.refine_cycle((way, used), (wear_step, &cycle, &coupled))? else {
             if used.correction == Correction::Never {
                 // The error stays unknown, and the cycle is not resolved again.
                 let unknown = RefinedCycle {
@@ -157,7 +160,7 @@ impl Run<'_> {
                     agrees_with_coupled: false,
                 };
                 wear_step.resolved_cycle =
-                    Some(self.error_measurement(wear_step, (&unknown, &coupled), slip));
+                    Some(self.error_measurement((wear_step, &cycle), (&unknown, &coupled), slip));
             }
             return Ok(());
         };
@@ -188,7 +191,7 @@ impl Run<'_> {
         let measurement = ResolvedCycle {
             unresolved_wear_fraction,
             reversal_correction,
-            ..self.error_measurement(wear_step, (&refined, &coupled), slip)
+            ..self.error_measurement((wear_step, &cycle), (&refined, &coupled), slip)
         };
         if corrects {
             self.apply_correction((wear_step, &coupled), refined, factors, (before, measurement));
@@ -244,7 +247,7 @@ impl Run<'_> {
     /// by the last refinement. The error of the wear volume also includes the drift of the tractions.
     fn error_measurement(
         &self,
-        wear_step: &WearStepState,
+        (wear_step, cycle): (&WearStepState, &CycleState),
         (RefinedCycle { wear, change, increments, .. }, coupled): (&RefinedCycle, &CycleWear),
         slip: CycleSlip,
     ) -> ResolvedCycle {
@@ -264,7 +267,7 @@ impl Run<'_> {
             dissipation_factor: 1.0,
             increments: *increments,
             is_new: true,
-            slip: wear_step.cycle.contact.slip.clone(),
+            slip: cycle.contact.slip.clone(),
             lag_ratio: slip.lag,
             wear_depth: self.state.wear_depth.clone(),
             full_slip: slip.full_slip,
@@ -319,9 +322,9 @@ impl Run<'_> {
         ));
     }
 
-    /// Computes slip and elastic lag between the path points of `wear_step`, whose state must be evaluated with `problem`.
-    fn cycle_slip(&self, problem: &Increment, wear_step: &WearStepState) -> CycleSlip {
-        let (it, n, areas) = (&wear_step.cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
+    /// Computes slip and elastic lag between the path points of `cycle`, which must be evaluated with `problem`.
+    fn cycle_slip(&self, problem: &Increment, cycle: &CycleState) -> CycleSlip {
+        let (it, n, areas) = (&cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
         let points = it.rigid_motion.len();
         let mut found = CycleSlip { full_slip: true, slip_spread_share: 0.0, lag: 0.0 };
         let (mut lags, mut slips) = (0.0, 0.0);
@@ -338,7 +341,7 @@ impl Run<'_> {
                 let force = areas[i] * it.tractions[point * 3 * n + 2 * n + i];
                 lags += force * lag;
                 slips += force * slip[0].hypot(slip[1]);
-                found.full_slip &= !wear_step.cycle.stick_mask[i] && !problem.sticks(it, point, i);
+                found.full_slip &= !cycle.stick_zone.mask[i] && !problem.sticks(it, point, i);
                 found.slip_spread_share =
                     f64::max(found.slip_spread_share, if stroke > 0.0 { lag / stroke } else { 1.0 });
             }
@@ -356,7 +359,7 @@ impl Run<'_> {
             (&FrettingPath, &ClosedPath, CycleSlip),
             ResolvedCycleSettings,
         ),
-        (wear_step, coupled): (&mut WearStepState, &CycleWear),
+        (wear_step, cycle, coupled): (&mut WearStepState, &CycleState, &CycleWear),
     ) -> Result<Option<RefinedCycle>> {
         let corrects = used.correction != Correction::Never;
         let may_agree = full_slip && used.correction == Correction::WhereNeeded;
@@ -368,7 +371,7 @@ impl Run<'_> {
             .map_or(1, |before| before.increments / if extrapolates { 8 } else { 4 });
         let mut increments = begin.max(closed.increments);
         // Each cycle starts from the coarser one before it, so the tractions approach the steady state meanwhile.
-        let mut place = IncrementStart::at_path_point(&wear_step.cycle.contact, path.reversal_index());
+        let mut place = IncrementStart::at_path_point(&cycle.contact, path.reversal_index());
         let mut coarser = if increments == closed.increments && !extrapolates {
             coupled.clone()
         } else {
@@ -393,8 +396,9 @@ impl Run<'_> {
             let ratio = if confirms { CONFIRMING_REFINEMENT.min(most / increments).max(2) } else { 2 };
             increments *= ratio;
             let way = (path, closed, (increments, slip_spread_share));
-            let cycle = self.resolved_cycle(way, (&mut *wear_step, &mut place))?;
-            let Some(wear) = cycle else { return Ok(None) };
+            let Some(wear) = self.resolved_cycle(way, (&mut *wear_step, &mut place))? else {
+                return Ok(None);
+            };
             let limit = if extrapolates { wear.extrapolated(&coarser, ratio as f64) } else { wear.clone() };
             if first.is_none() && increments >= MIN_REFINEMENT * closed.increments {
                 first = Some((increments, limit.clone()));
@@ -470,7 +474,7 @@ impl Run<'_> {
             let pressures = here.it.tractions[2 * n..].to_vec();
             let (next, report, checks) =
                 self.solve_cycle_increment(way, (&worn, &options), here, &progress)?;
-            wear_step.cycle.charge(&report);
+            wear_step.uncharged_work += SolveWork::of(&report);
             if report.stop != StopReason::Converged {
                 if report.stop != StopReason::Interrupted {
                     self.result.warnings.push(format!(
@@ -507,7 +511,7 @@ impl Run<'_> {
     /// Relative change of the slip between the coupled path points: root mean square over the cells in contact at any path point.
     fn slip_change(&self, it: &ContactState, before: &[f64]) -> f64 {
         let n = self.prepared.n();
-        let (touching, areas) = (self.cells_in_contact(it), &self.prepared.model.frame.areas);
+        let (touching, areas) = (self.cells_in_contact(&it.scaled), &self.prepared.model.frame.areas);
         let (mut change, mut sum) = (0.0, 0.0);
         for (k, (now, before)) in it.slip.iter().zip(before).enumerate().filter(|(k, _)| touching[k % n]) {
             change += areas[k % n] * (now - before).powi(2);

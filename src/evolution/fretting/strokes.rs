@@ -11,6 +11,7 @@ use crate::evolution::fretting::loops::{IncrementStart, stroke_options};
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::run::{Advance, Run};
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::Drive;
 use crate::omitted::OmittableWork;
@@ -30,13 +31,15 @@ pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]])
 }
 
 impl Run<'_> {
-    /// Solves cycles without wear, stroke by stroke, until the cycle is periodic. The stick zone depends on this history.
+    /// Solves cycles without wear, stroke by stroke, until the cycle is periodic. The stick zone depends on this history. Returns
+    /// the work of the solves.
     pub(super) fn find_periodic_cycle(
         &mut self,
         path: &FrettingPath,
         loads: PrescribedLoads,
         cycle: &mut CycleState,
-    ) -> Advance {
+    ) -> Advance<SolveWork> {
+        let mut work = SolveWork::default();
         cycle.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
         let half = path.reversal_index();
         let mut before: Vec<[f64; 2]> = Vec::new();
@@ -50,15 +53,15 @@ impl Run<'_> {
                 ];
                 path.set_shift(point, &mut rigid);
                 let (it, report) = self.advance_cycle_increment(path.loads(point, loads), rigid)?;
-                cycle.charge(&report);
+                work += SolveWork::of(&report);
                 if point == 1 {
-                    cycle.stick_mask.fill(true);
+                    cycle.stick_zone.mask.fill(true);
                 }
                 cycle.record_increment(&it, point, STICK_SLIP_SHARE * cycle.amplitude());
             }
             let found = self.responses_at_path_points(cycle, path);
             if is_periodic(&found, &before) {
-                return Ok(());
+                return Ok(work);
             }
             before = found;
         }
@@ -66,7 +69,7 @@ impl Run<'_> {
             "step \"{}\": after {MAX_SETTLING_CYCLES} cycles without wear the tractions have not reached a steady-state cycle; the reversal points of the last cycle are used",
             self.step().name
         ));
-        Ok(())
+        Ok(work)
     }
 
     /// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed.
@@ -127,7 +130,8 @@ impl Run<'_> {
     }
 
     /// Solves strokes at the wear depth `worn` (`[N]`, mm) until the cycle is periodic, and updates stick zone and stick gap. If a
-    /// stroke does not converge, the path points keep their coupled solution and the report gives the reason.
+    /// stroke does not converge, the path points keep their coupled solution and the report gives the reason. Also returns the
+    /// number of solves.
     ///
     /// # Errors
     /// As [`Self::solve_cycle_increment`].
@@ -137,14 +141,14 @@ impl Run<'_> {
         (worn, options): (&[f64], &SolverOptions),
         cycle: &mut CycleState,
         progress: &ProgressSpan,
-    ) -> Result<SolveReport> {
+    ) -> Result<(SolveReport, usize)> {
         let half = path.reversal_index();
         let options = stroke_options(options);
         // A span that ends below the fraction 1 skips the check of the operator, which would repeat in every stroke.
         let progress = &ProgressSpan { name: progress.name, from: progress.from, to: progress.from };
-        let solved =
-            (Unknowns::from_state(&cycle.contact), cycle.stick_mask.clone(), cycle.stick_gap.clone());
+        let coupled = (Unknowns::from_state(&cycle.contact), cycle.stick_zone.clone());
         let mut reference = IncrementStart::at_path_point(&cycle.contact, half).reference;
+        let mut solves = 0;
         let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
         let mut before: Vec<[f64; 2]> = Vec::new();
         for _ in 0..MAX_SETTLING_CYCLES {
@@ -154,20 +158,20 @@ impl Run<'_> {
                 let way = (path, point, loads);
                 let (place, report, _) =
                     self.solve_cycle_increment(way, (worn, &options), place, progress)?;
-                cycle.charge_work([1, 0, 0]);
+                solves += 1;
                 sum = report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
                     // Restores the last coupled solution, which is reported.
-                    solved.0.restore_into(&mut cycle.contact);
-                    (cycle.stick_mask, cycle.stick_gap) = (solved.1, solved.2);
+                    coupled.0.restore_into(&mut cycle.contact);
+                    cycle.stick_zone = coupled.1;
                     let laws = ActiveLaws::of(self.step());
                     let points = self.path_points(path, loads, cycle)?;
                     increment_problem(&self.prepared, &options, worn, laws, points)
                         .evaluate(&mut cycle.contact);
-                    return Ok(sum);
+                    return Ok((sum, solves));
                 }
                 if point == 1 {
-                    cycle.stick_mask.fill(true);
+                    cycle.stick_zone.mask.fill(true);
                 }
                 cycle.record_increment(&place.it, point, STICK_SLIP_SHARE * cycle.amplitude());
                 reference = place.reference;
@@ -178,7 +182,7 @@ impl Run<'_> {
             }
             before = found;
         }
-        Ok(sum)
+        Ok((sum, solves))
     }
 
     /// Path points of a cycle; slip at each path point is measured from the previous path point.
@@ -192,7 +196,7 @@ impl Run<'_> {
         cycle: &CycleState,
     ) -> Result<Vec<PathPoint>> {
         (0..path.len())
-            .map(|point| self.path_point(&path.loads(point, loads), cycle.slip_reference()))
+            .map(|point| self.path_point(&path.loads(point, loads), cycle.stick_zone.slip_reference()))
             .collect()
     }
 }

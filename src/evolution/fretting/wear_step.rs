@@ -4,16 +4,16 @@ use std::time::Instant;
 
 use nalgebra::Vector3;
 
-use crate::contact::{NormalControl, TangentialControl};
+use crate::contact::{NormalControl, TangentialControl, Unknowns};
 use crate::error::warning;
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{ActiveControls, PrescribedLoads};
 use crate::evolution::fretting::cycle_state::CycleState;
-use crate::evolution::fretting::jump_trial::Tried;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::observer::CheckpointEvent;
-use crate::evolution::run::{Advance, Run, RunEnd, Stop};
+use crate::evolution::run::{Advance, Run, RunEnd};
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, JumpPolicy};
 use crate::evolution::step_controller::StepController;
@@ -28,61 +28,25 @@ const MIN_TOLERANCE_RATIO: f64 = 10.0;
 impl Run<'_> {
     /// Runs the remaining jumps of a step of fretting cycles or steady sliding.
     pub(in crate::evolution) fn run_wear_step(&mut self) -> Advance {
-        if matches!(self.progress, StepProgress::NotStarted) {
-            let wear_step = self.begin_wear_step()?;
-            if self.observer.wants_loops() {
-                self.record_fretting_loop(&wear_step)?;
-            }
-            self.progress = StepProgress::WearStep(Box::new(wear_step));
-        }
-        while let StepProgress::WearStep(mut wear_step) =
-            std::mem::replace(&mut self.progress, StepProgress::NotStarted)
-        {
+        loop {
+            // A jump changes this copy. If the run ends in the jump, it resumes from the state before: `self.progress`.
+            let mut wear_step = match &self.progress {
+                StepProgress::WearStep(committed) => committed.clone(),
+                _ => Box::new(self.begin_wear_step()?),
+            };
             if wear_step.completed >= self.cycles().count {
-                let ended = self.finish_wear_step(&wear_step);
-                // If interrupted here, the run resumes after the last jump.
-                if ended.is_err() {
-                    self.progress = StepProgress::WearStep(wear_step);
-                }
-                return ended;
+                return self.finish_wear_step(&wear_step);
             }
             if wear_step.jumps_done > 0 && self.observer.wants_rebuild(&self.state.wear_depth) {
-                self.progress = StepProgress::WearStep(wear_step);
                 return Err(RunEnd::Rebuild.into());
             }
             if wear_step.rates_outdated {
-                let evaluated = self.reevaluate_rates(&mut wear_step);
-                if evaluated.is_err() {
-                    self.progress = StepProgress::WearStep(wear_step);
-                    return evaluated;
-                }
+                self.reevaluate_rates(&mut wear_step)?;
             }
-            let (before, control, spent) =
-                (Tried::of(&wear_step), wear_step.step_controller, wear_step.cycle.uncharged_work);
-            let discarded = self.discarded_work;
-            let resolved = wear_step.resolved_cycle.clone();
-            let mut jumped = self.take_jump(&mut wear_step);
-            // The solver of a body may detect an interrupt itself: in this case, too, the run resumes before the jump.
-            if jumped.is_err() {
-                self.discarded_work = discarded;
-                // Before its first record, the step restarts from the state before the step.
-                if wear_step.jumps_done > 0 {
-                    before.put(&mut wear_step);
-                    (wear_step.step_controller, wear_step.cycle.uncharged_work, wear_step.resolved_cycle) =
-                        (control, spent, resolved);
-                    if let Err(Stop::End(RunEnd::FrameEdge(work))) = &mut jumped {
-                        // The restored state keeps this uncharged work, which the work of the jump also contains: it must not count
-                        // twice.
-                        work.iter_mut().zip(spent).for_each(|(sum, kept)| *sum -= kept);
-                    }
-                    self.progress = StepProgress::WearStep(wear_step);
-                }
-                return jumped;
-            }
+            self.take_jump(&mut wear_step)?;
             self.progress = StepProgress::WearStep(wear_step);
             self.record_rollback_point(CheckpointEvent::Entry)?;
         }
-        Ok(())
     }
 
     /// Ends the step: records the last fretting loop on request. If steps follow, restores the displacement or force at the centre
@@ -136,7 +100,7 @@ impl Run<'_> {
         )));
     }
 
-    /// Solves the first strokes and the rates before the first jump.
+    /// Solves the first strokes and the rates before the first jump, and records the first fretting loop on request.
     fn begin_wear_step(&mut self) -> Advance<WearStepState> {
         let cycles = self.cycles();
         let clock = Instant::now();
@@ -165,7 +129,8 @@ impl Run<'_> {
             }
         };
         let mut wear_step = WearStepState {
-            cycle,
+            cycle: cycle.into(),
+            uncharged_work: SolveWork::default(),
             slip_source,
             completed: 0.0,
             wear_rate: vec![0.0; n],
@@ -182,20 +147,27 @@ impl Run<'_> {
         };
         if let SlipSource::ClosedPath(path) = &wear_step.slip_source {
             let (loads, _) = self.loads_at(&wear_step, 0.0);
-            self.find_periodic_cycle(path, loads, &mut wear_step.cycle)?;
+            let mut cycle = CycleState::from(&wear_step.cycle);
+            wear_step.uncharged_work = self.find_periodic_cycle(path, loads, &mut cycle)?;
+            wear_step.cycle = cycle.into();
         }
         self.evaluate_rates(&mut wear_step, clock)?;
         self.update_resolved_cycle(&mut wear_step)?;
-        wear_step.touched_edge_initially = state::touches_edge(&self.prepared, &wear_step.cycle.contact);
-        wear_step.initial_peak_pressure = wear_step.peak_pressure();
+        wear_step.touched_edge_initially =
+            state::touches_edge(&self.prepared, &wear_step.cycle.contact.scaled);
+        wear_step.initial_peak_pressure = wear_step.cycle.peak_pressure();
         self.refuse_unstable(&wear_step)?;
         let fastest = wear_step.wear_rate.iter().copied().fold(0.0, f64::max);
-        let approach = self.prepared.approach(&wear_step.cycle.contact, 0).abs();
+        let Unknowns { rigid_motion, mode_amplitudes, .. } = &wear_step.cycle.contact;
+        let approach = self.prepared.approach_of(&rigid_motion[0], &mode_amplitudes[0]).abs();
         // At zero approach there is no reference depth: the first trial jump covers all cycles.
         if fastest > 0.0 && approach > 0.0 {
             let first = FIRST_JUMP_DEPTH_SHARE * approach / fastest;
             wear_step.step_controller =
                 StepController::new(first.min(cycles.count), cycles.integrator.order());
+        }
+        if self.observer.wants_loops() {
+            self.record_fretting_loop(&wear_step)?;
         }
         Ok(wear_step)
     }

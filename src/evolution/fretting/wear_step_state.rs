@@ -4,15 +4,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::{NormalControl, PathPoint, SlipReference, TangentialControl};
 use crate::evolution::controls::LoadPath;
-use crate::evolution::fretting::cycle_state::CycleState;
+use crate::evolution::fretting::cycle_state::{CycleUnknowns, StickZone};
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::ResolvedCycle;
+use crate::evolution::solve_work::SolveWork;
 use crate::evolution::step_controller::StepController;
 
 /// Wear step in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct WearStepState {
-    pub cycle: CycleState,
+    /// Cycle at the end of the last jump.
+    pub cycle: CycleUnknowns,
     pub slip_source: SlipSource,
     /// Completed cycles, or sliding distance in mm, of this step.
     pub completed: f64,
@@ -25,6 +27,8 @@ pub struct WearStepState {
     /// Loads other than the cyclic motion, from the start of the step to its end.
     pub load_path: LoadPath,
     pub step_controller: StepController,
+    /// Work that is not in any record yet: first strokes, rejected trials and resolved cycles.
+    pub uncharged_work: SolveWork,
     /// Number of records of the step.
     pub jumps_done: usize,
     /// Longest stable jump of an explicit integrator: cycles, or mm of sliding.
@@ -36,7 +40,6 @@ pub struct WearStepState {
     /// Number of cycles and sliding distance (mm) before the step.
     pub totals_before: (u64, f64),
     /// Whether rates and path points were computed with operators that have since been rebuilt.
-    #[serde(default)]
     pub rates_outdated: bool,
 }
 
@@ -65,13 +68,13 @@ impl WearStepState {
     }
 
     /// Path point for reports: the motions are fixed, and slip has the same reference as in the solution.
-    pub fn reported_path_point(&self) -> PathPoint {
+    pub fn reported_path_point(&self, stick_zone: &StickZone) -> PathPoint {
         PathPoint {
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,
             balance: None,
             reference: match &self.slip_source {
-                SlipSource::ClosedPath(_) => self.cycle.slip_reference(),
+                SlipSource::ClosedPath(_) => stick_zone.slip_reference(),
                 SlipSource::Sliding(slip) => SlipReference::Prescribed(slip.clone()),
             },
         }
