@@ -5,45 +5,157 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Safety factor on the length of the next jump.
-const ERROR_TARGET: f64 = 0.9;
+use crate::evolution::step::{Cycles, JumpPolicy};
 
-/// Exponent of the present error: the next length is proportional to (present error ratio)^(-CURRENT_ERROR_EXPONENT / order). An
-/// error ratio is the estimated error divided by the allowed error.
-const CURRENT_ERROR_EXPONENT: f64 = 0.7;
-/// Exponent of the last error: the next length is also proportional to (last error ratio)^(LAST_ERROR_EXPONENT / order). The last
-/// error ratio is that of the accepted jump before. For the first jump, and after a rejected jump, the present error ratio is used
-/// instead.
-const LAST_ERROR_EXPONENT: f64 = 0.4;
+/// Settings of [`StepController`]. An error ratio is the estimated error of a jump divided by the allowed error.
+pub(super) struct StepControllerSettings {
+    /// Safety factor on the length of the next jump. Not measured: usual in ODE solvers.
+    error_target: f64,
+    /// Exponent of the present error: the next length is proportional to (present error ratio)^(-exponent / order). Gustafsson 1991.
+    current_error_exponent: f64,
+    /// Exponent of the last error: the next length is also proportional to (last error ratio)^(exponent / order), with the accepted
+    /// jump before. For the first jump, and after a rejected jump, the present error ratio is used instead. Gustafsson 1991.
+    last_error_exponent: f64,
+    /// Largest ratio of the next length to the length of the jump just computed. Not measured.
+    max_length_growth: f64,
+    /// Smallest ratio of the next length to the length of the jump just computed. Not measured.
+    min_length_growth: f64,
+    /// Largest length of controlled explicit jumps, relative to the longest stable jump. Not measured: the estimate of the longest
+    /// stable jump may be a few percent too large.
+    explicit_length_share: f64,
+    /// Largest growth of the contact radius, and largest change of the stick-zone radius, in a jump, in cells. The larger of this
+    /// limit and `max_radius_growth_share` counts. Not measured.
+    max_radius_growth_cells: f64,
+    /// The same limit as a share of the contact radius. Not measured.
+    max_radius_growth_share: f64,
+    /// Largest number of rejected trials of a jump. Not measured: twelve halvings shorten a jump 4096 times.
+    pub max_trials: usize,
+    /// Iterations per stage after which a shorter jump is tried, if one is possible. Not measured.
+    max_trial_iterations: usize,
+}
 
-/// Largest ratio of the next length to the length of the jump just computed.
-const MAX_LENGTH_GROWTH: f64 = 5.0;
-/// Smallest ratio of the next length to the length of the jump just computed.
-const MIN_LENGTH_GROWTH: f64 = 0.2;
+/// Settings that all runs use.
+pub(super) const STEP_CONTROLLER: StepControllerSettings = StepControllerSettings {
+    error_target: 0.9,
+    current_error_exponent: 0.7,
+    last_error_exponent: 0.4,
+    max_length_growth: 5.0,
+    min_length_growth: 0.2,
+    explicit_length_share: 0.9,
+    max_radius_growth_cells: 2.0,
+    max_radius_growth_share: 0.05,
+    max_trials: 12,
+    max_trial_iterations: 2000,
+};
 
-/// Controller of jump lengths: aimed next length (cycles or mm), and ratio of the last estimated error to the allowed error.
+/// Controller of the lengths of jumps: cycles, or mm of sliding.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct StepController {
+    /// Aimed length of the next jump.
     next_length: f64,
+    /// Error ratio of the last accepted jump; `None` before the first one, and after a rejected trial.
     last_error_ratio: Option<f64>,
+    /// Order p of the integrator. The error of a jump grows as length^(p + 1), so the error divided by the length grows as length^p.
     order: f64,
-    /// Length of the last jump if it was rejected.
-    #[serde(default)]
+    /// Length of the last trial if it was rejected.
     rejected_length: Option<f64>,
+    /// Number of rejected trials of the next jump.
+    pub rejected_trials: usize,
+}
+
+/// Position in a wear step before a jump.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StepPosition {
+    /// Completed cycles, or mm of sliding.
+    pub completed: f64,
+    /// Number of completed jumps.
+    pub jumps_done: usize,
+    /// Whether jumps consist of whole cycles.
+    pub whole_cycles: bool,
+    /// Longest stable jump of an explicit integrator.
+    pub critical_length: Option<f64>,
+}
+
+/// Trial of a jump that the controller asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PlannedTrial {
+    pub length: f64,
+    /// Whether a shorter jump is possible.
+    pub can_be_shorter: bool,
+    /// Largest number of solver iterations per stage.
+    pub max_iterations: usize,
+}
+
+/// Measures by which a trial is accepted or rejected.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TrialMeasures {
+    pub converged: bool,
+    /// Whether too many cells lost contact.
+    pub lost_contact: bool,
+    /// Estimated error divided by the allowed error.
+    pub error_ratio: f64,
+    /// Radius of the contact before and after the jump, mm.
+    pub contact_radius: [f64; 2],
+    /// Radius of the stick zone before and after the jump, mm.
+    pub stick_radius: [f64; 2],
+    /// Mean side of a cell, mm.
+    pub cell_side: f64,
+}
+
+/// Reason to try a shorter jump.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Rejection {
+    /// The solver did not converge.
+    NotConverged,
+    /// Too many cells lost contact.
+    LostContact,
+    /// The error ratio exceeds 1 and has this value.
+    Error(f64),
+    /// The radius of the contact or of the stick zone changes too much.
+    RadiusChange,
 }
 
 impl StepController {
-    /// Controller with a first length. `order` is the order p of the integrator. The error of a jump grows as length^(p + 1), so
-    /// the error divided by the length grows as length^p.
+    /// Controller with a first length. `order` is the order of the integrator.
     pub fn new(first: f64, order: f64) -> Self {
-        Self { next_length: first, last_error_ratio: None, order, rejected_length: None }
+        Self { next_length: first, last_error_ratio: None, order, rejected_length: None, rejected_trials: 0 }
     }
 
-    /// Length of the next jump: the remaining length `left`, divided into equal jumps that exceed the aimed length by at most 1 %.
-    /// If `unit` is positive, `left` must be a multiple of it. The length is then rounded up to a multiple of `unit`. After a
-    /// rejected jump it is shorter than that jump, but never below `unit`.
-    pub fn length(&self, left: f64, unit: f64) -> f64 {
-        let parts = (left / self.next_length - 1e-2).ceil().max(1.0);
+    /// Next trial of the jump from `position`. `max_iterations` is the iteration limit of the solver.
+    pub fn plan(&self, cycles: &Cycles, position: StepPosition, max_iterations: usize) -> PlannedTrial {
+        let StepPosition { completed, jumps_done, whole_cycles, critical_length } = position;
+        match cycles.jumps {
+            JumpPolicy::Tolerance(_) => {
+                let unit = if whole_cycles { 1.0 } else { 0.0 };
+                let stable = critical_length.map(|critical| STEP_CONTROLLER.explicit_length_share * critical);
+                let aim = stable.map_or(self.next_length, |most| self.next_length.min(most));
+                let length = self.length(aim, cycles.count - completed, unit);
+                let can_be_shorter = length > unit.max(1e-9 * cycles.count);
+                let mut trial = PlannedTrial { length, can_be_shorter, max_iterations };
+                if self.may_reject(&trial) {
+                    trial.max_iterations = max_iterations.min(STEP_CONTROLLER.max_trial_iterations);
+                }
+                trial
+            }
+            JumpPolicy::Number(jumps) => {
+                let part = |k: usize| cycles.count * k as f64 / jumps as f64;
+                let done = |k: usize| if whole_cycles { part(k).round() } else { part(k) };
+                let length = done(jumps_done + 1) - done(jumps_done);
+                PlannedTrial { length, can_be_shorter: false, max_iterations }
+            }
+        }
+    }
+
+    /// Returns whether a trial may be rejected: a shorter jump is possible, and trials are left.
+    fn may_reject(&self, trial: &PlannedTrial) -> bool {
+        trial.can_be_shorter && self.rejected_trials < STEP_CONTROLLER.max_trials
+    }
+
+    /// Length of a jump: the remaining length `left`, divided into equal jumps that exceed `aim` by at most 1 %. If `unit` is
+    /// positive, `left` must be a multiple of it. The length is then rounded up to a multiple of `unit`. After a rejected trial it
+    /// is shorter than that trial, but never below `unit`.
+    fn length(&self, aim: f64, left: f64, unit: f64) -> f64 {
+        let parts = (left / aim - 1e-2).ceil().max(1.0);
         let even = left / parts;
         if unit <= 0.0 {
             return even;
@@ -55,44 +167,63 @@ impl StepController {
         }
     }
 
-    /// Limits the aimed length of the next jump to `most`. [`Self::length`] may exceed it by 1 %, or by rounding up to a multiple
-    /// of `unit`.
-    pub fn limit(&mut self, most: f64) {
-        self.next_length = self.next_length.min(most);
+    /// Reason to reject a trial, if any.
+    pub fn judge(&self, trial: &PlannedTrial, measures: &TrialMeasures) -> Option<Rejection> {
+        if !self.may_reject(trial) {
+            return None;
+        }
+        let TrialMeasures { converged, lost_contact, error_ratio, contact_radius, stick_radius, cell_side } =
+            *measures;
+        let StepControllerSettings { max_radius_growth_cells, max_radius_growth_share, .. } = STEP_CONTROLLER;
+        let most = (max_radius_growth_cells * cell_side).max(max_radius_growth_share * contact_radius[0]);
+        if !converged {
+            Some(Rejection::NotConverged)
+        } else if lost_contact {
+            Some(Rejection::LostContact)
+        } else if error_ratio > 1.0 {
+            Some(Rejection::Error(error_ratio))
+        } else if contact_radius[1] - contact_radius[0] > most
+            || (stick_radius[1] - stick_radius[0]).abs() > most
+        {
+            Some(Rejection::RadiusChange)
+        } else {
+            None
+        }
     }
 
-    /// Sets the next length after an accepted jump. `ratio` is the estimated error divided by the allowed error.
-    pub fn accept(&mut self, length: f64, ratio: f64) {
-        let ratio = ratio.max(1e-10);
+    /// Sets the next length after an accepted jump with the given error ratio.
+    pub fn accept(&mut self, length: f64, error_ratio: f64) {
+        let ratio = error_ratio.max(1e-10);
         let last = self.last_error_ratio.unwrap_or(ratio);
-        let factor = ERROR_TARGET
-            * ratio.powf(-CURRENT_ERROR_EXPONENT / self.order)
-            * last.powf(LAST_ERROR_EXPONENT / self.order);
-        self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, MAX_LENGTH_GROWTH);
-        (self.last_error_ratio, self.rejected_length) = (Some(ratio), None);
+        let factor = STEP_CONTROLLER.error_target
+            * ratio.powf(-STEP_CONTROLLER.current_error_exponent / self.order)
+            * last.powf(STEP_CONTROLLER.last_error_exponent / self.order);
+        self.next_length =
+            length * factor.clamp(STEP_CONTROLLER.min_length_growth, STEP_CONTROLLER.max_length_growth);
+        (self.last_error_ratio, self.rejected_length, self.rejected_trials) = (Some(ratio), None, 0);
     }
 
-    /// Sets the next length after a jump that was rejected for its error. `ratio` is the estimated error divided by the allowed
-    /// error.
-    pub fn reject(&mut self, length: f64, ratio: f64) {
-        let factor = ERROR_TARGET * ratio.powf(-1.0 / self.order);
-        self.next_length = length * factor.clamp(MIN_LENGTH_GROWTH, ERROR_TARGET);
+    /// Sets the next length after a rejected trial: by its error, or half of its length.
+    pub fn reject(&mut self, length: f64, reason: Rejection) {
+        self.next_length = match reason {
+            Rejection::Error(ratio) => {
+                let factor = STEP_CONTROLLER.error_target * ratio.powf(-1.0 / self.order);
+                length * factor.clamp(STEP_CONTROLLER.min_length_growth, STEP_CONTROLLER.error_target)
+            }
+            Rejection::NotConverged | Rejection::LostContact | Rejection::RadiusChange => 0.5 * length,
+        };
         (self.last_error_ratio, self.rejected_length) = (None, Some(length));
-    }
-
-    /// Sets the next length to half of a jump that was rejected for another reason than its error.
-    pub fn halve(&mut self, length: f64) {
-        self.next_length = 0.5 * length;
-        (self.last_error_ratio, self.rejected_length) = (None, Some(length));
+        self.rejected_trials += 1;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evolution::step::{CycleMotion, Integrator};
 
     /// Truth: if the error is a power of the length, the lengths converge to a constant. In this limit the growth factor
-    /// ERROR_TARGET ratio^((LAST_ERROR_EXPONENT - CURRENT_ERROR_EXPONENT) / order) is 1.
+    /// error_target ratio^((last_error_exponent - current_error_exponent) / order) is 1.
     #[test]
     fn lengths_settle_at_the_aim() {
         for order in [1.0, 2.0] {
@@ -104,11 +235,13 @@ mod tests {
                 if ratio(length) <= 1.0 {
                     control.accept(length, ratio(length));
                 } else {
-                    control.reject(length, ratio(length));
+                    control.reject(length, Rejection::Error(ratio(length)));
                     rejected += 1;
                 }
             }
-            let aim = ERROR_TARGET.powf(order / (CURRENT_ERROR_EXPONENT - LAST_ERROR_EXPONENT));
+            let StepControllerSettings { error_target, current_error_exponent, last_error_exponent, .. } =
+                STEP_CONTROLLER;
+            let aim = error_target.powf(order / (current_error_exponent - last_error_exponent));
             assert!(
                 (ratio(control.next_length) / aim - 1.0).abs() < 1e-3,
                 "{} {aim}",
@@ -126,8 +259,8 @@ mod tests {
                 let mut control = StepController::new(rejected, 2.0);
                 let mut length = rejected;
                 while length > 1.0 {
-                    control.reject(length, ratio);
-                    let next = control.length(left, 1.0);
+                    control.reject(length, Rejection::Error(ratio));
+                    let next = control.length(control.next_length, left, 1.0);
                     assert!((1.0..length).contains(&next) && next.fract() == 0.0, "{length} {next}");
                     length = next;
                 }
@@ -141,11 +274,97 @@ mod tests {
         let control = StepController::new(300.0, 2.0);
         let (mut left, mut lengths) = (1000.0, Vec::new());
         while left > 0.0 {
-            lengths.push(control.length(left, 1.0));
+            lengths.push(control.length(300.0, left, 1.0));
             left -= lengths[lengths.len() - 1];
         }
         assert_eq!(lengths, [250.0; 4]);
-        assert_eq!(control.length(2.5, 0.0), 2.5);
-        assert_eq!(StepController::new(0.2, 2.0).length(10.0, 1.0), 1.0);
+        assert_eq!(control.length(300.0, 2.5, 0.0), 2.5);
+        assert_eq!(control.length(0.2, 10.0, 1.0), 1.0);
+    }
+
+    fn cycles(jumps: JumpPolicy) -> Cycles {
+        let motion = CycleMotion::Sliding { angle: 0.0 };
+        Cycles { count: 10.0, motion, jumps, integrator: Integrator::Sdirk2 }
+    }
+
+    fn position(completed: f64, jumps_done: usize) -> StepPosition {
+        StepPosition { completed, jumps_done, whole_cycles: true, critical_length: None }
+    }
+
+    /// Truth: 3 jumps over 10 cycles end at the rounded multiples of 10/3: 3, 7, 10. They cannot be shorter.
+    #[test]
+    fn prescribed_jumps_consist_of_whole_cycles() {
+        let control = StepController::new(10.0, 2.0);
+        let (mut completed, mut ends) = (0.0, Vec::new());
+        for jump in 0..3 {
+            let trial = control.plan(&cycles(JumpPolicy::Number(3)), position(completed, jump), 100);
+            assert!(!trial.can_be_shorter && trial.max_iterations == 100);
+            completed += trial.length;
+            ends.push(completed);
+        }
+        assert_eq!(ends, [3.0, 7.0, 10.0]);
+    }
+
+    /// Truth: a trial is rejected for the first reason that applies, in the order of `Rejection`. Limits: error ratio 1; a change
+    /// of a radius by 2 cell sides, or 5 % of the contact radius.
+    #[test]
+    fn reasons_of_rejection() {
+        let control = StepController::new(10.0, 2.0);
+        let trial = control.plan(&cycles(JumpPolicy::Tolerance(1e-2)), position(0.0, 0), 5000);
+        assert!(trial.can_be_shorter && trial.max_iterations == STEP_CONTROLLER.max_trial_iterations);
+        let good = TrialMeasures {
+            converged: true,
+            lost_contact: false,
+            error_ratio: 1.0,
+            contact_radius: [10.0, 12.0],
+            stick_radius: [5.0, 3.0],
+            cell_side: 1.0,
+        };
+        assert_eq!(control.judge(&trial, &good), None);
+        let finer = TrialMeasures { cell_side: 0.1, ..good };
+        let slight = TrialMeasures { contact_radius: [10.0, 10.4], stick_radius: [5.0, 4.6], ..finer };
+        assert_eq!(control.judge(&trial, &slight), None);
+        let large = TrialMeasures { error_ratio: 1.5, ..finer };
+        let lost = TrialMeasures { lost_contact: true, ..large };
+        let diverged = TrialMeasures { converged: false, ..lost };
+        for (measures, reason) in [
+            (TrialMeasures { contact_radius: [10.0, 10.6], ..slight }, Rejection::RadiusChange),
+            (TrialMeasures { stick_radius: [5.0, 5.6], ..slight }, Rejection::RadiusChange),
+            (large, Rejection::Error(1.5)),
+            (lost, Rejection::LostContact),
+            (diverged, Rejection::NotConverged),
+        ] {
+            assert_eq!(control.judge(&trial, &measures), Some(reason));
+        }
+    }
+
+    /// Truth: a trial that did not converge is halved. After `max_trials` rejections, or for a jump of one cycle, every trial is
+    /// accepted, with the iteration limit of the solver. An accepted jump resets the count.
+    #[test]
+    fn trials_run_out() {
+        let diverged = TrialMeasures {
+            converged: false,
+            lost_contact: false,
+            error_ratio: 0.0,
+            contact_radius: [1.0; 2],
+            stick_radius: [0.0; 2],
+            cell_side: 1.0,
+        };
+        let sliding = StepPosition { whole_cycles: false, ..position(0.0, 0) };
+        let policy = cycles(JumpPolicy::Tolerance(1e-2));
+        let mut control = StepController::new(10.0, 2.0);
+        for trials in 0..STEP_CONTROLLER.max_trials {
+            let trial = control.plan(&policy, sliding, 5000);
+            assert!((trial.length - 10.0 * 0.5_f64.powi(trials as i32)).abs() < 1e-12, "{trial:?}");
+            let reason = control.judge(&trial, &diverged).expect("trials are left");
+            control.reject(trial.length, reason);
+        }
+        let last = control.plan(&policy, sliding, 5000);
+        assert_eq!((control.judge(&last, &diverged), last.max_iterations), (None, 5000));
+        control.accept(last.length, 1.0);
+        assert_eq!(control.rejected_trials, 0);
+        let single = StepController::new(1.0, 2.0);
+        let trial = single.plan(&policy, position(9.0, 4), 5000);
+        assert_eq!((trial.length, single.judge(&trial, &diverged)), (1.0, None));
     }
 }

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use crate::contact::SolverOptions;
 use crate::contact::solver::StopReason;
 use crate::error::{Error, Result, warning};
 use crate::evolution::fretting::cycle_state::StickZone;
@@ -11,50 +12,27 @@ use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::monotone::ProgressSpan;
 use crate::evolution::run::{Advance, Run};
 use crate::evolution::solve_work::SolveWork;
-use crate::evolution::step::{Cycles, Integrator, JumpPolicy, Normal};
+use crate::evolution::step::{Integrator, JumpPolicy, Normal};
+use crate::evolution::step_controller::{PlannedTrial, STEP_CONTROLLER, TrialMeasures};
 use crate::evolution::wear_integrator::{JumpSpec, WearJump};
 use crate::geometry::format_short;
 
 /// Ratio of wear depth to approach below which errors are negligible.
 const NEGLIGIBLE_DEPTH_SHARE: f64 = 1e-3;
 
-/// Largest growth of the contact radius, and largest change of the stick-zone radius, in a controlled jump, in cells. The larger of
-/// this limit and [`MAX_RADIUS_GROWTH_SHARE`] counts.
-const MAX_RADIUS_GROWTH_CELLS: f64 = 2.0;
-/// The same limit as a share of the contact radius.
-const MAX_RADIUS_GROWTH_SHARE: f64 = 0.05;
-
-/// Largest length of controlled explicit jumps, relative to the longest stable jump.
-const EXPLICIT_LENGTH_SHARE: f64 = 0.9;
-
 /// Ratio of the largest pressure to its value at the start of the step, below which wear at a fixed approach has ended. The
 /// remaining overlap is proportional to the pressure. Smaller pressures are lost in the rounding of the gap.
 const WORN_OUT_PRESSURE_RATIO: f64 = 1e-6;
 
-/// Largest number of rejected trials of a controlled jump.
-const MAX_TRIALS: usize = 12;
-
-/// Iterations per stage after which a shorter jump is tried, if one is possible.
-const MAX_TRIAL_ITERATIONS: usize = 2000;
-
-/// Reason to repeat a controlled jump with a shorter length.
-enum Rejection {
-    /// The ratio of the estimated error to the allowed error exceeds 1 and has this value.
-    Error(f64),
-    /// The jump did not converge, lost contact or changed the radius of the contact or stick zone too much.
-    Other,
-}
-
 impl Run<'_> {
     /// Computes the next jump and commits it.
     pub(super) fn take_jump(&mut self, wear_step: &mut WearStepState) -> Advance {
-        let cycles = self.cycles();
         let clock = Instant::now();
         if self.is_worn_out(wear_step) {
             return self.finish_worn_out_step(wear_step, clock);
         }
         self.update_resolved_cycle(wear_step)?;
-        let (mut jump, rejected) = self.find_jump(wear_step)?;
+        let (mut jump, trial) = self.find_jump(wear_step)?;
         if jump.converged() && jump.reaches_frame_edge && !wear_step.touched_edge_initially {
             return Err(self.stop_at_frame_edge(wear_step, &jump).into());
         }
@@ -62,10 +40,10 @@ impl Run<'_> {
         jump.charge_work(std::mem::take(&mut wear_step.uncharged_work));
         jump.charge_work(self.discarded_work);
         self.warn_of_unstable(wear_step, jump.length);
-        if let JumpPolicy::Tolerance(tolerance) = cycles.jumps {
+        let rejected = wear_step.step_controller.rejected_trials;
+        if let JumpPolicy::Tolerance(tolerance) = self.cycles().jumps {
             let ratio = self.error_ratio(tolerance, &jump);
-            let (_, shortest) = wear_step.next_length(cycles);
-            if jump.length > shortest && jump.converged() {
+            if trial.can_be_shorter && jump.converged() {
                 self.warn_of_jump_error(wear_step, jump.length, ratio);
             }
             wear_step.step_controller.accept(jump.length, ratio);
@@ -75,46 +53,37 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Tries jumps, shorter and shorter ones, until one is accepted. Returns it and the number of rejected trials.
-    fn find_jump(&mut self, wear_step: &mut WearStepState) -> Result<(WearJump, usize)> {
+    /// Tries jumps, each shorter than the one before, until the step controller accepts one.
+    fn find_jump(&mut self, wear_step: &mut WearStepState) -> Result<(WearJump, PlannedTrial)> {
         let (step, cycles) = (self.step(), self.cycles());
         let radii =
             self.contact_and_stick_radius(&wear_step.cycle.contact.scaled, &wear_step.cycle.stick_zone);
-        let mut rejected = 0;
         loop {
-            let (length, shortest) = wear_step.next_length(cycles);
+            let trial =
+                wear_step.step_controller.plan(cycles, wear_step.position(), self.options.max_iterations);
             let part = |done: f64| done / cycles.count;
             let progress = ProgressSpan {
                 name: &step.name,
                 from: part(wear_step.completed),
-                to: part(wear_step.completed + length),
+                to: part(wear_step.completed + trial.length),
             };
-            let may_be_rejected = matches!(cycles.jumps, JumpPolicy::Tolerance(_))
-                && length > shortest
-                && rejected < MAX_TRIALS;
-            let mut options = self.options;
-            if may_be_rejected {
-                options.max_iterations = options.max_iterations.min(MAX_TRIAL_ITERATIONS);
-            }
-            let spec = JumpSpec { integrator: cycles.integrator, length, options };
+            let options = SolverOptions { max_iterations: trial.max_iterations, ..self.options };
+            let spec = JumpSpec { integrator: cycles.integrator, length: trial.length, options };
             let jump = self.integrate(spec, wear_step, &progress)?;
-            if let (JumpPolicy::Tolerance(tolerance), true) = (cycles.jumps, may_be_rejected)
+            if let JumpPolicy::Tolerance(tolerance) = cycles.jumps
                 && jump.report.stop != StopReason::Interrupted
-                && let Some(refusal) = self.rejection(tolerance, radii, &jump)
+                && let Some(reason) =
+                    wear_step.step_controller.judge(&trial, &self.trial_measures(tolerance, radii, &jump))
             {
                 wear_step.uncharged_work += jump.work();
-                rejected += 1;
-                match refusal {
-                    Rejection::Error(ratio) => wear_step.step_controller.reject(length, ratio),
-                    Rejection::Other => wear_step.step_controller.halve(length),
-                }
+                wear_step.step_controller.reject(trial.length, reason);
                 continue;
             }
             if jump.lost_contact {
                 wear_step.uncharged_work += jump.work();
-                return Ok((self.repeat_by_backward_euler(wear_step, length, &progress)?, rejected));
+                return Ok((self.repeat_by_backward_euler(wear_step, trial.length, &progress)?, trial));
             }
-            return Ok((jump, rejected));
+            return Ok((jump, trial));
         }
     }
 
@@ -149,15 +118,16 @@ impl Run<'_> {
             && wear_step.cycle.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * wear_step.initial_peak_pressure
     }
 
-    /// Warns, once per step, of a jump accepted with `ratio` times the allowed error after [`MAX_TRIALS`] longer trials were
-    /// rejected.
+    /// Warns, once per step, of a jump accepted with `ratio` times the allowed error after the largest number of longer
+    /// trials was rejected.
     fn warn_of_jump_error(&mut self, wear_step: &WearStepState, length: f64, ratio: f64) {
         if ratio <= 1.0 || !self.is_first_in_step(StepWarning::JumpError) {
             return;
         }
         self.result.warnings.push(warning(&format!(
-            "step \"{}\": after {MAX_TRIALS} rejected longer trials a jump of {} {} was accepted, although its estimated wear depth error is {} times the limit set by wear.tolerance. Later jumps may exceed the limit, too; the estimated errors of the results include this. Increase wear.tolerance, or decrease solver.tolerance",
+            "step \"{}\": after {} rejected longer trials a jump of {} {} was accepted, although its estimated wear depth error is {} times the limit set by wear.tolerance. Later jumps may exceed the limit, too; the estimated errors of the results include this. Increase wear.tolerance, or decrease solver.tolerance",
             self.step().name,
+            STEP_CONTROLLER.max_trials,
             format_short(length),
             wear_step.length_unit(),
             format_short(ratio)
@@ -229,20 +199,18 @@ impl Run<'_> {
         jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))
     }
 
-    /// Reason to reject a controlled jump, if any. `contact` and `stick` are the radii before the jump.
-    fn rejection(&self, tolerance: f64, [contact, stick]: [f64; 2], jump: &WearJump) -> Option<Rejection> {
-        if !jump.converged() || jump.lost_contact {
-            return Some(Rejection::Other);
-        }
-        let ratio = self.error_ratio(tolerance, jump);
-        if ratio > 1.0 {
-            return Some(Rejection::Error(ratio));
-        }
+    /// Measures of a trial for the step controller. `contact` and `stick` are the radii before the jump.
+    fn trial_measures(&self, tolerance: f64, [contact, stick]: [f64; 2], jump: &WearJump) -> TrialMeasures {
         let [new_contact, new_stick] =
             self.contact_and_stick_radius(&jump.cycle.contact.scaled, &jump.cycle.stick_zone);
-        let side = self.prepared.model.frame.mean_cell_side();
-        let most = (MAX_RADIUS_GROWTH_CELLS * side).max(MAX_RADIUS_GROWTH_SHARE * contact);
-        (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Rejection::Other)
+        TrialMeasures {
+            converged: jump.converged(),
+            lost_contact: jump.lost_contact,
+            error_ratio: self.error_ratio(tolerance, jump),
+            contact_radius: [contact, new_contact],
+            stick_radius: [stick, new_stick],
+            cell_side: self.prepared.model.frame.mean_cell_side(),
+        }
     }
 
     /// Radii of two circles: with the area of the cells in contact at any path point, and with the area of those that stick through
@@ -254,28 +222,5 @@ impl Run<'_> {
         let sum =
             |counts: &dyn Fn(usize) -> bool| (0..areas.len()).filter(|&i| counts(i)).map(|i| areas[i]).sum();
         [radius(sum(&|i| touching[i])), radius(sum(&|i| touching[i] && stick_zone.mask[i]))]
-    }
-}
-
-impl WearStepState {
-    /// Length of the next jump, and shortest possible length: cycles, or mm of sliding.
-    fn next_length(&self, cycles: &Cycles) -> (f64, f64) {
-        let whole = matches!(self.slip_source, SlipSource::ClosedPath(_));
-        match cycles.jumps {
-            JumpPolicy::Tolerance(_) => {
-                let unit = if whole { 1.0 } else { 0.0 };
-                let mut control = self.step_controller;
-                if let Some(critical) = self.critical_length {
-                    control.limit(EXPLICIT_LENGTH_SHARE * critical);
-                }
-                (control.length(cycles.count - self.completed, unit), unit.max(1e-9 * cycles.count))
-            }
-            JumpPolicy::Number(jumps) => {
-                let part = |k: usize| cycles.count * k as f64 / jumps as f64;
-                let done = |k: usize| if whole { part(k).round() } else { part(k) };
-                let length = done(self.jumps_done + 1) - done(self.jumps_done);
-                (length, length)
-            }
-        }
     }
 }

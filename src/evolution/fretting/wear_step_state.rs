@@ -8,7 +8,7 @@ use crate::evolution::fretting::cycle_state::{CycleUnknowns, StickZone};
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::ResolvedCycle;
 use crate::evolution::solve_work::SolveWork;
-use crate::evolution::step_controller::StepController;
+use crate::evolution::step_controller::{StepController, StepPosition};
 
 /// Wear step in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -59,6 +59,16 @@ impl WearStepState {
             "cycles"
         } else {
             "length units of sliding"
+        }
+    }
+
+    /// Position in the step before the next jump.
+    pub fn position(&self) -> StepPosition {
+        StepPosition {
+            completed: self.completed,
+            jumps_done: self.jumps_done,
+            whole_cycles: matches!(self.slip_source, SlipSource::ClosedPath(_)),
+            critical_length: self.critical_length,
         }
     }
 
