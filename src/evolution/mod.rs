@@ -8,8 +8,11 @@ mod balance;
 mod checkpoint;
 mod controls;
 mod few_contact_cells;
+mod field_measures;
 mod fretting;
 mod given_warnings;
+mod increment_record;
+mod increment_solve;
 mod model;
 mod large_sliding;
 mod monotone;
@@ -26,7 +29,6 @@ pub mod step;
 mod step_controller;
 mod transfer;
 mod warnings;
-mod wear_integrator;
 
 use std::time::Instant;
 

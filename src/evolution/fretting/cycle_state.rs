@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::{ContactState, Increment, SlipReference, Unknowns};
+use crate::contact::{ContactState, SlipReference, Unknowns};
 use crate::evolution::fretting::path::FrettingPath;
 
 /// Largest ratio of slip to amplitude at which a cell counts as sticking.
@@ -100,42 +100,5 @@ impl CycleState {
         let apart = |a: &[f64; 3], b: &[f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
         let farthest = |a: &[f64; 3]| rigid.iter().map(|b| apart(a, b)).fold(0.0, f64::max);
         0.5 * rigid.iter().map(farthest).fold(0.0, f64::max)
-    }
-
-    /// Releases cells of the stick zone that slip at a path point of a state that did not converge. Returns whether there were any.
-    pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
-        let (n, points, creep) =
-            (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
-        let mut any = false;
-        for i in 0..n {
-            let slips = |point: usize| {
-                let slip =
-                    self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]);
-                slip > creep && !problem.sticks(&self.contact, point, i)
-            };
-            if self.stick_zone.mask[i] && (0..points).any(slips) {
-                self.stick_zone.mask[i] = false;
-                any = true;
-            }
-        }
-        any
-    }
-
-    /// Returns whether the stick zone agrees with the solution: its cells stick at all path points, and no other cell does. A cell
-    /// that starts to stick needs new strokes, because its stick gap depends on the history.
-    pub fn has_consistent_stick_zone(&self, problem: &Increment) -> bool {
-        let (n, points, creep) =
-            (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
-        (0..n).all(|i| {
-            let mut sticks = (0..points).map(|point| problem.sticks(&self.contact, point, i));
-            let creeps = |point: usize| {
-                self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]) <= creep
-            };
-            if self.stick_zone.mask[i] {
-                sticks.enumerate().all(|(point, sticks)| sticks || creeps(point))
-            } else {
-                !sticks.all(|sticks| sticks)
-            }
-        })
     }
 }

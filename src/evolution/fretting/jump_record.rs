@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::evolution::checkpoint::StepProgress;
+use crate::evolution::fretting::wear_integrator::WearJump;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::records::{Divergence, JumpRecord, Resultants};
 use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::Spin;
-use crate::evolution::wear_integrator::WearJump;
 
 /// Jump whose result becomes the state of the run.
 pub(super) struct AcceptedJump {

@@ -4,12 +4,13 @@
 //! state of a step, [`cycle_state::CycleState`] of a cycle.
 //!
 //! * Steps and jumps: `wear_step` begins and ends a step, `next_jump` chooses, tries and accepts jumps, `jump_record` commits them.
-//!   [`super::wear_integrator`] integrates a jump; its `solve_stage` solves the path points of a cycle.
+//!   `wear_integrator` integrates a jump; its `solve_stage` solves the path points of a cycle.
 //! * Stick zone: `solve_stage` solves the path points and tests the zone (`cycle_state`). If the zone is inconsistent, `strokes`
 //!   recomputes it by solving stroke after stroke, and `solve_stage` solves the path points again.
 //! * Path within a stroke: `path`, `loops`, `resolved_cycle` with `path_correction`.
 
 mod critical_jump;
+mod cycle_increment;
 pub(super) mod cycle_state;
 mod jump_record;
 mod loops;
@@ -18,6 +19,8 @@ mod path;
 mod path_correction;
 mod rates;
 mod resolved_cycle;
+mod stick_zone;
 pub(super) mod strokes;
+mod wear_integrator;
 mod wear_step;
 pub(super) mod wear_step_state;

@@ -7,14 +7,14 @@ use crate::contact::solver::StopReason;
 use crate::error::{Error, Result, warning};
 use crate::evolution::fretting::cycle_state::StickZone;
 use crate::evolution::fretting::jump_record::AcceptedJump;
+use crate::evolution::fretting::wear_integrator::{JumpSpec, WearJump};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::given_warnings::StepWarning;
-use crate::evolution::monotone::ProgressSpan;
+use crate::evolution::increment_solve::ProgressSpan;
 use crate::evolution::run::{Advance, Run};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::step::{Integrator, JumpPolicy, Normal};
 use crate::evolution::step_controller::{PlannedTrial, STEP_CONTROLLER, TrialMeasures};
-use crate::evolution::wear_integrator::{JumpSpec, WearJump};
 use crate::geometry::format_short;
 
 /// Ratio of wear depth to approach below which errors are negligible.

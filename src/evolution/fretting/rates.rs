@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use crate::error::warning;
 use crate::evolution::fretting::jump_record::AcceptedJump;
+use crate::evolution::fretting::wear_integrator::{StageSpec, WearJump};
 use crate::evolution::fretting::wear_step_state::WearStepState;
-use crate::evolution::monotone::ProgressSpan;
+use crate::evolution::increment_solve::ProgressSpan;
 use crate::evolution::run::{Advance, Run};
 use crate::evolution::step::Integrator;
-use crate::evolution::wear_integrator::{StageSpec, WearJump};
 
 impl Run<'_> {
     /// Solves the contact at the path points for the current wear depth, and computes the rates. If the contact does not converge,

@@ -5,13 +5,14 @@
 use crate::contact::solver::StopReason;
 use crate::contact::{ContactState, Increment};
 use crate::error::Result;
+use crate::evolution::field_measures::{root_mean_square, volume};
+use crate::evolution::fretting::cycle_increment::IncrementStart;
+use crate::evolution::fretting::cycle_increment::stroke_options;
 use crate::evolution::fretting::cycle_state::CycleState;
-use crate::evolution::fretting::loops::IncrementStart;
-use crate::evolution::fretting::loops::stroke_options;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::{CycleSlip, ResolvedCycle, ReversalCorrection};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
-use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, root_mean_square};
+use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem};
 use crate::evolution::records::Resultants;
 use crate::evolution::run::Run;
 use crate::evolution::solve_work::SolveWork;
@@ -80,11 +81,7 @@ impl CycleWear {
     /// this cycle divided by the number of increments of the coarser cycle.
     fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
         let limit = |fine: f64, coupled_path: f64| (ratio * fine - coupled_path) / (ratio - 1.0);
-        let rate = self
-            .rate
-            .iter()
-            .zip(&coarser.rate)
-            .map(|(fine, coupled_path)| limit(*fine, *coupled_path).max(0.0));
+        let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
         Self { rate: rate.collect(), power: limit(self.power, coarser.power), ..*self }
     }
 }
@@ -214,7 +211,8 @@ impl Run<'_> {
         factors: Vec<f64>,
         (before, measurement): (Option<ResolvedCycle>, ResolvedCycle),
     ) {
-        let volume = self.volume(&wear.rate);
+        let areas = &self.prepared.model.frame.areas;
+        let volume = volume(&wear.rate, areas);
         let drift = if volume > 0.0 { DRIFT_ERROR_FACTOR * wear.drift.abs() / volume } else { 0.0 };
         let at_cycle = wear_step.completed;
         let factor_rate = match &before {
@@ -251,9 +249,10 @@ impl Run<'_> {
         (RefinedCycle { wear, change, increments, .. }, coupled): (&RefinedCycle, &CycleWear),
         slip: CycleSlip,
     ) -> ResolvedCycle {
+        let areas = &self.prepared.model.frame.areas;
         let n = coupled.rate.len();
         let last: Vec<f64> = wear.rate.iter().zip(change).map(|(rate, change)| rate * change).collect();
-        let [all, resolved, last_volume] = [&coupled.rate, &wear.rate, &last].map(|rate| self.volume(rate));
+        let [all, resolved, last_volume] = [&coupled.rate, &wear.rate, &last].map(|rate| volume(rate, areas));
         let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
         let remaining = (0..n).map(|i| over_all((coupled.rate[i] - wear.rate[i]).abs() + last[i].abs()));
         let volume =
@@ -303,7 +302,8 @@ impl Run<'_> {
         (increments, tolerance): (usize, f64),
         (refined, coupled): (&RefinedCycle, &CycleWear),
     ) {
-        let [all, resolved] = [&coupled.rate, &refined.wear.rate].map(|rate| self.volume(rate));
+        let areas = &self.prepared.model.frame.areas;
+        let [all, resolved] = [&coupled.rate, &refined.wear.rate].map(|rate| volume(rate, areas));
         let of_strokes = if increments == 1 { "increment" } else { "increments" };
         let by = if resolved > 0.0 {
             let depth = 100.0 * self.relative_rms_difference(&refined.wear.rate, &coupled.rate);
@@ -455,6 +455,7 @@ impl Run<'_> {
         (coupled_path, closed, (increments, transition)): (&FrettingPath, &ClosedPath, (usize, f64)),
         (wear_step, place): (&mut WearStepState, &mut IncrementStart),
     ) -> Result<Option<CycleWear>> {
+        let areas = &self.prepared.model.frame.areas;
         let (step, cycles) = (self.step(), self.cycles());
         let path = coupled_path.refined(&ClosedPath { increments, ..*closed }, transition);
         let (loads, _) = self.loads_at(wear_step, wear_step.completed / cycles.count);
@@ -491,7 +492,7 @@ impl Run<'_> {
                 wear.power += checks.dissipation;
             }
             if point > increments {
-                wear.drift += if counts { self.volume(&worn) } else { -self.volume(&worn) };
+                wear.drift += if counts { volume(&worn, areas) } else { -volume(&worn, areas) };
             }
             here = next;
             if counts && point % increments == 0 {
@@ -530,7 +531,8 @@ impl Run<'_> {
 
     /// Difference of the wear volumes of two cycles, relative to the larger volume.
     fn volume_difference(&self, wear: &CycleWear, other: &CycleWear) -> f64 {
-        let [volume, others] = [&wear.rate, &other.rate].map(|rate| self.volume(rate));
+        let areas = &self.prepared.model.frame.areas;
+        let [volume, others] = [&wear.rate, &other.rate].map(|rate| volume(rate, areas));
         let larger = volume.max(others);
         if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
     }
@@ -540,15 +542,11 @@ impl Run<'_> {
         self.volume_difference(one, other) <= used.tolerance
     }
 
-    /// Volume of a depth field, `[N]`, mm³.
-    pub(in crate::evolution) fn volume(&self, depth: &[f64]) -> f64 {
-        depth.iter().zip(&self.prepared.model.frame.areas).map(|(depth, area)| depth * area).sum()
-    }
-
     /// Factors on the wear of the coupled cycle, `[N]`, that give the wear of the resolved cycle. Also returns the share of the
     /// resolved wear volume that the factors miss.
     fn wear_factors(&self, wear: &[f64], coupled: &[f64]) -> (Vec<f64>, f64) {
-        let [all, all_coupled] = [wear, coupled].map(|rate| self.volume(rate));
+        let areas = &self.prepared.model.frame.areas;
+        let [all, all_coupled] = [wear, coupled].map(|rate| volume(rate, areas));
         if all <= 0.0 || all_coupled <= 0.0 {
             return (vec![1.0; wear.len()], 0.0);
         }
@@ -562,17 +560,18 @@ impl Run<'_> {
         };
         let factors: Vec<f64> = wear.iter().zip(coupled).map(factor).collect();
         let covered: Vec<f64> = coupled.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
-        (factors, 1.0 - self.volume(&covered) / all)
+        (factors, 1.0 - volume(&covered, areas) / all)
     }
 
     /// Adds the remaining path error of a jump to the estimated errors. `by` is the wear depth of the jump, `[N]`, mm.
     pub(super) fn add_path_error(&mut self, resolved: &ResolvedCycle, by: &[f64]) {
-        let volume = self.volume(by).abs();
-        let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { volume };
+        let areas = &self.prepared.model.frame.areas;
+        let wear_volume = volume(by, areas).abs();
+        let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { wear_volume };
         let errors: Vec<f64> = resolved.remaining_error.iter().zip(by).map(error).collect();
         self.state.depth_errors.iter_mut().zip(&errors).for_each(|(sum, error)| *sum += error.abs());
-        let of_cells = if resolved.corrects { self.volume(&errors).abs() } else { 0.0 };
-        self.state.volume_error += of_cells + resolved.remaining_volume_error * volume;
+        let of_cells = if resolved.corrects { volume(&errors, areas).abs() } else { 0.0 };
+        self.state.volume_error += of_cells + resolved.remaining_volume_error * wear_volume;
     }
 
     /// Adds the error from outdated factors: the wear since the last resolved cycle, times the relative error of the factors used.

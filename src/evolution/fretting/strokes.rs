@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use crate::contact::solver::{SolveReport, StopReason};
-use crate::contact::{ContactState, PathPoint, SlipReference, SolverOptions, Unknowns};
+use crate::contact::solver::SolveReport;
+use crate::contact::{ContactState, PathPoint, SlipReference};
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::fretting::cycle_increment::stroke_options;
 use crate::evolution::fretting::cycle_state::{CycleState, STICK_SLIP_SHARE};
-use crate::evolution::fretting::loops::{IncrementStart, stroke_options};
 use crate::evolution::fretting::path::FrettingPath;
-use crate::evolution::monotone::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
+use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::run::{Advance, Run};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
@@ -17,7 +17,7 @@ use crate::evolution::step::Drive;
 use crate::omitted::OmittableWork;
 
 /// Largest number of cycles without wear that are solved until a cycle is periodic.
-const MAX_SETTLING_CYCLES: usize = 10;
+pub(super) const MAX_SETTLING_CYCLES: usize = 10;
 /// Largest change of the responses from one cycle to the next for which the cycle counts as periodic, relative to their range.
 const PERIODIC_TOLERANCE: f64 = 1e-3;
 
@@ -127,62 +127,6 @@ impl Run<'_> {
             return Err(point.into());
         }
         Ok((it, report))
-    }
-
-    /// Solves strokes at the wear depth `worn` (`[N]`, mm) until the cycle is periodic, and updates stick zone and stick gap. If a
-    /// stroke does not converge, the path points keep their coupled solution and the report gives the reason. Also returns the
-    /// number of solves.
-    ///
-    /// # Errors
-    /// As [`Self::solve_cycle_increment`].
-    pub(in crate::evolution) fn recompute_stick_zone(
-        &mut self,
-        (path, loads): (&FrettingPath, PrescribedLoads),
-        (worn, options): (&[f64], &SolverOptions),
-        cycle: &mut CycleState,
-        progress: &ProgressSpan,
-    ) -> Result<(SolveReport, usize)> {
-        let half = path.reversal_index();
-        let options = stroke_options(options);
-        // A span that ends below the fraction 1 skips the check of the operator, which would repeat in every stroke.
-        let progress = &ProgressSpan { name: progress.name, from: progress.from, to: progress.from };
-        let coupled = (Unknowns::from_state(&cycle.contact), cycle.stick_zone.clone());
-        let mut reference = IncrementStart::at_path_point(&cycle.contact, half).reference;
-        let mut solves = 0;
-        let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
-        let mut before: Vec<[f64; 2]> = Vec::new();
-        for _ in 0..MAX_SETTLING_CYCLES {
-            for point in (half + 1..path.len() + 1).map(|point| point % path.len()).chain(1..half + 1) {
-                let place =
-                    IncrementStart { reference, ..IncrementStart::at_path_point(&cycle.contact, point) };
-                let way = (path, point, loads);
-                let (place, report, _) =
-                    self.solve_cycle_increment(way, (worn, &options), place, progress)?;
-                solves += 1;
-                sum = report.with_work_of(&sum);
-                if sum.stop != StopReason::Converged {
-                    // Restores the last coupled solution, which is reported.
-                    coupled.0.restore_into(&mut cycle.contact);
-                    cycle.stick_zone = coupled.1;
-                    let laws = ActiveLaws::of(self.step());
-                    let points = self.path_points(path, loads, cycle)?;
-                    increment_problem(&self.prepared, &options, worn, laws, points)
-                        .evaluate(&mut cycle.contact);
-                    return Ok((sum, solves));
-                }
-                if point == 1 {
-                    cycle.stick_zone.mask.fill(true);
-                }
-                cycle.record_increment(&place.it, point, STICK_SLIP_SHARE * cycle.amplitude());
-                reference = place.reference;
-            }
-            let found = self.responses_at_path_points(cycle, path);
-            if is_periodic(&found, &before) {
-                break;
-            }
-            before = found;
-        }
-        Ok((sum, solves))
     }
 
     /// Path points of a cycle; slip at each path point is measured from the previous path point.

@@ -6,17 +6,15 @@
 //! points (elastic recovery included). The wear depth is common to all path points, and implicit except in explicit Euler. Cells
 //! that stick through the whole cycle keep their stick gap.
 
+use crate::contact::Increment;
 use crate::contact::SolverOptions;
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, StopReason};
-use crate::contact::{Increment, SlipReference};
 use crate::error::Result;
+use crate::evolution::field_measures::{root_mean_square, volume};
 use crate::evolution::fretting::cycle_state::CycleState;
-use crate::evolution::fretting::strokes::is_periodic;
-use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
-use crate::evolution::monotone::{
-    ActiveLaws, ProgressSpan, increment_problem, root_mean_square, solve_and_check,
-};
+use crate::evolution::fretting::wear_step_state::WearStepState;
+use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem};
 use crate::evolution::run::Run;
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
@@ -24,9 +22,6 @@ use crate::evolution::step::Integrator;
 
 /// γ of the L-stable two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-
-/// Largest number of solutions of a stage, with strokes between them to update the stick zone.
-const MAX_STICK_PASSES: usize = 8;
 
 /// Largest share of the contact area that the second stage of SDIRK2 may lose. A jump that loses more is too long: wear widens
 /// contacts, so that only single cells at the edge open.
@@ -192,7 +187,7 @@ impl WearJump {
 }
 
 /// Adds `factor` times a field to the field `to`.
-fn add(to: &mut [f64], factor: f64, field: &[f64]) {
+pub(super) fn add(to: &mut [f64], factor: f64, field: &[f64]) {
     to.iter_mut().zip(field).for_each(|(to, value)| *to += factor * value);
 }
 
@@ -265,7 +260,7 @@ impl Run<'_> {
         let areas = &self.prepared.model.frame.areas;
         let touching = self.cells_in_contact(&jump.cycle.contact.scaled);
         jump.depth_error = root_mean_square(&jump.error_field, areas, |i| touching[i]);
-        jump.volume_error = VOLUME_ERROR_FACTOR * self.volume(&jump.error_field).abs();
+        jump.volume_error = VOLUME_ERROR_FACTOR * volume(&jump.error_field, areas).abs();
         Ok(jump)
     }
 
@@ -286,70 +281,6 @@ impl Run<'_> {
             }
         }
         if all > 0.0 { lost / all } else { 0.0 }
-    }
-
-    /// Solves the path points of a cycle, or steady sliding.
-    ///
-    /// # Errors
-    /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
-    pub(super) fn solve_stage(
-        &mut self,
-        StageSpec { step_fraction, wear_depth: worn, slip_repeats, options }: StageSpec,
-        wear_step: &WearStepState,
-        jump: &mut WearJump,
-        progress: &ProgressSpan,
-    ) -> Result<()> {
-        let before = jump.checks;
-        let (loads, height) = self.loads_at(wear_step, step_fraction);
-        if let Some(height) = height {
-            jump.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
-        }
-        let mut last: Vec<[f64; 2]> = Vec::new();
-        for _ in 0..MAX_STICK_PASSES {
-            let ends = match &wear_step.slip_source {
-                SlipSource::ClosedPath(path) => self.path_points(path, loads, &jump.cycle)?,
-                SlipSource::Sliding(slip) => {
-                    vec![self.path_point(&loads, SlipReference::Prescribed(slip.clone()))?]
-                }
-            };
-            let wear_path_factors = jump.wear_factors.as_deref();
-            let laws = ActiveLaws { slip_repeats, wear_path_factors, ..ActiveLaws::of(self.step()) };
-            let mut problem = increment_problem(&self.prepared, options, worn, laws, ends);
-            let (report, checks) = solve_and_check(
-                (&self.prepared, &mut problem),
-                &mut jump.cycle.contact,
-                options,
-                self.observer,
-                progress,
-            )?;
-            jump.report = report.clone().with_work_of(&jump.report);
-            jump.solves += 1;
-            jump.checks = before.worst(&checks);
-            let SlipSource::ClosedPath(path) = &wear_step.slip_source else { return Ok(()) };
-            if report.stop == StopReason::Iterations && jump.cycle.release_slipping_cells(&problem) {
-                continue;
-            }
-            if report.stop != StopReason::Converged || jump.cycle.has_consistent_stick_zone(&problem) {
-                return Ok(());
-            }
-            let now = self.responses_at_path_points(&jump.cycle, path);
-            if is_periodic(&now, &last) {
-                return Ok(());
-            }
-            last = now;
-            let mut depth = worn.to_vec();
-            add(&mut depth, slip_repeats, &jump.cycle.contact.wear_rate);
-            let (report, solves) =
-                self.recompute_stick_zone((path, loads), (&depth, options), &mut jump.cycle, progress)?;
-            jump.report = report.clone().with_work_of(&jump.report);
-            jump.solves += solves;
-            if report.stop != StopReason::Converged {
-                return Ok(());
-            }
-        }
-        // The stick zone did not converge.
-        jump.report.stop = StopReason::StickZoneNotConverged;
-        Ok(())
     }
 
     /// Equations of the path points of `cycle` at the given wear depth, for reports.

@@ -1,0 +1,180 @@
+//! Stick zone of a cycle. [`Run::solve_stage`] solves the path points of the cycle together, and tests whether the zone agrees
+//! with the solution. If not, [`Run::recompute_stick_zone`] solves stroke after stroke, and the path points are solved again.
+
+use crate::contact::solver::{SolveReport, StopReason};
+use crate::contact::{Increment, SlipReference, SolverOptions, Unknowns};
+use crate::error::Result;
+use crate::evolution::controls::PrescribedLoads;
+use crate::evolution::fretting::cycle_increment::{IncrementStart, stroke_options};
+use crate::evolution::fretting::cycle_state::{CycleState, STICK_SLIP_SHARE};
+use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::fretting::strokes::{MAX_SETTLING_CYCLES, is_periodic};
+use crate::evolution::fretting::wear_integrator::add;
+use crate::evolution::fretting::wear_integrator::{StageSpec, WearJump};
+use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
+use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
+use crate::evolution::run::Run;
+
+/// Largest number of solutions of a stage, with strokes between them to update the stick zone.
+const MAX_STICK_PASSES: usize = 8;
+
+impl CycleState {
+    /// Releases cells of the stick zone that slip at a path point of a state that did not converge. Returns whether there were any.
+    pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
+        let (n, points, creep) =
+            (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
+        let mut any = false;
+        for i in 0..n {
+            let slips = |point: usize| {
+                let slip =
+                    self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]);
+                slip > creep && !problem.sticks(&self.contact, point, i)
+            };
+            if self.stick_zone.mask[i] && (0..points).any(slips) {
+                self.stick_zone.mask[i] = false;
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Returns whether the stick zone agrees with the solution: its cells stick at all path points, and no other cell does. A cell
+    /// that starts to stick needs new strokes, because its stick gap depends on the history.
+    pub fn has_consistent_stick_zone(&self, problem: &Increment) -> bool {
+        let (n, points, creep) =
+            (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
+        (0..n).all(|i| {
+            let mut sticks = (0..points).map(|point| problem.sticks(&self.contact, point, i));
+            let creeps = |point: usize| {
+                self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]) <= creep
+            };
+            if self.stick_zone.mask[i] {
+                sticks.enumerate().all(|(point, sticks)| sticks || creeps(point))
+            } else {
+                !sticks.all(|sticks| sticks)
+            }
+        })
+    }
+}
+
+impl Run<'_> {
+    /// Solves the path points of a cycle, or steady sliding.
+    ///
+    /// # Errors
+    /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
+    pub(super) fn solve_stage(
+        &mut self,
+        StageSpec { step_fraction, wear_depth: worn, slip_repeats, options }: StageSpec,
+        wear_step: &WearStepState,
+        jump: &mut WearJump,
+        progress: &ProgressSpan,
+    ) -> Result<()> {
+        let before = jump.checks;
+        let (loads, height) = self.loads_at(wear_step, step_fraction);
+        if let Some(height) = height {
+            jump.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
+        }
+        let mut last: Vec<[f64; 2]> = Vec::new();
+        for _ in 0..MAX_STICK_PASSES {
+            let ends = match &wear_step.slip_source {
+                SlipSource::ClosedPath(path) => self.path_points(path, loads, &jump.cycle)?,
+                SlipSource::Sliding(slip) => {
+                    vec![self.path_point(&loads, SlipReference::Prescribed(slip.clone()))?]
+                }
+            };
+            let wear_path_factors = jump.wear_factors.as_deref();
+            let laws = ActiveLaws { slip_repeats, wear_path_factors, ..ActiveLaws::of(self.step()) };
+            let mut problem = increment_problem(&self.prepared, options, worn, laws, ends);
+            let (report, checks) = solve_and_check(
+                (&self.prepared, &mut problem),
+                &mut jump.cycle.contact,
+                options,
+                self.observer,
+                progress,
+            )?;
+            jump.report = report.clone().with_work_of(&jump.report);
+            jump.solves += 1;
+            jump.checks = before.worst(&checks);
+            let SlipSource::ClosedPath(path) = &wear_step.slip_source else { return Ok(()) };
+            if report.stop == StopReason::Iterations && jump.cycle.release_slipping_cells(&problem) {
+                continue;
+            }
+            if report.stop != StopReason::Converged || jump.cycle.has_consistent_stick_zone(&problem) {
+                return Ok(());
+            }
+            let now = self.responses_at_path_points(&jump.cycle, path);
+            if is_periodic(&now, &last) {
+                return Ok(());
+            }
+            last = now;
+            let mut depth = worn.to_vec();
+            add(&mut depth, slip_repeats, &jump.cycle.contact.wear_rate);
+            let (report, solves) =
+                self.recompute_stick_zone((path, loads), (&depth, options), &mut jump.cycle, progress)?;
+            jump.report = report.clone().with_work_of(&jump.report);
+            jump.solves += solves;
+            if report.stop != StopReason::Converged {
+                return Ok(());
+            }
+        }
+        // The stick zone did not converge.
+        jump.report.stop = StopReason::StickZoneNotConverged;
+        Ok(())
+    }
+
+    /// Solves strokes at the wear depth `worn` (`[N]`, mm) until the cycle is periodic, and updates stick zone and stick gap. If a
+    /// stroke does not converge, the path points keep their coupled solution and the report gives the reason. Also returns the
+    /// number of solves.
+    ///
+    /// # Errors
+    /// As [`Self::solve_cycle_increment`].
+    pub(in crate::evolution) fn recompute_stick_zone(
+        &mut self,
+        (path, loads): (&FrettingPath, PrescribedLoads),
+        (worn, options): (&[f64], &SolverOptions),
+        cycle: &mut CycleState,
+        progress: &ProgressSpan,
+    ) -> Result<(SolveReport, usize)> {
+        let half = path.reversal_index();
+        let options = stroke_options(options);
+        // A span that ends below the fraction 1 skips the check of the operator, which would repeat in every stroke.
+        let progress = &ProgressSpan { name: progress.name, from: progress.from, to: progress.from };
+        let coupled = (Unknowns::from_state(&cycle.contact), cycle.stick_zone.clone());
+        let mut reference = IncrementStart::at_path_point(&cycle.contact, half).reference;
+        let mut solves = 0;
+        let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
+        let mut before: Vec<[f64; 2]> = Vec::new();
+        for _ in 0..MAX_SETTLING_CYCLES {
+            for point in (half + 1..path.len() + 1).map(|point| point % path.len()).chain(1..half + 1) {
+                let place =
+                    IncrementStart { reference, ..IncrementStart::at_path_point(&cycle.contact, point) };
+                let way = (path, point, loads);
+                let (place, report, _) =
+                    self.solve_cycle_increment(way, (worn, &options), place, progress)?;
+                solves += 1;
+                sum = report.with_work_of(&sum);
+                if sum.stop != StopReason::Converged {
+                    // Restores the last coupled solution, which is reported.
+                    coupled.0.restore_into(&mut cycle.contact);
+                    cycle.stick_zone = coupled.1;
+                    let laws = ActiveLaws::of(self.step());
+                    let points = self.path_points(path, loads, cycle)?;
+                    increment_problem(&self.prepared, &options, worn, laws, points)
+                        .evaluate(&mut cycle.contact);
+                    return Ok((sum, solves));
+                }
+                if point == 1 {
+                    cycle.stick_zone.mask.fill(true);
+                }
+                cycle.record_increment(&place.it, point, STICK_SLIP_SHARE * cycle.amplitude());
+                reference = place.reference;
+            }
+            let found = self.responses_at_path_points(cycle, path);
+            if is_periodic(&found, &before) {
+                break;
+            }
+            before = found;
+        }
+        Ok((sum, solves))
+    }
+}

@@ -1,0 +1,150 @@
+//! Solution of one increment: its equations, the solve with progress, and the checks of the solution.
+
+use crate::contact::certificate::{self, OperatorCheck, StateChecks, TangentialGap};
+use crate::contact::solver::{self, SolveReport, SolverOptions, StopReason};
+use crate::contact::{ContactState, Increment, PathPoint, Pressures};
+use crate::error::{Error, Result};
+use crate::evolution::model::PreparedModel;
+use crate::evolution::observer::Observer;
+use crate::evolution::step::Step;
+use crate::omitted::OmittableWork;
+
+/// Laws that act in an increment, and the ratio of the gap opened by wear to the wear depth (`slip_repeats`).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ActiveLaws<'f> {
+    pub friction: bool,
+    pub wear: bool,
+    pub slip_repeats: f64,
+    /// Factors on the wear path of each cell, `[N]`; `None` stands for 1.
+    pub wear_path_factors: Option<&'f [f64]>,
+}
+
+impl ActiveLaws<'_> {
+    /// Laws of a step for an increment whose wear does not change the gap.
+    pub fn of(step: &Step) -> Self {
+        Self { friction: step.friction, wear: step.wear, slip_repeats: 0.0, wear_path_factors: None }
+    }
+}
+
+/// Equations of an increment that starts with the wear depth `wear_depth`.
+pub(super) fn increment_problem<'b>(
+    prepared: &'b PreparedModel,
+    options: &SolverOptions,
+    wear_depth: &'b [f64],
+    laws: ActiveLaws<'b>,
+    path_points: Vec<PathPoint>,
+) -> Increment<'b> {
+    let model = prepared.model;
+    Increment {
+        flexibility: model.flexibility.as_ref(),
+        areas: &model.frame.areas,
+        initial_gap: &prepared.initial_gap,
+        rigid_axes: prepared.rigid_axes.as_deref(),
+        mode_gaps: &prepared.mode_gaps,
+        friction: if laws.friction { prepared.ellipse } else { None },
+        wear: if laws.wear { prepared.specific_wear_rate } else { None },
+        wear_path_factors: laws.wear_path_factors,
+        scales: prepared.scales(),
+        wear_depth,
+        slip_repeats: laws.slip_repeats,
+        pressures: Pressures::Unknown,
+        skip: options.skip,
+        path_points,
+    }
+}
+
+/// Part of a stage of the run that one solve covers, for the observer: name of the stage, fractions done before and after.
+pub(super) struct ProgressSpan<'s> {
+    pub name: &'s str,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// Solves an increment and reports the progress of the residual to the observer, on a logarithmic scale.
+///
+/// # Errors
+/// If a number becomes non-finite, or pressures are so small that their squares underflow.
+fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    observer: &mut dyn Observer,
+    stage: &ProgressSpan,
+) -> Result<SolveReport> {
+    let mut first = None;
+    let report = solver::solve(problem, it, options, &mut |_, residual| {
+        let start: f64 = *first.get_or_insert(residual.max(options.tolerance * 10.0));
+        let done = (start / residual).ln() / (start / options.tolerance).ln();
+        let done = if done.is_finite() { done.clamp(0.0, 1.0) } else { 0.0 };
+        observer.progress(stage.name, stage.from + (stage.to - stage.from) * done, Some(residual));
+        observer.cancelled()
+    });
+    if report.stop == StopReason::NotFinite {
+        return Err(Error::numerical(format!(
+            "step \"{}\": a traction or a gap is not a finite number",
+            stage.name
+        )));
+    }
+    reject_underflowing_pressure(problem, it, stage.name)?;
+    Ok(report)
+}
+
+/// Smallest allowed peak pressure. Below it the squares of smaller pressures underflow, and the friction law fails.
+const MIN_PEAK_PRESSURE_MPA: f64 = 1e-140;
+
+/// Refuses nonzero pressures so small that their squares underflow.
+///
+/// # Errors
+/// If the largest pressure is positive and below [`MIN_PEAK_PRESSURE_MPA`].
+fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &str) -> Result<()> {
+    let n = problem.n();
+    let pressures = it.tractions.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
+    let largest = pressures.fold(0.0_f64, |largest, p| largest.max(*p));
+    if largest > 0.0 && largest < MIN_PEAK_PRESSURE_MPA {
+        return Err(Error::input(format!(
+            "step \"{step}\": the largest pressure is {largest:e}, and its square underflows to 0 (smallest allowed pressure: {MIN_PEAK_PRESSURE_MPA:e}): choose units in which the numbers of the scene have usual magnitudes, or increase the load"
+        )));
+    }
+    Ok(())
+}
+
+/// Solves and checks the increment `problem`. If the bodies overlap in cells whose flexibility is not formed, it forms the
+/// flexibility of these cells and continues.
+///
+/// # Errors
+/// As [`solve`], and if a body cannot be solved or memory does not suffice.
+pub(super) fn solve_and_check(
+    (prepared, problem): (&PreparedModel, &mut Increment),
+    it: &mut ContactState,
+    options: &SolverOptions,
+    observer: &mut dyn Observer,
+    stage: &ProgressSpan,
+) -> Result<(SolveReport, StateChecks)> {
+    let mut spent = [0; 2];
+    let mut cells = problem.closed_by_motion(it);
+    loop {
+        if !cells.is_empty() {
+            problem.scales = prepared.form_flexibility(&cells)?;
+        }
+        let max_iterations = options.max_iterations.saturating_sub(spent[0]);
+        let options = SolverOptions { max_iterations, ..*options };
+        let mut report = solve(problem, it, &options, observer, stage)?;
+        spent = [spent[0] + report.iterations, spent[1] + report.applications];
+        [report.iterations, report.applications] = spent;
+        let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap();
+        let looked_at = looked_at || !options.skip.allows(OmittableWork::TangentialGap);
+        let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Skip };
+        // The operator is the same in all increments of a step: only the last increment checks it.
+        let sums = if stage.to == 1.0 { OperatorCheck::SampleCells } else { OperatorCheck::Skip };
+        let checks = certificate::check(problem, it, gap, sums);
+        let overlapping = problem.complete_unformed_cells(it)?;
+        if overlapping.is_empty() || report.stop == StopReason::Interrupted {
+            return Ok((report, checks));
+        }
+        // Also form the cells whose initial gap is at most the largest initial gap of the overlapping cells.
+        let normal = &problem.initial_gap[2 * problem.n()..];
+        let reach = overlapping.iter().map(|&cell| normal[cell]).fold(0.0, f64::max);
+        cells = problem.flexibility.unformed_cells();
+        cells.retain(|&cell| normal[cell] <= reach);
+    }
+}
