@@ -23,41 +23,59 @@ pub(super) struct IncrementStart {
     /// Tangential gap from which slip is measured, `[2, N]`, mm.
     pub reference: Vec<f64>,
     /// Tractions and motions from which the iterations start.
-    pub it: ContactState,
+    pub contact: ContactState,
+}
+
+/// Increment of a cycle, which ends at the path point `point`.
+pub(super) struct CycleIncrement<'c> {
+    pub path: &'c FrettingPath,
+    pub point: usize,
+    /// Loads other than the cyclic motion.
+    pub loads: PrescribedLoads,
+    /// Wear depth, `[N]`, mm.
+    pub wear_depth: &'c [f64],
+    pub options: &'c SolverOptions,
+}
+
+/// Solved increment, and the start of the next one.
+pub(super) struct SolvedIncrement {
+    pub next: IncrementStart,
+    pub report: SolveReport,
+    pub checks: StateChecks,
 }
 
 impl IncrementStart {
     /// Start at the path point `end` of a cycle whose state is evaluated.
     pub fn at_path_point(cycle: &ContactState, point: usize) -> Self {
         let n = cycle.wear_rate.len();
-        let mut it = ContactState::new(n, vec![cycle.rigid_motion[point]]);
-        it.mode_amplitudes = vec![cycle.mode_amplitudes[point]];
-        it.scaled.copy_from_slice(&cycle.scaled[point * 3 * n..(point + 1) * 3 * n]);
-        Self { reference: cycle.gap[point * 3 * n..point * 3 * n + 2 * n].to_vec(), it }
+        let mut contact = ContactState::new(n, vec![cycle.rigid_motion[point]]);
+        contact.mode_amplitudes = vec![cycle.mode_amplitudes[point]];
+        contact.scaled.copy_from_slice(&cycle.scaled[point * 3 * n..(point + 1) * 3 * n]);
+        Self { reference: cycle.gap[point * 3 * n..point * 3 * n + 2 * n].to_vec(), contact }
     }
 }
 
 impl Run<'_> {
-    /// Solves one increment of a cycle at the wear depth `worn` (`[N]`, mm), from `place` to the path point `end` of `path`.
+    /// Solves one increment of a cycle from `start`.
     ///
     /// # Errors
     /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
     pub(super) fn solve_cycle_increment(
         &mut self,
-        (path, point, loads): (&FrettingPath, usize, PrescribedLoads),
-        (worn, options): (&[f64], &SolverOptions),
-        place: IncrementStart,
+        increment: CycleIncrement,
+        start: IncrementStart,
         progress: &ProgressSpan,
-    ) -> Result<(IncrementStart, SolveReport, StateChecks)> {
-        let laws = ActiveLaws::of(self.step());
-        let n = self.prepared.n();
-        let spec = self.path_point(&path.loads(point, loads), SlipReference::Previous(place.reference))?;
-        let mut problem = increment_problem(&self.prepared, options, worn, laws, vec![spec]);
-        let mut it = place.it;
-        path.set_shift(point, &mut it.rigid_motion[0]);
+    ) -> Result<SolvedIncrement> {
+        let CycleIncrement { path, point, loads, wear_depth, options } = increment;
+        let (laws, n) = (ActiveLaws::of(self.step()), self.prepared.n());
+        let reference = SlipReference::Previous(start.reference);
+        let path_point = self.path_point(&path.loads(point, loads), reference)?;
+        let mut problem = increment_problem(&self.prepared, options, wear_depth, laws, vec![path_point]);
+        let mut contact = start.contact;
+        path.set_shift(point, &mut contact.rigid_motion[0]);
         let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut it, options, self.observer, progress)?;
-        let reference = it.gap[..2 * n].to_vec();
-        Ok((IncrementStart { reference, it }, report, checks))
+            solve_and_check((&self.prepared, &mut problem), &mut contact, options, self.observer, progress)?;
+        let reference = contact.gap[..2 * n].to_vec();
+        Ok(SolvedIncrement { next: IncrementStart { reference, contact }, report, checks })
     }
 }

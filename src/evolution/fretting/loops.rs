@@ -1,7 +1,9 @@
 //! Fretting loops: cycles resolved into many increments, without wear.
 
 use crate::contact::solver::StopReason;
-use crate::evolution::fretting::cycle_increment::{IncrementStart, stroke_options};
+use crate::evolution::fretting::cycle_increment::{
+    CycleIncrement, IncrementStart, SolvedIncrement, stroke_options,
+};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::increment_solve::ProgressSpan;
@@ -32,7 +34,7 @@ impl Run<'_> {
         let half = coupled_path.reversal_index();
         let (loads, _) = self.loads_at(wear_step, wear_step.completed / cycles.count);
         // The state of the run is at the - reversal point.
-        let mut place = IncrementStart {
+        let mut start = IncrementStart {
             reference: self.state.slip_reference.clone(),
             ..IncrementStart::at_path_point(&CycleState::from(&wear_step.cycle).contact, half)
         };
@@ -49,9 +51,10 @@ impl Run<'_> {
             for point in
                 (increments + 1..=2 * increments).map(|point| point % (2 * increments)).chain(1..=increments)
             {
-                let way = (&path, point, loads);
-                let (next, report, checks) =
-                    self.solve_cycle_increment(way, (&worn, &options), place, &progress)?;
+                let increment =
+                    CycleIncrement { path: &path, point, loads, wear_depth: &worn, options: &options };
+                let SolvedIncrement { next, report, checks } =
+                    self.solve_cycle_increment(increment, start, &progress)?;
                 if report.stop != StopReason::Converged {
                     if report.stop == StopReason::Interrupted {
                         return Err(RunEnd::Interrupted.into());
@@ -62,10 +65,11 @@ impl Run<'_> {
                     ));
                     return Ok(());
                 }
-                place = next;
+                start = next;
                 found.dissipation += checks.dissipation;
-                let (force, _) = self.prepared.resultants(&place.it.tractions);
-                let motion = self.prepared.motion(&place.it.rigid_motion[0], &place.it.mode_amplitudes[0]);
+                let (force, _) = self.prepared.resultants(&start.contact.tractions);
+                let motion =
+                    self.prepared.motion(&start.contact.rigid_motion[0], &start.contact.mode_amplitudes[0]);
                 let [x, y] = [0, 1].map(|k| motion[k] - path.center[k]);
                 found.points.push([x, y, force[0], force[1], -force[2]]);
             }

@@ -11,7 +11,10 @@
 
 mod critical_jump;
 mod cycle_increment;
+mod cycle_refinement;
+mod cycle_slip;
 pub(super) mod cycle_state;
+mod cycle_wear;
 mod jump_record;
 mod loops;
 mod next_jump;
@@ -19,6 +22,7 @@ mod path;
 mod path_correction;
 mod rates;
 mod resolved_cycle;
+mod resolved_cycle_warnings;
 mod stick_zone;
 pub(super) mod strokes;
 mod wear_integrator;

@@ -5,7 +5,7 @@ use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{Increment, SlipReference, SolverOptions, Unknowns};
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
-use crate::evolution::fretting::cycle_increment::{IncrementStart, stroke_options};
+use crate::evolution::fretting::cycle_increment::{CycleIncrement, IncrementStart, stroke_options};
 use crate::evolution::fretting::cycle_state::{CycleState, STICK_SLIP_SHARE};
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::strokes::{MAX_SETTLING_CYCLES, is_periodic};
@@ -146,13 +146,12 @@ impl Run<'_> {
         let mut before: Vec<[f64; 2]> = Vec::new();
         for _ in 0..MAX_SETTLING_CYCLES {
             for point in (half + 1..path.len() + 1).map(|point| point % path.len()).chain(1..half + 1) {
-                let place =
+                let start =
                     IncrementStart { reference, ..IncrementStart::at_path_point(&cycle.contact, point) };
-                let way = (path, point, loads);
-                let (place, report, _) =
-                    self.solve_cycle_increment(way, (worn, &options), place, progress)?;
+                let increment = CycleIncrement { path, point, loads, wear_depth: worn, options: &options };
+                let solved = self.solve_cycle_increment(increment, start, progress)?;
                 solves += 1;
-                sum = report.with_work_of(&sum);
+                sum = solved.report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
                     // Restores the last coupled solution, which is reported.
                     coupled.0.restore_into(&mut cycle.contact);
@@ -166,8 +165,8 @@ impl Run<'_> {
                 if point == 1 {
                     cycle.stick_zone.mask.fill(true);
                 }
-                cycle.record_increment(&place.it, point, STICK_SLIP_SHARE * cycle.amplitude());
-                reference = place.reference;
+                cycle.record_increment(&solved.next.contact, point, STICK_SLIP_SHARE * cycle.amplitude());
+                reference = solved.next.reference;
             }
             let found = self.responses_at_path_points(cycle, path);
             if is_periodic(&found, &before) {

@@ -1,0 +1,83 @@
+//! Wear of one cycle, and comparison of the wear of two cycles.
+
+use crate::evolution::field_measures::{root_mean_square, volume};
+use crate::evolution::records::Resultants;
+
+/// Smallest wear of a cell, relative to the largest, for which the cell has an individual factor. Both wear depths follow from the
+/// coupled path points.
+const NEGLIGIBLE_WEAR_SHARE: f64 = 1e-6;
+
+/// Largest factor on the wear of a cell.
+const MAX_WEAR_FACTOR: f64 = 4.0;
+
+/// Wear of one cycle.
+#[derive(Clone)]
+pub(super) struct CycleWear {
+    /// Wear depth per cycle, `[N]`, mm.
+    pub rate: Vec<f64>,
+    /// Dissipation per cycle, N mm.
+    pub power: f64,
+    /// Wear volume of the second stroke minus the wear volume of the same stroke one cycle before, mm3; 0 for steady tractions.
+    pub drift: f64,
+    /// Resultants at the reversal points (+, -).
+    pub reversals: [Resultants; 2],
+}
+
+impl CycleWear {
+    /// Mean normal force at the reversal points, N.
+    pub fn normal_force(&self) -> f64 {
+        0.5 * (self.reversals[0].normal_force + self.reversals[1].normal_force)
+    }
+
+    /// Relative change of the tangential force from `other`; the larger change at the two reversal points.
+    pub fn force_change(&self, other: &Self) -> f64 {
+        let change = |(now, before): (&Resultants, &Resultants)| {
+            let [[x, y], [x0, y0]] = [now.tangential_force, before.tangential_force];
+            let force = x.hypot(y);
+            if force > 0.0 { (x - x0).hypot(y - y0) / force } else { 0.0 }
+        };
+        self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)
+    }
+
+    /// First-order extrapolation of wear and dissipation from a coarser cycle and this one. `ratio` is the number of increments of
+    /// this cycle divided by the number of increments of the coarser cycle.
+    pub fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
+        let limit = |fine: f64, coupled_path: f64| (ratio * fine - coupled_path) / (ratio - 1.0);
+        let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
+        Self { rate: rate.collect(), power: limit(self.power, coarser.power), ..*self }
+    }
+}
+
+/// Root mean square of the difference of two wear rates over the cells that wear, relative to the largest value of `rate`.
+pub(super) fn relative_rms_difference(rate: &[f64], other: &[f64], areas: &[f64]) -> f64 {
+    let difference: Vec<f64> = rate.iter().zip(other).map(|(rate, other)| rate - other).collect();
+    let largest = rate.iter().copied().fold(0.0, f64::max);
+    if largest > 0.0 { root_mean_square(&difference, areas, |i| rate[i] > 0.0) / largest } else { 0.0 }
+}
+
+/// Difference of the wear volumes of two cycles, relative to the larger volume.
+pub(super) fn volume_difference(wear: &CycleWear, other: &CycleWear, areas: &[f64]) -> f64 {
+    let [volume, others] = [&wear.rate, &other.rate].map(|rate| volume(rate, areas));
+    let larger = volume.max(others);
+    if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
+}
+
+/// Factors on the wear of the coupled cycle, `[N]`, that give the wear of the resolved cycle. Also returns the share of the
+/// resolved wear volume that the factors miss.
+pub(super) fn wear_factors(wear: &[f64], coupled: &[f64], areas: &[f64]) -> (Vec<f64>, f64) {
+    let [all, all_coupled] = [wear, coupled].map(|rate| volume(rate, areas));
+    if all <= 0.0 || all_coupled <= 0.0 {
+        return (vec![1.0; wear.len()], 0.0);
+    }
+    let least = NEGLIGIBLE_WEAR_SHARE * coupled.iter().copied().fold(0.0, f64::max);
+    let factor = |(wear, coupled): (&f64, &f64)| {
+        if *coupled > least {
+            (wear / coupled).min(MAX_WEAR_FACTOR)
+        } else {
+            (all / all_coupled).min(MAX_WEAR_FACTOR)
+        }
+    };
+    let factors: Vec<f64> = wear.iter().zip(coupled).map(factor).collect();
+    let covered: Vec<f64> = coupled.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
+    (factors, 1.0 - volume(&covered, areas) / all)
+}
