@@ -186,7 +186,7 @@ impl StateTransfer<'_> {
         }
         stick_zone.gap = extend_field(&stick_zone.gap, places, n, |k| reference[k]);
         wear_step.wear_rate = extend_field(&wear_step.wear_rate, places, n, |_| 0.0);
-        wear_step.resolved_cycle = wear_step.resolved_cycle.map(|resolved| resolved.transfer_to(places, n));
+        wear_step.path_correction = wear_step.path_correction.map(|resolved| resolved.transfer_to(places, n));
         if let (SlipSource::Sliding(slip), true) = (&mut wear_step.slip_source, n > places.len()) {
             // The slip per length is uniform, because all cells of the frame have the same axes.
             let along = [slip[0], slip[places.len()]];

@@ -7,7 +7,7 @@ use crate::evolution::fretting::cycle_increment::{CycleIncrement, IncrementStart
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::cycle_wear::{CycleWear, relative_rms_difference, volume_difference};
 use crate::evolution::fretting::path::FrettingPath;
-use crate::evolution::fretting::path_correction::{CycleSlip, ResolvedCycle};
+use crate::evolution::fretting::path_correction::{CycleSlip, PathCorrection};
 use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem};
 use crate::evolution::run::Run;
@@ -45,14 +45,19 @@ pub(super) struct RefinedCycle {
     pub agrees_with_coupled: bool,
 }
 
+/// Coupled path points of a cycle, evaluated at the current wear depth.
+pub(super) struct CoupledCycle {
+    pub cycle: CycleState,
+    pub slip: CycleSlip,
+    pub wear: CycleWear,
+}
+
 /// What a cycle is resolved from: its path, its coupled path points, and how accurately.
 pub(super) struct Refinement<'r> {
     pub path: &'r FrettingPath,
     pub closed: &'r ClosedPath,
     pub settings: ResolvedCycleSettings,
-    pub slip: CycleSlip,
-    /// Wear by the coupled path points.
-    pub coupled: &'r CycleWear,
+    pub coupled: &'r CoupledCycle,
     /// Areas of the cells, `[N]`, mm².
     pub areas: &'r [f64],
 }
@@ -84,7 +89,7 @@ impl Refinement<'_> {
     }
 
     /// First number of increments per stroke, after the resolved cycle `before`.
-    fn first_increments(&self, before: Option<&ResolvedCycle>) -> usize {
+    fn first_increments(&self, before: Option<&PathCorrection>) -> usize {
         let coarser = if self.extrapolates() { 8 } else { 4 };
         before.map_or(1, |before| before.increments / coarser).max(self.closed.increments)
     }
@@ -101,14 +106,14 @@ impl Refinement<'_> {
 
     /// Returns whether the coupled cycle may stay uncorrected.
     fn may_agree(&self) -> bool {
-        self.slip.full_slip && self.settings.correction == Correction::WhereNeeded
+        self.coupled.slip.full_slip && self.settings.correction == Correction::WhereNeeded
     }
 
     /// Ratio of the next number of increments to `increments`. If the cycle `first` agrees with the coupled path points, possibly by
     /// chance, the next one tests the agreement.
     fn next_ratio(&self, increments: usize, first: Option<&Resolution>) -> usize {
         let confirms = self.may_agree()
-            && first.is_some_and(|(at, wear)| increments == *at && self.agree(self.coupled, wear));
+            && first.is_some_and(|(at, wear)| increments == *at && self.agree(&self.coupled.wear, wear));
         if confirms { CONFIRMING_REFINEMENT.min(self.max_increments() / increments).max(2) } else { 2 }
     }
 
@@ -121,14 +126,14 @@ impl Refinement<'_> {
     ) -> Convergence {
         let (corrects, most) = (self.settings.correction != Correction::Never, self.max_increments());
         let change = relative_rms_difference(&now.rate, &last.rate, self.areas);
-        let measured =
-            MEASUREMENT_TOLERANCE_SHARE * relative_rms_difference(&self.coupled.rate, &now.rate, self.areas);
+        let measured = MEASUREMENT_TOLERANCE_SHARE
+            * relative_rms_difference(&self.coupled.wear.rate, &now.rate, self.areas);
         let tolerance =
             if corrects { self.settings.tolerance } else { self.settings.tolerance.max(measured) };
-        let near = self.may_agree() && self.agree(self.coupled, now);
+        let near = self.may_agree() && self.agree(&self.coupled.wear, now);
         let confirming = |at: &usize| most.min(CONFIRMING_REFINEMENT * at);
         let confirmed = |(at, wear): &Resolution| {
-            increments >= confirming(at) && self.agree(self.coupled, wear) && self.agree(wear, now)
+            increments >= confirming(at) && self.agree(&self.coupled.wear, wear) && self.agree(wear, now)
         };
         let agrees_with_coupled = near && first.is_some_and(confirmed);
         let is_open = near && first.is_none_or(|(at, _)| increments < confirming(at));
@@ -149,14 +154,14 @@ impl Run<'_> {
         &mut self,
         refinement: &Refinement,
         wear_step: &mut WearStepState,
-        cycle: &CycleState,
     ) -> Result<Option<RefinedCycle>> {
         let (extrapolates, coupled) = (refinement.extrapolates(), refinement.coupled);
-        let mut increments = refinement.first_increments(wear_step.resolved_cycle.as_ref());
+        let mut increments = refinement.first_increments(wear_step.path_correction.as_ref());
         // Each cycle starts from the coarser one before it, so the tractions approach the steady state meanwhile.
-        let mut start = IncrementStart::at_path_point(&cycle.contact, refinement.path.reversal_index());
+        let mut start =
+            IncrementStart::at_path_point(&coupled.cycle.contact, refinement.path.reversal_index());
         let mut coarser = if increments == refinement.closed.increments && !extrapolates {
-            coupled.clone()
+            coupled.wear.clone()
         } else {
             let Some(wear) = self.resolved_cycle(refinement, increments, wear_step, &mut start)? else {
                 return Ok(None);
@@ -203,7 +208,7 @@ impl Run<'_> {
         wear_step: &WearStepState,
     ) {
         let most = refinement.max_increments();
-        let known = wear_step.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
+        let known = wear_step.path_correction.as_ref().is_some_and(|before| before.increments >= most);
         let corrects = refinement.settings.correction != Correction::Never;
         if found.change <= found.tolerance || !corrects || found.agrees_with_coupled || known {
             return;
@@ -228,9 +233,10 @@ impl Run<'_> {
         start: &mut IncrementStart,
     ) -> Result<Option<CycleWear>> {
         let (step, part) = (self.step(), wear_step.completed / self.cycles().count);
-        let path = refinement
-            .path
-            .refined(&ClosedPath { increments, ..*refinement.closed }, refinement.slip.slip_spread_share);
+        let path = refinement.path.refined(
+            &ClosedPath { increments, ..*refinement.closed },
+            refinement.coupled.slip.slip_spread_share,
+        );
         let (loads, _) = self.loads_at(wear_step, part);
         let (worn, options) = (self.state.wear_depth.clone(), stroke_options(&self.options));
         let progress = ProgressSpan { name: &step.name, from: part, to: part };

@@ -24,7 +24,7 @@ pub(super) struct AcceptedJump {
 impl AcceptedJump {
     /// Record of the jump of a wear step.
     fn record(&self, wear_step: &WearStepState) -> JumpRecord {
-        let resolved = wear_step.resolved_cycle.as_ref().filter(|resolved| resolved.is_new);
+        let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.is_new);
         JumpRecord {
             length: self.jump.length,
             solves: self.jump.solves,
@@ -57,7 +57,7 @@ impl WearStepState {
     fn accept(&mut self, jump: WearJump) {
         self.cycle = jump.cycle.into();
         (self.wear_rate, self.dissipation_rate) = (jump.wear_rate, jump.dissipation_rate);
-        if let (Some(resolved), Some(factors)) = (&mut self.resolved_cycle, jump.wear_factors) {
+        if let (Some(resolved), Some(factors)) = (&mut self.path_correction, jump.wear_factors) {
             resolved.factors = factors;
         }
     }
@@ -120,7 +120,7 @@ impl Run<'_> {
         let worn = self.state.wear_depth.clone();
         let problem = self.reporting_problem(wear_step, &jump.cycle, &worn);
         let mut reversals = [0, half].map(|point| state::resultants(&self.prepared, &problem, it, point));
-        let resolved = wear_step.resolved_cycle.as_ref().and_then(|resolved| resolved.reversal_correction);
+        let resolved = wear_step.path_correction.as_ref().and_then(|resolved| resolved.reversal_correction);
         if let Some(corrections) = resolved {
             reversals.iter_mut().zip(&corrections).for_each(|(values, correction)| correction.apply(values));
         }
@@ -134,7 +134,7 @@ impl Run<'_> {
         let mut record = self.new_record((number, approach), &values, (it, certificate), *clock);
         record.stroke_ends = matches!(wear_step.slip_source, SlipSource::ClosedPath(_)).then_some(reversals);
         record.jump = Some(accepted.record(wear_step));
-        if let Some(resolved) = &mut wear_step.resolved_cycle {
+        if let Some(resolved) = &mut wear_step.path_correction {
             resolved.is_new = false;
         }
         let converged =
@@ -170,7 +170,7 @@ impl Run<'_> {
         let errors = self.state.depth_errors.iter_mut().zip(&jump.error_field);
         errors.for_each(|(sum, error)| *sum += error.abs());
         self.state.volume_error += jump.volume_error;
-        if let Some(resolved) = &wear_step.resolved_cycle {
+        if let Some(resolved) = &wear_step.path_correction {
             self.add_path_error(resolved, &jump.wear_depth);
         }
     }

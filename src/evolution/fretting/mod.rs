@@ -7,7 +7,7 @@
 //!   `wear_integrator` integrates a jump; its `solve_stage` solves the path points of a cycle.
 //! * Stick zone: `solve_stage` solves the path points and tests the zone (`cycle_state`). If the zone is inconsistent, `strokes`
 //!   recomputes it by solving stroke after stroke, and `solve_stage` solves the path points again.
-//! * Path within a stroke: `path`, `loops`, `resolved_cycle` with `path_correction`.
+//! * Path within a stroke: `path`, `loops`, `resolved_cycle`, `cycle_refinement`, `path_correction`.
 
 mod critical_jump;
 mod cycle_increment;

@@ -18,7 +18,7 @@ const RECHECK_FORCE_RATIO: f64 = 2.0;
 
 /// Result of a resolved cycle: correction and error of the wear that the coupled path points give.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct ResolvedCycle {
+pub struct PathCorrection {
     /// Whether the factors correct the wear. If not, all factors are 1, and the cycle only measures the error.
     pub corrects: bool,
     /// Ratio of the wear by the resolved cycle to the wear by the coupled path points, `[N]`, extrapolated to the middle of the
@@ -108,7 +108,7 @@ pub(super) struct CycleSlip {
     pub(super) lag: f64,
 }
 
-impl ResolvedCycle {
+impl PathCorrection {
     /// Factors extrapolated to the middle of a jump of `length` cycles that begins after `done` cycles of the step, `[N]`.
     pub fn extrapolated_factors(&self, done: f64, length: f64) -> Vec<f64> {
         let ahead = done + 0.5 * length - self.at_cycle;

@@ -4,16 +4,17 @@
 
 use crate::error::Result;
 use crate::evolution::field_measures::volume;
-use crate::evolution::fretting::cycle_refinement::{RefinedCycle, Refinement};
+use crate::evolution::fretting::cycle_refinement::{CoupledCycle, RefinedCycle, Refinement};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::cycle_wear::{
     CycleWear, relative_rms_difference, volume_difference, wear_factors,
 };
-use crate::evolution::fretting::path_correction::{CycleSlip, ResolvedCycle, ReversalCorrection};
+use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::fretting::path_correction::{PathCorrection, ReversalCorrection};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::run::Run;
 use crate::evolution::state;
-use crate::evolution::step::{Correction, CycleMotion};
+use crate::evolution::step::{ClosedPath, Correction, CycleMotion, ResolvedCycleSettings};
 
 /// Estimated change of the wear volume until the tractions are steady, relative to its change from one cycle to the next.
 const DRIFT_ERROR_FACTOR: f64 = 4.0;
@@ -22,174 +23,159 @@ const DRIFT_ERROR_FACTOR: f64 = 4.0;
 /// given.
 const MIN_REPORTED_FORCE_DIFFERENCE: f64 = 0.02;
 
-impl Run<'_> {
-    /// Resolves the cycle at the current wear depth if that is due, and updates the error estimates. With correction, it also
-    /// updates factors and rates of `wear_step`. If increments do not converge, rates and factors stay as they are.
-    ///
-    /// # Errors
-    /// As [`Self::solve_cycle_increment`].
-    pub(super) fn update_resolved_cycle(&mut self, wear_step: &mut WearStepState) -> Result<()> {
-        let (SlipSource::ClosedPath(path), CycleMotion::ClosedPath(closed)) =
-            (&wear_step.slip_source, &self.cycles().motion)
-        else {
-            return Ok(());
-        };
-        let (Some(used), true) =
-            (closed.resolved_cycles, self.step().wear && self.prepared.specific_wear_rate.is_some())
-        else {
-            return Ok(());
-        };
-        if used.correction != Correction::Always && !self.has_friction() {
-            return Ok(());
-        }
-        // A restored run has not evaluated its path points yet.
-        let worn = self.state.wear_depth.clone();
+impl<'a> Run<'a> {
+    /// Closed path whose cycles the current step resolves, and settings of the resolved cycles; `None` if it does not.
+    fn resolved_path(&self) -> Option<(&'a ClosedPath, ResolvedCycleSettings)> {
+        let CycleMotion::ClosedPath(closed) = &self.cycles().motion else { return None };
+        let wears = self.step().wear && self.prepared.specific_wear_rate.is_some();
+        let settings = closed.resolved_cycles.filter(|_| wears)?;
+        (settings.correction == Correction::Always || self.has_friction()).then_some((closed, settings))
+    }
+
+    /// Evaluates the path points of `wear_step`. A restored run has not evaluated them yet.
+    fn coupled_cycle(&self, wear_step: &WearStepState, path: &FrettingPath) -> CoupledCycle {
         let mut cycle = CycleState::from(&wear_step.cycle);
-        let problem = self.reporting_problem(wear_step, &cycle, &worn);
+        let problem = self.reporting_problem(wear_step, &cycle, &self.state.wear_depth);
         problem.evaluate(&mut cycle.contact);
-        let slip = self.cycle_slip(&problem, &cycle);
-        let half = path.reversal_index();
-        let reversals =
-            [0, half].map(|point| state::resultants(&self.prepared, &problem, &cycle.contact, point));
-        drop(problem);
-        let coupled = CycleWear {
+        let reversals = [0, path.reversal_index()]
+            .map(|point| state::resultants(&self.prepared, &problem, &cycle.contact, point));
+        let wear = CycleWear {
             rate: cycle.contact.wear_rate.clone(),
             power: wear_step.dissipation_rate / wear_step.dissipation_factor(),
             drift: 0.0,
             reversals,
         };
-        let changed = |before: &[f64]| self.slip_change(&cycle.contact, before);
-        let is_due = |before: &ResolvedCycle| before.is_due(used, (&slip, coupled.normal_force()), changed);
-        if wear_step.resolved_cycle.as_ref().is_some_and(|before| !is_due(before)) {
-            return Ok(());
-        }
-        let path = path.clone();
-        let areas = self.prepared.model.frame.areas.as_slice();
-        let refinement = Refinement { path: &path, closed, settings: used, slip, coupled: &coupled, areas };
-        let Some(refined) = self.refine_cycle(&refinement, wear_step, &cycle)? else {
-            if used.correction == Correction::Never {
-                // The error stays unknown, and the cycle is not resolved again.
-                let unknown = RefinedCycle {
-                    wear: coupled.clone(),
-                    change: vec![0.0; worn.len()],
-                    increments: 0,
-                    agrees_with_coupled: false,
-                };
-                wear_step.resolved_cycle =
-                    Some(self.error_measurement((wear_step, &cycle), (&unknown, &coupled), slip));
-            }
+        CoupledCycle { slip: self.cycle_slip(&problem, &cycle), wear, cycle }
+    }
+
+    /// Resolves the cycle at the current wear depth if that is due, and updates the error estimates. With correction, it also
+    /// updates factors and rates of `wear_step`. If increments do not converge, rates and factors stay as they are.
+    ///
+    /// # Errors
+    /// As [`Self::solve_cycle_increment`].
+    pub(super) fn update_path_correction(&mut self, wear_step: &mut WearStepState) -> Result<()> {
+        let (SlipSource::ClosedPath(path), Some((closed, settings))) =
+            (&wear_step.slip_source, self.resolved_path())
+        else {
             return Ok(());
         };
-        let difference = volume_difference(&coupled, &refined.wear, areas);
-        let (factors, unresolved_wear_fraction) = wear_factors(&refined.wear.rate, &coupled.rate, areas);
-        let corrects = match used.correction {
+        let path = path.clone();
+        let coupled = self.coupled_cycle(wear_step, &path);
+        let changed = |before: &[f64]| self.slip_change(&coupled.cycle.contact, before);
+        let is_due = |before: &PathCorrection| {
+            before.is_due(settings, (&coupled.slip, coupled.wear.normal_force()), changed)
+        };
+        if wear_step.path_correction.as_ref().is_some_and(|before| !is_due(before)) {
+            return Ok(());
+        }
+        let areas = self.prepared.model.frame.areas.as_slice();
+        let refinement = Refinement { path: &path, closed, settings, coupled: &coupled, areas };
+        let refined = self.refine_cycle(&refinement, wear_step)?;
+        if let Some(refined) = refined {
+            self.apply_resolved_cycle(wear_step, &refinement, refined);
+        } else if settings.correction == Correction::Never {
+            // The error stays unknown, and the cycle is not resolved again.
+            let unknown = RefinedCycle {
+                wear: coupled.wear.clone(),
+                change: vec![0.0; areas.len()],
+                increments: 0,
+                agrees_with_coupled: false,
+            };
+            wear_step.path_correction = Some(self.error_measurement(wear_step.completed, &coupled, &unknown));
+        }
+        Ok(())
+    }
+
+    /// Corrects the wear of `wear_step` by a resolved cycle, or measures its error. Warns if the correction or the prescribed
+    /// increments miss the tolerance.
+    fn apply_resolved_cycle(
+        &mut self,
+        wear_step: &mut WearStepState,
+        refinement: &Refinement,
+        refined: RefinedCycle,
+    ) {
+        let &Refinement { settings, coupled, areas, .. } = refinement;
+        let difference = volume_difference(&coupled.wear, &refined.wear, areas);
+        let (factors, unresolved_wear_fraction) = wear_factors(&refined.wear.rate, &coupled.wear.rate, areas);
+        let corrects = match settings.correction {
             Correction::Always => true,
             // A correction that misses more wear than it corrects is worse than none.
-            Correction::WhereNeeded if unresolved_wear_fraction.abs() > difference.max(used.tolerance) => {
+            Correction::WhereNeeded
+                if unresolved_wear_fraction.abs() > difference.max(settings.tolerance) =>
+            {
                 false
             }
             Correction::WhereNeeded => !refined.agrees_with_coupled,
             Correction::Never => false,
         };
-        if used.correction != Correction::Never {
-            self.warn_of_unresolved_wear(wear_step, (unresolved_wear_fraction, used.tolerance));
-        } else if difference.max(relative_rms_difference(&coupled.rate, &refined.wear.rate, areas))
-            > used.tolerance
-            || coupled.force_change(&refined.wear) > MIN_REPORTED_FORCE_DIFFERENCE
+        if settings.correction != Correction::Never {
+            self.warn_of_unresolved_wear(wear_step, (unresolved_wear_fraction, settings.tolerance));
+        } else if difference.max(relative_rms_difference(&coupled.wear.rate, &refined.wear.rate, areas))
+            > settings.tolerance
+            || coupled.wear.force_change(&refined.wear) > MIN_REPORTED_FORCE_DIFFERENCE
         {
-            self.warn_of_increments((closed.increments, used.tolerance), (&refined, &coupled));
+            self.warn_of_increments(
+                (refinement.closed.increments, settings.tolerance),
+                (&refined, &coupled.wear),
+            );
         }
         let at = |point: usize| {
-            ReversalCorrection::between(&refined.wear.reversals[point], &coupled.reversals[point])
+            ReversalCorrection::between(&refined.wear.reversals[point], &coupled.wear.reversals[point])
         };
-        let reversal_correction = (used.correction != Correction::Never).then(|| [0, 1].map(at));
-        let before = wear_step.resolved_cycle.take().filter(|before| before.corrects);
-        let measurement = ResolvedCycle {
+        let reversal_correction = (settings.correction != Correction::Never).then(|| [0, 1].map(at));
+        let before = wear_step.path_correction.take().filter(|before| before.corrects);
+        let measured = PathCorrection {
             unresolved_wear_fraction,
             reversal_correction,
-            ..self.error_measurement((wear_step, &cycle), (&refined, &coupled), slip)
+            ..self.error_measurement(wear_step.completed, coupled, &refined)
         };
-        if corrects {
-            self.apply_correction((wear_step, &coupled), refined, factors, (before, measurement));
-            return Ok(());
+        if let Some(before) =
+            before.as_ref().filter(|before| !corrects || wear_step.completed > before.at_cycle)
+        {
+            let now = if corrects { factors.clone() } else { vec![1.0; factors.len()] };
+            self.add_factor_drift_error(&now, before);
         }
-        if let Some(before) = before {
-            self.add_factor_drift_error(&vec![1.0; worn.len()], &before);
-        }
-        wear_step.wear_rate.copy_from_slice(&coupled.rate);
-        wear_step.dissipation_rate = coupled.power;
-        wear_step.resolved_cycle = Some(measurement);
-        Ok(())
-    }
-
-    /// Sets the factors and rates of `wear_step` by a resolved cycle. `measurement` contains the errors without correction.
-    fn apply_correction(
-        &mut self,
-        (wear_step, coupled): (&mut WearStepState, &CycleWear),
-        RefinedCycle { wear, change, .. }: RefinedCycle,
-        factors: Vec<f64>,
-        (before, measurement): (Option<ResolvedCycle>, ResolvedCycle),
-    ) {
-        let areas = &self.prepared.model.frame.areas;
-        let volume = volume(&wear.rate, areas);
-        let drift = if volume > 0.0 { DRIFT_ERROR_FACTOR * wear.drift.abs() / volume } else { 0.0 };
-        let at_cycle = wear_step.completed;
-        let factor_rate = match &before {
-            Some(before) if at_cycle > before.at_cycle => {
-                self.add_factor_drift_error(&factors, before);
-                let change = factors.iter().zip(&before.measured_factors);
-                change.map(|(now, found)| (now - found) / (at_cycle - before.at_cycle)).collect()
-            }
-            _ => vec![0.0; factors.len()],
+        let correction = if corrects {
+            measured.with_factors(factors, &refined, coupled, before, areas)
+        } else {
+            measured
         };
-        let rates = coupled.rate.iter().zip(&factors).map(|(rate, factor)| rate * factor);
+        let rates = coupled.wear.rate.iter().zip(&correction.factors).map(|(rate, factor)| rate * factor);
         wear_step.wear_rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
-        let dissipation_factor = if coupled.power > 0.0 { wear.power / coupled.power } else { 1.0 };
-        wear_step.dissipation_rate = coupled.power * dissipation_factor;
-        let unresolved = measurement.unresolved_wear_fraction;
-        wear_step.resolved_cycle = Some(ResolvedCycle {
-            corrects: true,
-            measured_factors: factors.clone(),
-            factors,
-            factor_rate,
-            dissipation_factor,
-            remaining_error: change,
-            // The error is relative to the wear that the factors represent.
-            remaining_volume_error: (unresolved.abs() + drift) / (1.0 - unresolved).max(f64::EPSILON),
-            ..measurement
-        });
+        wear_step.dissipation_rate = coupled.wear.power * correction.dissipation_factor;
+        wear_step.path_correction = Some(correction);
     }
 
-    /// Creates a resolved cycle without correction. Its remaining errors are the difference from the coupled cycle plus the change
-    /// by the last refinement. The error of the wear volume also includes the drift of the tractions.
+    /// Measurement of the error of the coupled cycle, after `completed` cycles. Remaining errors are the difference from the resolved
+    /// cycle plus the change by the last refinement. The error of the wear volume also includes the drift of the tractions.
     fn error_measurement(
         &self,
-        (wear_step, cycle): (&WearStepState, &CycleState),
-        (RefinedCycle { wear, change, increments, .. }, coupled): (&RefinedCycle, &CycleWear),
-        slip: CycleSlip,
-    ) -> ResolvedCycle {
+        completed: f64,
+        coupled: &CoupledCycle,
+        RefinedCycle { wear, change, increments, .. }: &RefinedCycle,
+    ) -> PathCorrection {
         let areas = &self.prepared.model.frame.areas;
-        let n = coupled.rate.len();
+        let (rate, n) = (&coupled.wear.rate, areas.len());
         let last: Vec<f64> = wear.rate.iter().zip(change).map(|(rate, change)| rate * change).collect();
-        let [all, resolved, last_volume] = [&coupled.rate, &wear.rate, &last].map(|rate| volume(rate, areas));
+        let [all, resolved, last_volume] = [rate, &wear.rate, &last].map(|rate| volume(rate, areas));
         let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
-        let remaining = (0..n).map(|i| over_all((coupled.rate[i] - wear.rate[i]).abs() + last[i].abs()));
+        let remaining = (0..n).map(|i| over_all((rate[i] - wear.rate[i]).abs() + last[i].abs()));
         let volume =
             over_all((all - resolved).abs() + last_volume.abs() + DRIFT_ERROR_FACTOR * wear.drift.abs());
-        ResolvedCycle {
+        PathCorrection {
             corrects: false,
             factors: vec![1.0; n],
             measured_factors: vec![1.0; n],
             factor_rate: vec![0.0; n],
-            at_cycle: wear_step.completed,
+            at_cycle: completed,
             dissipation_factor: 1.0,
             increments: *increments,
             is_new: true,
-            slip: cycle.contact.slip.clone(),
-            lag_ratio: slip.lag,
+            slip: coupled.cycle.contact.slip.clone(),
+            lag_ratio: coupled.slip.lag,
             wear_depth: self.state.wear_depth.clone(),
-            full_slip: slip.full_slip,
-            normal_force: coupled.normal_force(),
+            full_slip: coupled.slip.full_slip,
+            normal_force: coupled.wear.normal_force(),
             remaining_error: remaining.collect(),
             remaining_volume_error: volume,
             unresolved_wear_fraction: 0.0,
@@ -198,7 +184,7 @@ impl Run<'_> {
     }
 
     /// Adds the remaining path error of a jump to the estimated errors. `by` is the wear depth of the jump, `[N]`, mm.
-    pub(super) fn add_path_error(&mut self, resolved: &ResolvedCycle, by: &[f64]) {
+    pub(super) fn add_path_error(&mut self, resolved: &PathCorrection, by: &[f64]) {
         let areas = &self.prepared.model.frame.areas;
         let wear_volume = volume(by, areas).abs();
         let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { wear_volume };
@@ -210,7 +196,7 @@ impl Run<'_> {
 
     /// Adds the error from outdated factors: the wear since the last resolved cycle, times the relative error of the factors used.
     /// Their true value is taken as the mean of old and new factors.
-    fn add_factor_drift_error(&mut self, factors: &[f64], before: &ResolvedCycle) {
+    fn add_factor_drift_error(&mut self, factors: &[f64], before: &PathCorrection) {
         let areas = &self.prepared.model.frame.areas;
         let mut volume = 0.0;
         for i in 0..factors.len() {
@@ -223,5 +209,40 @@ impl Run<'_> {
             }
         }
         self.state.volume_error += volume.abs();
+    }
+}
+
+impl PathCorrection {
+    /// The correction by `factors` instead of the measurement `self`. `before` is the previous correction.
+    fn with_factors(
+        self,
+        factors: Vec<f64>,
+        RefinedCycle { wear, change, .. }: &RefinedCycle,
+        coupled: &CoupledCycle,
+        before: Option<Self>,
+        areas: &[f64],
+    ) -> Self {
+        let volume = volume(&wear.rate, areas);
+        let drift = if volume > 0.0 { DRIFT_ERROR_FACTOR * wear.drift.abs() / volume } else { 0.0 };
+        let factor_rate = match &before {
+            Some(before) if self.at_cycle > before.at_cycle => {
+                let change = factors.iter().zip(&before.measured_factors);
+                change.map(|(now, found)| (now - found) / (self.at_cycle - before.at_cycle)).collect()
+            }
+            _ => vec![0.0; factors.len()],
+        };
+        let power = coupled.wear.power;
+        let unresolved = self.unresolved_wear_fraction;
+        Self {
+            corrects: true,
+            measured_factors: factors.clone(),
+            factors,
+            factor_rate,
+            dissipation_factor: if power > 0.0 { wear.power / power } else { 1.0 },
+            remaining_error: change.clone(),
+            // The error is relative to the wear that the factors represent.
+            remaining_volume_error: (unresolved.abs() + drift) / (1.0 - unresolved).max(f64::EPSILON),
+            ..self
+        }
     }
 }

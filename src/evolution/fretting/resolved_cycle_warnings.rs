@@ -15,7 +15,7 @@ impl Run<'_> {
     ) {
         if missed <= tolerance
             || wear_step
-                .resolved_cycle
+                .path_correction
                 .as_ref()
                 .is_some_and(|before| before.unresolved_wear_fraction > tolerance)
         {

@@ -148,7 +148,7 @@ impl WearJump {
     /// Jump of the given length without any solution yet.
     pub fn new(wear_step: &WearStepState, length: f64) -> Self {
         let n = wear_step.wear_rate.len();
-        let resolved = wear_step.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
+        let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.corrects);
         Self {
             length,
             cycle: CycleState::from(&wear_step.cycle),
@@ -225,7 +225,7 @@ impl Run<'_> {
     ) -> Result<WearJump> {
         let scheme = integrator.scheme();
         let mut jump = WearJump::new(wear_step, length);
-        let resolved = wear_step.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
+        let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.corrects);
         jump.wear_factors =
             resolved.map(|resolved| resolved.extrapolated_factors(wear_step.completed, length));
         add(&mut jump.wear_depth, scheme.start_weight * length, &wear_step.wear_rate);

@@ -135,7 +135,7 @@ impl Run<'_> {
             completed: 0.0,
             wear_rate: vec![0.0; n],
             dissipation_rate: 0.0,
-            resolved_cycle: None,
+            path_correction: None,
             load_path,
             step_controller: StepController::new(cycles.count, cycles.integrator.order()),
             jumps_done: 0,
@@ -152,7 +152,7 @@ impl Run<'_> {
             wear_step.cycle = cycle.into();
         }
         self.evaluate_rates(&mut wear_step, clock)?;
-        self.update_resolved_cycle(&mut wear_step)?;
+        self.update_path_correction(&mut wear_step)?;
         wear_step.touched_edge_initially =
             state::touches_edge(&self.prepared, &wear_step.cycle.contact.scaled);
         wear_step.initial_peak_pressure = wear_step.cycle.peak_pressure();

@@ -6,7 +6,7 @@ use crate::contact::{NormalControl, PathPoint, SlipReference, TangentialControl}
 use crate::evolution::controls::LoadPath;
 use crate::evolution::fretting::cycle_state::{CycleUnknowns, StickZone};
 use crate::evolution::fretting::path::FrettingPath;
-use crate::evolution::fretting::path_correction::ResolvedCycle;
+use crate::evolution::fretting::path_correction::PathCorrection;
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::step_controller::{StepController, StepPosition};
 
@@ -23,7 +23,7 @@ pub struct WearStepState {
     /// Dissipation per cycle (N mm), or per mm of sliding (N), at the current wear depth.
     pub dissipation_rate: f64,
     /// The last resolved cycle, if strokes are resolved.
-    pub resolved_cycle: Option<ResolvedCycle>,
+    pub path_correction: Option<PathCorrection>,
     /// Loads other than the cyclic motion, from the start of the step to its end.
     pub load_path: LoadPath,
     pub step_controller: StepController,
@@ -74,7 +74,7 @@ impl WearStepState {
 
     /// Ratio of the dissipation of a cycle to the dissipation of its coupled path points; 1 without resolved cycles.
     pub fn dissipation_factor(&self) -> f64 {
-        self.resolved_cycle.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
+        self.path_correction.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
     }
 
     /// Path point for reports: the motions are fixed, and slip has the same reference as in the solution.
