@@ -59,6 +59,7 @@
 //! | [`report`] | results as one HTML page |
 //! | [`cli`] | the command line |
 #![deny(missing_docs)]
+#![warn(clippy::too_many_lines)]
 
 // Fixtures shared by unit tests and other tests refer to the crate by its external name.
 #[cfg(test)]

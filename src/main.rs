@@ -1,4 +1,5 @@
 //! Entry point of the program.
+#![warn(clippy::too_many_lines)]
 
 #[global_allocator]
 static ALLOCATOR: orthowear::cli::Allocator = orthowear::cli::Allocator;

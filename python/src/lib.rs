@@ -2,6 +2,7 @@
 //!
 //! It contains no algorithms. Each computation runs in a thread of its own without the interpreter's lock. The calling thread waits
 //! and checks for signals (`engine`).
+#![warn(clippy::too_many_lines)]
 
 mod convert;
 mod engine;

@@ -84,15 +84,7 @@ pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     if arguments.quiet && !computed {
         to_stderr(&format!("error: no variant was computed\n{}\n", describe(&comparison)));
     } else if !arguments.quiet {
-        let n_computed = comparison.variants.iter().filter(|variant| variant.status.is_some()).count();
-        let variants = counted(comparison.variants.len(), "variant");
-        let count = match n_computed == comparison.variants.len() {
-            true => variants,
-            false => format!("{n_computed} of {variants} computed"),
-        };
-        let total = format_duration(started.elapsed().as_secs_f64());
-        let place = directory.join("compare.json");
-        to_stdout(&format!("{}\n{count} in {total}\nresults: {}\n", describe(&comparison), place.display()));
+        to_stdout(&report_text(&comparison, started, &directory));
     }
     Ok(worst)
 }
@@ -207,6 +199,19 @@ fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Res
     }
     remove_stale_report(directory);
     write_atomically(&directory.join("compare.json"), json.as_bytes())
+}
+
+/// Text report with the number of computed variants, the time since `started`, and the path of the results.
+fn report_text(comparison: &Comparison, started: Instant, directory: &Path) -> String {
+    let n_computed = comparison.variants.iter().filter(|variant| variant.status.is_some()).count();
+    let variants = counted(comparison.variants.len(), "variant");
+    let count = match n_computed == comparison.variants.len() {
+        true => variants,
+        false => format!("{n_computed} of {variants} computed"),
+    };
+    let total = format_duration(started.elapsed().as_secs_f64());
+    let place = directory.join("compare.json");
+    format!("{}\n{count} in {total}\nresults: {}\n", describe(comparison), place.display())
 }
 
 /// Text report: results by step and variant, then the outcome of each variant.

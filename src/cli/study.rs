@@ -43,26 +43,13 @@ pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     let wanted = selected_runs(arguments, &sweep).map_err(|error| print_error(&error))?;
     let ready = if arguments.collect { job.find_directory() } else { job.make_directory() };
     ready.map_err(|error| print_error(&error))?;
-    let (ended, shared) = if arguments.collect {
-        (job.collect(), None)
-    } else {
-        let shared = job.plan_concurrency(&wanted, rayon::current_num_threads());
-        let mut progress = ProgressDisplay::new(arguments.quiet);
-        progress.show("runs", 0.0, None);
-        let show = &mut |done: usize| progress.show("runs", done as f64 / wanted.len() as f64, None);
-        let ended = job.run(&wanted, shared, show);
-        progress.end();
-        (ended, Some(shared))
-    };
+    let (ended, shared) = run_or_collect(&job, arguments, &wanted);
     let StudyOutcome { runs, code, reused, problems } = ended;
     problems.iter().for_each(|problem| to_stderr(&format!("error: {problem}\n")));
     let result = StudyResult::new(&sweep, runs);
-    let table = if arguments.only.is_some() {
-        None
-    } else {
+    if arguments.only.is_none() {
         job.write(&result).map_err(|error| print_error(&error))?;
-        Some(directory.join("study.json"))
-    };
+    }
     if arguments.quiet {
         unconverged_lines(&result, &wanted).iter().for_each(|line| to_stderr(line));
         return Ok(code);
@@ -74,20 +61,11 @@ pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     }
     match shared {
         None => text.push_str(&format!(", {reused} of them finished")),
-        Some(shared) => {
-            if reused > 0 {
-                text.push_str(&format!(", {reused} kept from an earlier run"));
-            }
-            text.push_str(&format!(
-                ", {}, in {}",
-                describe_concurrency(shared),
-                format_duration(started.elapsed().as_secs_f64())
-            ));
-        }
+        Some(shared) => text.push_str(&describe_execution(shared, reused, started)),
     }
-    match table {
-        Some(place) => text.push_str(&format!("\nresults: {}\n", place.display())),
-        None => text.push_str(&format!(
+    match arguments.only {
+        None => text.push_str(&format!("\nresults: {}\n", directory.join("study.json").display())),
+        Some(_) => text.push_str(&format!(
             "\nresults: {}; `orthowear study {} --collect` writes the table\n",
             directory.display(),
             arguments.study.display()
@@ -95,6 +73,31 @@ pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     }
     to_stdout(&text);
     Ok(code)
+}
+
+/// Collects the results of finished runs (`--collect`), or computes the runs `wanted`. Also returns their concurrency.
+fn run_or_collect(
+    job: &StudyRunner,
+    arguments: &StudyArgs,
+    wanted: &[usize],
+) -> (StudyOutcome, Option<Concurrency>) {
+    if arguments.collect {
+        return (job.collect(), None);
+    }
+    let shared = job.plan_concurrency(wanted, rayon::current_num_threads());
+    let mut progress = ProgressDisplay::new(arguments.quiet);
+    progress.show("runs", 0.0, None);
+    let show = &mut |done: usize| progress.show("runs", done as f64 / wanted.len() as f64, None);
+    let ended = job.run(wanted, shared, show);
+    progress.end();
+    (ended, Some(shared))
+}
+
+/// Description of computed runs: number of `reused` results, concurrency, and the time since `started`.
+fn describe_execution(shared: Concurrency, reused: usize, started: Instant) -> String {
+    let kept = if reused > 0 { format!(", {reused} kept from an earlier run") } else { String::new() };
+    let total = format_duration(started.elapsed().as_secs_f64());
+    format!("{kept}, {}, in {total}", describe_concurrency(shared))
 }
 
 /// Description of the parallel runs.

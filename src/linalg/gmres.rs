@@ -5,6 +5,8 @@
 //! # Source
 //! Saad and Schultz 1986, "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems".
 
+use std::ops::Range;
+
 use super::dense::try_zeroed;
 use super::vector::{axpy, dot4};
 use crate::cancel;
@@ -94,6 +96,78 @@ impl Hessenberg {
     }
 }
 
+/// Iteration for one right-hand side.
+struct Column {
+    /// Places of the column in vectors of all columns.
+    range: Range<usize>,
+    /// Norm of the right-hand side.
+    scale: f64,
+    /// Residual norm to reach.
+    goal: f64,
+    report: KrylovReport,
+    hessenberg: Hessenberg,
+    /// Norm of the next basis vector before it is normalised.
+    length: f64,
+    /// Whether the basis of the restart cycle expands further.
+    open: bool,
+    /// Whether the residual after the restart cycle exceeds the goal.
+    unsolved: bool,
+}
+
+impl Column {
+    fn new(range: Range<usize>, rhs: &[f64], tolerance: f64) -> Self {
+        let scale = norm4(&rhs[range.clone()]);
+        let residual = match scale {
+            0.0 => 0.0,
+            scale if scale.is_finite() => 1.0,
+            _ => f64::NAN,
+        };
+        Self {
+            range,
+            scale,
+            goal: tolerance * scale,
+            report: KrylovReport { n_products: 0, residual },
+            hessenberg: Hessenberg::new(scale),
+            length: scale,
+            open: false,
+            unsolved: false,
+        }
+    }
+
+    /// Starts a restart cycle from the residual of all columns.
+    fn start_cycle(&mut self, residual: &[f64]) {
+        self.length = norm4(&residual[self.range.clone()]);
+        self.hessenberg = Hessenberg::new(self.length);
+        // A column whose residual is not finite is skipped. If its right-hand side is not finite, the reported residual is NaN.
+        self.open = self.length.is_finite() && self.length > self.goal;
+        self.unsolved = false;
+    }
+
+    /// Orthogonalises `image`, the product of A with the last vector of `basis`, and updates the least-squares problem.
+    fn orthogonalise(&mut self, basis: &[Vec<f64>], image: &mut [f64]) {
+        let image = &mut image[self.range.clone()];
+        let mut entries = Vec::with_capacity(basis.len() + 1);
+        for vectors in basis {
+            let vector = &vectors[self.range.clone()];
+            let product = dot4(vector, image);
+            axpy(image, -product, vector);
+            entries.push(product);
+        }
+        self.length = norm4(image);
+        entries.push(self.length);
+        let reached = self.hessenberg.push(entries);
+        self.report.n_products += 1;
+        self.report.residual = reached / self.scale;
+        self.unsolved = reached.is_finite() && reached > self.goal;
+        self.open = self.unsolved && self.length != 0.0;
+    }
+}
+
+/// Euclidean norm, summed as in [`dot4`].
+fn norm4(values: &[f64]) -> f64 {
+    dot4(values, values).sqrt()
+}
+
 impl Gmres {
     /// Solves A X = `rhs` for `n_columns` columns, starting from X = 0; overwrites `x`. Returns one report per column.
     ///
@@ -108,98 +182,74 @@ impl Gmres {
         options: KrylovOptions,
     ) -> Result<Vec<KrylovReport>> {
         let n = rhs.len() / n_columns;
-        let column = |j: usize| j * n..(j + 1) * n;
-        let norm = |values: &[f64]| dot4(values, values).sqrt();
-        let norms =
-            |values: &[f64]| -> Vec<f64> { (0..n_columns).map(|j| norm(&values[column(j)])).collect() };
         x.fill(0.0);
-        let scales = norms(rhs);
-        let goals: Vec<f64> = scales.iter().map(|scale| options.tolerance * scale).collect();
-        let start = |scale: &f64| match *scale {
-            0.0 => 0.0,
-            scale if scale.is_finite() => 1.0,
-            _ => f64::NAN,
-        };
-        let mut reports: Vec<KrylovReport> =
-            scales.iter().map(|scale| KrylovReport { n_products: 0, residual: start(scale) }).collect();
+        let mut columns: Vec<Column> =
+            (0..n_columns).map(|j| Column::new(j * n..(j + 1) * n, rhs, options.tolerance)).collect();
         let [mut residual, mut step, mut image] =
             [try_zeroed(rhs.len())?, try_zeroed(rhs.len())?, try_zeroed(rhs.len())?];
         residual.copy_from_slice(rhs);
         let mut products = 0;
         while products < options.max_products {
-            let mut lengths = norms(&residual);
-            // A column whose residual is not finite is skipped. If its right-hand side is not finite, the reported residual is NaN.
-            let mut open: Vec<bool> = lengths
-                .iter()
-                .zip(&goals)
-                .map(|(length, goal)| length.is_finite() && length > goal)
-                .collect();
-            if !open.contains(&true) {
+            columns.iter_mut().for_each(|column| column.start_cycle(&residual));
+            if !columns.iter().any(|column| column.open) {
                 break;
             }
-            let mut hessenbergs: Vec<Hessenberg> =
-                lengths.iter().map(|norm| Hessenberg::new(*norm)).collect();
-            let mut unsolved = vec![false; n_columns];
-            self.store_basis_vectors(0, &residual, &lengths, &open)?;
-            for k in 0..options.restart.min(options.max_products - products) {
-                cancel::check()?;
-                system.precondition(&self.basis[k], &mut step);
-                system.apply(&step, &mut image);
-                products += 1;
-                for j in 0..n_columns {
-                    if !open[j] {
-                        continue;
-                    }
-                    let image = &mut image[column(j)];
-                    let mut entries = Vec::with_capacity(k + 2);
-                    for vectors in &self.basis[..=k] {
-                        let product = dot4(&vectors[column(j)], image);
-                        axpy(image, -product, &vectors[column(j)]);
-                        entries.push(product);
-                    }
-                    lengths[j] = norm(image);
-                    entries.push(lengths[j]);
-                    let reached = hessenbergs[j].push(entries);
-                    reports[j].n_products += 1;
-                    reports[j].residual = reached / scales[j];
-                    unsolved[j] = reached.is_finite() && reached > goals[j];
-                    open[j] = unsolved[j] && lengths[j] != 0.0;
-                }
-                if !open.contains(&true) {
-                    break;
-                }
-                self.store_basis_vectors(k + 1, &image, &lengths, &open)?;
-            }
-            step.fill(0.0);
-            for (j, hessenberg) in hessenbergs.iter().enumerate() {
-                for (coefficient, vectors) in hessenberg.solve().iter().zip(&self.basis) {
-                    axpy(&mut step[column(j)], *coefficient, &vectors[column(j)]);
-                }
-            }
+            self.store_basis_vectors(0, &residual, &columns)?;
+            let length = options.restart.min(options.max_products - products);
+            products += self.expand_bases(system, &mut columns, length, [&mut step, &mut image])?;
+            self.combine_bases(&columns, &mut step);
             // Right preconditioning: the correction of x is the preconditioner applied to the combination of basis vectors.
             system.precondition(&step, &mut image);
             axpy(x, 1.0, &image);
-            if !unsolved.contains(&true) || products >= options.max_products {
+            if !columns.iter().any(|column| column.unsolved) || products >= options.max_products {
                 break;
             }
             system.apply(x, &mut residual);
             products += 1;
             residual.iter_mut().zip(rhs).for_each(|(r, b)| *r = b - *r);
-            for (report, _) in reports.iter_mut().zip(unsolved).filter(|(_, unsolved)| *unsolved) {
-                report.n_products += 1;
+            for column in columns.iter_mut().filter(|column| column.unsolved) {
+                column.report.n_products += 1;
             }
         }
-        Ok(reports)
+        Ok(columns.into_iter().map(|column| column.report).collect())
     }
 
-    /// Stores `vectors` / `lengths` as basis vector `k` of the columns that still iterate (`open`), and zero for the other columns.
-    fn store_basis_vectors(
+    /// Expands the bases of the open columns from their first vectors to at most `length` vectors; overwrites `step` and `image`.
+    /// Returns the number of products with A.
+    fn expand_bases(
         &mut self,
-        k: usize,
-        vectors: &[f64],
-        lengths: &[f64],
-        open: &[bool],
-    ) -> Result<()> {
+        system: &mut dyn LinearSystem,
+        columns: &mut [Column],
+        length: usize,
+        [step, image]: [&mut [f64]; 2],
+    ) -> Result<usize> {
+        for k in 0..length {
+            cancel::check()?;
+            system.precondition(&self.basis[k], step);
+            system.apply(step, image);
+            for column in columns.iter_mut().filter(|column| column.open) {
+                column.orthogonalise(&self.basis[..=k], image);
+            }
+            if !columns.iter().any(|column| column.open) {
+                return Ok(k + 1);
+            }
+            self.store_basis_vectors(k + 1, image, columns)?;
+        }
+        Ok(length)
+    }
+
+    /// Computes the combination of basis vectors that minimises the residual norm of each column; overwrites `combination`.
+    fn combine_bases(&self, columns: &[Column], combination: &mut [f64]) {
+        combination.fill(0.0);
+        for Column { range, hessenberg, .. } in columns {
+            for (coefficient, vectors) in hessenberg.solve().iter().zip(&self.basis) {
+                axpy(&mut combination[range.clone()], *coefficient, &vectors[range.clone()]);
+            }
+        }
+    }
+
+    /// Stores `vectors`, divided by the lengths of the columns, as basis vector `k` of the open columns, and zero for the others.
+    fn store_basis_vectors(&mut self, k: usize, vectors: &[f64], columns: &[Column]) -> Result<()> {
         if self.basis.len() <= k {
             self.basis.push(Vec::new());
         }
@@ -208,10 +258,9 @@ impl Gmres {
             *basis = try_zeroed(vectors.len())?;
         }
         basis.clear();
-        let n = vectors.len() / lengths.len();
-        for (j, (length, open)) in lengths.iter().zip(open).enumerate() {
+        for Column { range, length, open, .. } in columns {
             let scaled = |value: &f64| if *open { value / length } else { 0.0 };
-            basis.extend(vectors[j * n..(j + 1) * n].iter().map(scaled));
+            basis.extend(vectors[range.clone()].iter().map(scaled));
         }
         Ok(())
     }

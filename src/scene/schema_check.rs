@@ -41,42 +41,7 @@ impl<'a> SchemaWalk<'a> {
     fn check_value(&mut self, node: &TomlNode, schema: &'a Json, key: &str) {
         let schema = self.dereference(schema);
         if let Some(branches) = schema.get("oneOf").or(schema.get("anyOf")).and_then(Json::as_array) {
-            let array = branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "array"));
-            if let (Some(array), TomlValue::Array(_)) = (array, &node.value) {
-                return self.check_list(node, array, key);
-            }
-            if branches.iter().any(|branch| branch.get("type").is_some_and(|t| t == "boolean")) {
-                return match node.value {
-                    TomlValue::Boolean(_) => {}
-                    _ => self.report_wrong_type(node, key, "true, false or a list of names"),
-                };
-            }
-            let is_table = |branch: &&Json| branch.get("type").is_some_and(|t| t == "object");
-            let table = branches.iter().map(|branch| self.dereference(branch)).find(is_table);
-            if let (Some(table), Some(number)) = (table, number_branch(branches)) {
-                return match node.value {
-                    TomlValue::Table(_) => self.check_table(node, table, key, None),
-                    TomlValue::Integer(_) | TomlValue::Float(_) => self.check_value(node, number, key),
-                    _ => self.report_wrong_type(node, key, "a number or a table"),
-                };
-            }
-            return match (tag_of(branches), number_or_list(branches)) {
-                (Some(tag), _) => self.check_tagged_table(node, branches, tag, key),
-                (None, Some([number, list])) => {
-                    let chosen = if matches!(node.value, TomlValue::Array(_)) { list } else { number };
-                    self.check_value(node, chosen, key);
-                }
-                (None, None) => match number_branch(branches) {
-                    Some(number) if matches!(node.value, TomlValue::Integer(_) | TomlValue::Float(_)) => {
-                        self.check_value(node, number, key)
-                    }
-                    Some(_) if !matches!(node.value, TomlValue::String(_)) => {
-                        let words = quoted_list(&branch_words(branches), "\"");
-                        self.report_wrong_type(node, key, &format!("a number or {words}"))
-                    }
-                    _ => self.check_word(node, &branch_words(branches), key),
-                },
-            };
+            return self.check_branches(node, branches, key);
         }
         if let Some(words) = schema.get("enum").and_then(Json::as_array) {
             let words: Vec<&str> = words.iter().filter_map(Json::as_str).collect();
@@ -105,6 +70,46 @@ impl<'a> SchemaWalk<'a> {
                 self.report_wrong_type(node, key, "true or false")
             }
             _ => {}
+        }
+    }
+
+    /// Checks a value against alternative schemas. The type of the value, or the tag of a table, selects one of them.
+    fn check_branches(&mut self, node: &TomlNode, branches: &'a [Json], key: &str) {
+        let array = branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "array"));
+        if let (Some(array), TomlValue::Array(_)) = (array, &node.value) {
+            return self.check_list(node, array, key);
+        }
+        if branches.iter().any(|branch| branch.get("type").is_some_and(|t| t == "boolean")) {
+            return match node.value {
+                TomlValue::Boolean(_) => {}
+                _ => self.report_wrong_type(node, key, "true, false or a list of names"),
+            };
+        }
+        let is_table = |branch: &&Json| branch.get("type").is_some_and(|t| t == "object");
+        let table = branches.iter().map(|branch| self.dereference(branch)).find(is_table);
+        if let (Some(table), Some(number)) = (table, number_branch(branches)) {
+            return match node.value {
+                TomlValue::Table(_) => self.check_table(node, table, key, None),
+                TomlValue::Integer(_) | TomlValue::Float(_) => self.check_value(node, number, key),
+                _ => self.report_wrong_type(node, key, "a number or a table"),
+            };
+        }
+        match (tag_of(branches), number_or_list(branches)) {
+            (Some(tag), _) => self.check_tagged_table(node, branches, tag, key),
+            (None, Some([number, list])) => {
+                let chosen = if matches!(node.value, TomlValue::Array(_)) { list } else { number };
+                self.check_value(node, chosen, key);
+            }
+            (None, None) => match number_branch(branches) {
+                Some(number) if matches!(node.value, TomlValue::Integer(_) | TomlValue::Float(_)) => {
+                    self.check_value(node, number, key)
+                }
+                Some(_) if !matches!(node.value, TomlValue::String(_)) => {
+                    let words = quoted_list(&branch_words(branches), "\"");
+                    self.report_wrong_type(node, key, &format!("a number or {words}"))
+                }
+                _ => self.check_word(node, &branch_words(branches), key),
+            },
         }
     }
 

@@ -93,21 +93,8 @@ impl CompressedEquations {
             )));
         }
         let (traction_scale, motions) = (problem.traction_scale(), problem.motions());
-        let size = problem
-            .boundary_values
-            .iter()
-            .zip(problem.displacement_known)
-            .fold(0.0_f64, |size, (value, held)| {
-                size.max(value.abs() * if *held { 1.0 } else { 1.0 / traction_scale })
-            });
         let areas = problem.elements.areas();
-        let area: f64 = areas.iter().sum();
-        let largest = areas.iter().fold(0.0_f64, |largest, area| largest.max(*area));
-        let summed_columns = SummedColumns {
-            prescribed_translations: problem.displacement_known.contains(&true),
-            boundary_value_scale: (size > 0.0).then_some(size),
-            motions: ((largest / area).sqrt(), motions.ncols()),
-        };
+        let summed_columns = summed_columns(problem, traction_scale, &areas, motions.ncols());
         let layout = layout(problem.elements, summed_columns.count());
         let order = TreeOrder::new(problem.elements, &layout.tree().order);
         let kernel =
@@ -116,32 +103,10 @@ impl CompressedEquations {
         let error = tolerance * ENTRY_ERROR_SHARE / (n as f64).sqrt();
         let (matrix, sums) = layout.fill(&kernel, error)?;
         let held: Vec<bool> = (0..n).map(|at| problem.displacement_known[order.dof(at)]).collect();
-        let mut diagonal_blocks = rigid_translation_blocks(&matrix, &sums, &held, problem.domain)?;
-        let mut boundary_value_side = vec![0.0; n + motions.ncols()];
-        if let Some(size) = summed_columns.boundary_value_scale {
-            let at = 3 * usize::from(summed_columns.prescribed_translations);
-            boundary_value_side.iter_mut().zip(sums.column(at)).for_each(|(right, sum)| *right = size * sum);
-        }
-        for (at, held) in held.iter().enumerate() {
-            if *held {
-                let column = diagonal_blocks[at / 3].column(at % 3) * problem.boundary_values[order.dof(at)];
-                (0..3).for_each(|r| boundary_value_side[at - at % 3 + r] -= column[r]);
-            }
-        }
-        let mut columns = DenseMatrix::zeros(n + motions.ncols(), motions.ncols())?;
-        let mut rows = DenseMatrix::zeros(n, motions.ncols())?;
-        let mean = area / areas.len() as f64;
-        for j in 0..motions.ncols() {
-            let sums = sums.column(summed_columns.count() - summed_columns.motions.1 + j);
-            let to = columns.column_mut(j).iter_mut();
-            to.zip(sums).for_each(|(to, sum)| *to = sum / summed_columns.motions.0);
-            for at in (0..n).filter(|&at| !held[at]) {
-                let dof = order.dof(at);
-                rows.column_mut(j)[at] = motions[(dof, j)] * areas[dof / 3] / mean;
-            }
-            boundary_value_side[n + j] =
-                problem.mean_displacement.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
-        }
+        let row_sums = RowSums { kernel: &kernel, held: &held, sums };
+        let mut diagonal_blocks = row_sums.rigid_translation_blocks(&matrix)?;
+        let boundary_value_side = row_sums.boundary_value_side(&diagonal_blocks);
+        let [columns, rows] = row_sums.motion_border(&areas)?;
         let positions = problem.elements.positions();
         let positions: Vec<Point> = order.nodes.iter().map(|&node| positions[node]).collect();
         for (at, held) in held.iter().enumerate() {
@@ -287,32 +252,100 @@ impl CompressedEquations {
     }
 }
 
-/// Diagonal displacement blocks from rigid translations: minus the sum of the row's other blocks, plus the unit matrix for exterior
-/// domains.
-fn rigid_translation_blocks(
-    matrix: &CollocationMatrix,
-    sums: &DenseMatrix,
-    held: &[bool],
-    domain: Domain,
-) -> Result<Vec<Matrix3<f64>>> {
-    let n = matrix.n();
-    let (mut translations, mut moved) = (DenseMatrix::zeros(n, 3)?, DenseMatrix::zeros(n, 3)?);
-    for (at, held) in held.iter().enumerate() {
-        translations.column_mut(at % 3)[at] = if *held { 0.0 } else { 1.0 };
+/// Columns of the equations whose row sums alone are stored, with their scales. `areas` belong to the nodes, mm2.
+fn summed_columns(
+    problem: &BoundaryValueProblem,
+    traction_scale: f64,
+    areas: &[f64],
+    n_motions: usize,
+) -> SummedColumns {
+    let size = problem
+        .boundary_values
+        .iter()
+        .zip(problem.displacement_known)
+        .fold(0.0_f64, |size, (value, held)| {
+            size.max(value.abs() * if *held { 1.0 } else { 1.0 / traction_scale })
+        });
+    let area: f64 = areas.iter().sum();
+    let largest = areas.iter().fold(0.0_f64, |largest, area| largest.max(*area));
+    SummedColumns {
+        prescribed_translations: problem.displacement_known.contains(&true),
+        boundary_value_scale: (size > 0.0).then_some(size),
+        motions: ((largest / area).sqrt(), n_motions),
     }
-    matrix.add_product(translations.view(), moved.view_mut());
-    if held.contains(&true) {
-        for c in 0..3 {
-            let to = moved.column_mut(c).iter_mut();
-            to.zip(sums.column(c)).for_each(|(to, sum)| *to += sum);
+}
+
+/// Row sums of the [`SummedColumns`], from which diagonal blocks, right-hand side and border follow.
+struct RowSums<'a> {
+    kernel: &'a BoundaryKernel<'a>,
+    /// Whether the displacement of each dof is prescribed, in tree order.
+    held: &'a [bool],
+    /// `[n, summed columns]`.
+    sums: DenseMatrix,
+}
+
+impl RowSums<'_> {
+    /// Diagonal displacement blocks from rigid translations: minus the sum of the row's other blocks, plus the unit matrix for
+    /// exterior domains.
+    fn rigid_translation_blocks(&self, matrix: &CollocationMatrix) -> Result<Vec<Matrix3<f64>>> {
+        let n = matrix.n();
+        let (mut translations, mut moved) = (DenseMatrix::zeros(n, 3)?, DenseMatrix::zeros(n, 3)?);
+        for (at, held) in self.held.iter().enumerate() {
+            translations.column_mut(at % 3)[at] = if *held { 0.0 } else { 1.0 };
         }
+        matrix.add_product(translations.view(), moved.view_mut());
+        if self.held.contains(&true) {
+            for c in 0..3 {
+                let to = moved.column_mut(c).iter_mut();
+                to.zip(self.sums.column(c)).for_each(|(to, sum)| *to += sum);
+            }
+        }
+        let far = match self.kernel.problem.domain {
+            Domain::Interior => Matrix3::zeros(),
+            Domain::Exterior => Matrix3::identity(),
+        };
+        let of_node = |node: usize| far - Matrix3::from_fn(|r, c| moved.at(3 * node + r, c));
+        Ok((0..n / 3).map(of_node).collect())
     }
-    let far = match domain {
-        Domain::Interior => Matrix3::zeros(),
-        Domain::Exterior => Matrix3::identity(),
-    };
-    let of_node = |node: usize| far - Matrix3::from_fn(|r, c| moved.at(3 * node + r, c));
-    Ok((0..n / 3).map(of_node).collect())
+
+    /// Right-hand side of the boundary values, and of the mean displacements along the free motions.
+    fn boundary_value_side(&self, diagonal_blocks: &[Matrix3<f64>]) -> Vec<f64> {
+        let BoundaryKernel { problem, order, motions, summed_columns, .. } = self.kernel;
+        let (n, n_nodes) = (self.held.len(), order.nodes.len());
+        let mut right = vec![0.0; n + motions.ncols()];
+        if let Some(size) = summed_columns.boundary_value_scale {
+            let at = 3 * usize::from(summed_columns.prescribed_translations);
+            right.iter_mut().zip(self.sums.column(at)).for_each(|(right, sum)| *right = size * sum);
+        }
+        for at in (0..n).filter(|&at| self.held[at]) {
+            let column = diagonal_blocks[at / 3].column(at % 3) * problem.boundary_values[order.dof(at)];
+            (0..3).for_each(|r| right[at - at % 3 + r] -= column[r]);
+        }
+        for j in 0..motions.ncols() {
+            right[n + j] = problem.mean_displacement.get(j).map_or(0.0, |wanted| wanted * n_nodes as f64);
+        }
+        right
+    }
+
+    /// Border columns `[n + motions, motions]` and rows `[n, motions]`, stored as columns, of the free motions. `areas` belong to
+    /// the nodes, mm2.
+    fn motion_border(&self, areas: &[f64]) -> Result<[DenseMatrix; 2]> {
+        let BoundaryKernel { order, motions, summed_columns, .. } = self.kernel;
+        let n = self.held.len();
+        let mut columns = DenseMatrix::zeros(n + motions.ncols(), motions.ncols())?;
+        let mut rows = DenseMatrix::zeros(n, motions.ncols())?;
+        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+        for j in 0..motions.ncols() {
+            let sums = self.sums.column(summed_columns.count() - summed_columns.motions.1 + j);
+            let to = columns.column_mut(j).iter_mut();
+            to.zip(sums).for_each(|(to, sum)| *to = sum / summed_columns.motions.0);
+            for at in (0..n).filter(|&at| !self.held[at]) {
+                let dof = order.dof(at);
+                rows.column_mut(j)[at] = motions[(dof, j)] * areas[dof / 3] / mean;
+            }
+        }
+        Ok([columns, rows])
+    }
 }
 
 /// The equations as the system of a Krylov method. The buffers `x` and `y` hold a vector and its product with the blocks in single

@@ -9,13 +9,13 @@ use super::patch::ContactPatch;
 use nalgebra::Matrix6;
 
 use crate::bem::half_space::SurfaceGreen;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::fem::{ElementMaterials, FeSpec, find_rigid_body_modes};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, bounds, format_number};
 use crate::material::Stiffness;
-use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
+use crate::mesh::{CellRef, Mesh};
 
 /// Smallest distance from the patch to edges and supports, divided by the shorter half-side. Closer edges cause a peak of the
 /// correction at the border of the patch. A few polynomials do not resolve this peak.
@@ -86,60 +86,22 @@ impl HalfSpaceFit {
         if find_rigid_body_modes(spec)?.is_some() {
             return unsuited("the body has unconstrained rigid-body modes");
         }
-        let mesh = &spec.mesh;
-        let faces = group_faces(mesh, contact)?;
-        let half_width = grid.half_width();
-        let triad = Triad::horizontal(grid.azimuth);
+        let faces = group_faces(&spec.mesh, contact)?;
         let middle = Point::new(grid.center[0], grid.center[1], 0.0);
-        let level = ContactPatch::on_body(&triad, side, middle, half_width);
-        let under: Vec<&SurfaceFace> = faces.iter().filter(|face| touches(mesh, face, &level)).collect();
-        let heights = under.iter().flat_map(|face| heights_under(mesh, face, &level));
-        let [low, high] = bounds(heights);
-        let tolerance = PLANE_TOLERANCE * level.size();
-        if !low.is_finite() {
-            return unsuited("no face of the contact group lies under the frame");
-        }
-        let rise = if high - low > tolerance { (high - low) / level.size() } else { 0.0 };
-        if rise > MAX_RISE {
-            return Ok(Err(Unsuitable(format!(
-                "its surface is too curved under the frame: heights differ by {}, more than {MAX_RISE} times the half-width of the frame{}",
-                format_number(high - low),
-                flatter_frame_advice(mesh, &under, (&level, rise))
-            ))));
-        }
-        // A curved surface is represented by its tangent plane.
-        let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outer_height(low, high) };
-        let patch = ContactPatch { center: Point::new(middle.x, middle.y, height), ..level };
-        let curved_faces =
-            if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, &faces, (&patch, rise)) };
-        // Mesh points outside all solids, such as circle centres, do not belong to the body.
-        let mut nodes = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell));
-        if nodes.any(|&node| patch.local(&Point::from(mesh.points[node])).z > tolerance) {
-            return unsuited("the body extends above its contact plane");
-        }
-        let regions = ElementMaterials::new(spec)?;
-        let own = regions.element(under[0].owner).expect("a face of a solid");
-        let stiffness = regions.stiffness(own);
-        let to_others = distance_to_others(&regions, &stiffness, mesh, &patch);
-        let to_edges = distance_to_edges(spec, &patch, &curved_faces)?;
-        let shorter = half_width[0].min(half_width[1]);
-        let limits = [
-            ("an edge or a support of the body", to_edges, MIN_EDGE_DISTANCE),
-            ("another material", to_others, MIN_MATERIAL_DISTANCE),
-        ];
-        if let Some((what, distance, share)) =
-            limits.iter().find(|(_, found, share)| *found < share * shorter)
-        {
-            let least = |patch: &ContactPatch| {
-                let others = distance_to_others(&regions, &stiffness, mesh, patch);
-                Ok::<_, Error>(others.min(distance_to_edges(spec, patch, &curved_faces)?))
+        let level = ContactPatch::on_body(&Triad::horizontal(grid.azimuth), side, middle, grid.half_width());
+        let PatchSurface { patch, rise, curved_faces, owner } =
+            match PatchSurface::find(&spec.mesh, &faces, level) {
+                Ok(surface) => surface,
+                Err(why) => return Ok(Err(why)),
             };
-            return Ok(Err(Unsuitable(format!(
-                "{what} is {} from the frame, closer than {} ({share} times the half-width of the frame){}",
-                format_number(*distance),
-                format_number(share * shorter),
-                smaller_frame_advice(&patch, (*distance, *share), &least)?
-            ))));
+        let regions = ElementMaterials::new(spec)?;
+        let own = regions.element(owner).expect("a face of a solid");
+        let stiffness = regions.stiffness(own);
+        let surroundings = Surroundings { spec, regions: &regions, stiffness, curved_faces: &curved_faces };
+        let to_others = surroundings.distance_to_others(&patch);
+        let to_edges = surroundings.distance_to_edges(&patch)?;
+        if let Some(why) = surroundings.too_close(&patch, to_edges, to_others)? {
+            return Ok(Err(why));
         }
         let distance = to_edges.min(to_others);
         if let Some(why) = supports(spec, &patch)? {
@@ -161,9 +123,7 @@ impl HalfSpaceFit {
             curved_faces,
         }))
     }
-}
 
-impl HalfSpaceFit {
     /// Initial number of nodes along x and y of the patch. It usually suffices at the `distance` of the fit.
     pub fn first_nodes(&self) -> [usize; 2] {
         self.patch.half_width.map(|half| {
@@ -177,6 +137,53 @@ impl HalfSpaceFit {
             let more = if self.limited_by_material && self.distance < half { 2 } else { 0 };
             nodes + usize::from(!self.isotropic) + more
         })
+    }
+}
+
+/// Surface of a body under the frame, represented by a plane.
+struct PatchSurface {
+    patch: ContactPatch,
+    /// As [`HalfSpaceFit::rise`].
+    rise: f64,
+    /// As [`HalfSpaceFit::curved_faces`].
+    curved_faces: Vec<FaceId>,
+    /// Solid of a face under the frame.
+    owner: CellRef,
+}
+
+impl PatchSurface {
+    /// Finds the height of the plane, and the curvature, of the contact `faces` under the rectangle `level` at z = 0.
+    fn find(
+        mesh: &Mesh,
+        faces: &[SurfaceFace],
+        level: ContactPatch,
+    ) -> std::result::Result<Self, Unsuitable> {
+        let under: Vec<&SurfaceFace> = faces.iter().filter(|face| touches(mesh, face, &level)).collect();
+        let heights = under.iter().flat_map(|face| heights_under(mesh, face, &level));
+        let [low, high] = bounds(heights);
+        let tolerance = PLANE_TOLERANCE * level.size();
+        if !low.is_finite() {
+            return Err(Unsuitable("no face of the contact group lies under the frame".to_owned()));
+        }
+        let rise = if high - low > tolerance { (high - low) / level.size() } else { 0.0 };
+        if rise > MAX_RISE {
+            return Err(Unsuitable(format!(
+                "its surface is too curved under the frame: heights differ by {}, more than {MAX_RISE} times the half-width of the frame{}",
+                format_number(high - low),
+                flatter_frame_advice(mesh, &under, (&level, rise))
+            )));
+        }
+        // A curved surface is represented by its tangent plane.
+        let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outer_height(low, high) };
+        let patch = ContactPatch { center: Point::new(level.center.x, level.center.y, height), ..level };
+        let curved_faces =
+            if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, faces, (&patch, rise)) };
+        // Mesh points outside all solids, such as circle centres, do not belong to the body.
+        let mut nodes = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell));
+        if nodes.any(|&node| patch.local(&Point::from(mesh.points[node])).z > tolerance) {
+            return Err(Unsuitable("the body extends above its contact plane".to_owned()));
+        }
+        Ok(Self { patch, rise, curved_faces, owner: under[0].owner })
     }
 }
 
@@ -201,27 +208,6 @@ fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&Co
     }
     let [x, y] = level.half_width.map(|half| format_number(round_down(factor * half)));
     format!("; frame.half_width up to [{x}, {y}] is allowed")
-}
-
-/// Advice: half-widths of a smaller frame, with the centre of `patch`, that is far enough from edges or other materials. The
-/// present frame is `distance` away from them; a distance of `share` times the shorter half-side is needed. `least` returns the
-/// distance for another frame.
-fn smaller_frame_advice(
-    patch: &ContactPatch,
-    (distance, share): (f64, f64),
-    least: &dyn Fn(&ContactPatch) -> Result<f64>,
-) -> Result<String> {
-    let shorter = patch.half_width[0].min(patch.half_width[1]);
-    // A smaller frame is farther from features next to it, but not from features below it.
-    let beside = (distance + shorter) / ((1.0 + share) * shorter);
-    let narrow = ContactPatch { half_width: patch.half_width.map(|half| beside * half), ..*patch };
-    let far_enough = least(&narrow)? >= share * beside * shorter * (1.0 - 1e-9);
-    let factor = if far_enough { beside } else { distance / (share * shorter) };
-    if factor < MIN_ADVISED_FACTOR {
-        return Ok(String::new());
-    }
-    let [x, y] = patch.half_width.map(|half| format_number(round_down(factor * half)));
-    Ok(format!("; frame.half_width up to [{x}, {y}] is allowed"))
 }
 
 /// Rounds a length down to three significant digits.
@@ -304,42 +290,85 @@ fn curved_surface_faces(
     outer.iter().filter(near).filter(on_surface).map(SurfaceFace::id).collect()
 }
 
-/// Distance from the patch to supported nodes and to outer faces that neither lie in its plane nor belong to `surface`, mm.
-fn distance_to_edges(spec: &FeSpec, patch: &ContactPatch, surface: &[FaceId]) -> Result<f64> {
-    let mesh = &spec.mesh;
-    let surface: HashSet<FaceId> = surface.iter().copied().collect();
-    let elsewhere = |face: &&SurfaceFace| !in_plane(mesh, face, patch) && !surface.contains(&face.id());
-    let apart = 0.5 * MIN_EDGE_DISTANCE * patch.half_width[0].min(patch.half_width[1]);
-    let mut least = f64::INFINITY;
-    let mut look = |x: &Point| least = least.min(patch.distance(&patch.local(x)));
-    for face in outer_faces(mesh).iter().filter(elsewhere) {
-        points_of(mesh, face, apart).iter().for_each(&mut look);
-    }
-    for support in &spec.supports {
-        for node in mesh.group_nodes(&support.group)? {
-            look(&mesh.points[node].into());
-        }
-    }
-    Ok(least)
+/// Features near the contact patch that a half-space does not have: edges, supports and other materials.
+struct Surroundings<'a> {
+    spec: &'a FeSpec,
+    regions: &'a ElementMaterials,
+    /// Stiffness under the patch in global axes, MPa.
+    stiffness: Matrix6<f64>,
+    /// Faces that count as part of the tangent plane of the patch.
+    curved_faces: &'a [FaceId],
 }
 
-/// Distance from the patch to elements of another material; infinite if there are none.
-fn distance_to_others(
-    regions: &ElementMaterials,
-    own: &Matrix6<f64>,
-    mesh: &Mesh,
-    patch: &ContactPatch,
-) -> f64 {
-    let others = (0..regions.n_elements()).filter(|&i| !is_same_stiffness(&regions.stiffness(i), own));
-    // Distance to the bounding box of an element in the axes of the patch.
-    let distance = |i: usize| {
-        let nodes = mesh.cell_nodes(regions.cells()[i]).iter();
-        let locals: Vec<Point> = nodes.map(|&node| patch.local(&mesh.points[node].into())).collect();
-        let [x, y, z] = [0, 1, 2].map(|axis| bounds(locals.iter().map(|local| local[axis])));
-        let nearest = |[low, high]: [f64; 2]| 0.0_f64.clamp(low, high);
-        patch.distance(&Point::new(nearest(x), nearest(y), z[1].min(0.0)))
-    };
-    others.map(distance).fold(f64::INFINITY, f64::min)
+impl Surroundings<'_> {
+    /// Reason if edges, supports or other materials are too close to the patch. `to_edges` and `to_others` are their distances.
+    fn too_close(&self, patch: &ContactPatch, to_edges: f64, to_others: f64) -> Result<Option<Unsuitable>> {
+        let shorter = patch.half_width[0].min(patch.half_width[1]);
+        let limits = [
+            ("an edge or a support of the body", to_edges, MIN_EDGE_DISTANCE),
+            ("another material", to_others, MIN_MATERIAL_DISTANCE),
+        ];
+        let violated = limits.iter().find(|(_, found, share)| *found < share * shorter);
+        let Some((what, distance, share)) = violated else { return Ok(None) };
+        Ok(Some(Unsuitable(format!(
+            "{what} is {} from the frame, closer than {} ({share} times the half-width of the frame){}",
+            format_number(*distance),
+            format_number(share * shorter),
+            self.smaller_frame_advice(patch, *distance, *share)?
+        ))))
+    }
+
+    /// Advice: half-widths of a smaller frame, with the centre of `patch`, that is far enough from edges or other materials. The
+    /// present frame is `distance` away from them; a distance of `share` times the shorter half-side is needed.
+    fn smaller_frame_advice(&self, patch: &ContactPatch, distance: f64, share: f64) -> Result<String> {
+        let shorter = patch.half_width[0].min(patch.half_width[1]);
+        // A smaller frame is farther from features next to it, but not from features below it.
+        let beside = (distance + shorter) / ((1.0 + share) * shorter);
+        let narrow = ContactPatch { half_width: patch.half_width.map(|half| beside * half), ..*patch };
+        let least = self.distance_to_others(&narrow).min(self.distance_to_edges(&narrow)?);
+        let far_enough = least >= share * beside * shorter * (1.0 - 1e-9);
+        let factor = if far_enough { beside } else { distance / (share * shorter) };
+        if factor < MIN_ADVISED_FACTOR {
+            return Ok(String::new());
+        }
+        let [x, y] = patch.half_width.map(|half| format_number(round_down(factor * half)));
+        Ok(format!("; frame.half_width up to [{x}, {y}] is allowed"))
+    }
+
+    /// Distance from the patch to supported nodes and to outer faces that neither lie in its plane nor belong to the curved
+    /// surface, mm.
+    fn distance_to_edges(&self, patch: &ContactPatch) -> Result<f64> {
+        let mesh = &self.spec.mesh;
+        let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
+        let elsewhere = |face: &&SurfaceFace| !in_plane(mesh, face, patch) && !surface.contains(&face.id());
+        let apart = 0.5 * MIN_EDGE_DISTANCE * patch.half_width[0].min(patch.half_width[1]);
+        let mut least = f64::INFINITY;
+        let mut look = |x: &Point| least = least.min(patch.distance(&patch.local(x)));
+        for face in outer_faces(mesh).iter().filter(elsewhere) {
+            points_of(mesh, face, apart).iter().for_each(&mut look);
+        }
+        for support in &self.spec.supports {
+            for node in mesh.group_nodes(&support.group)? {
+                look(&mesh.points[node].into());
+            }
+        }
+        Ok(least)
+    }
+
+    /// Distance from the patch to elements of another material, mm; infinite if there are none.
+    fn distance_to_others(&self, patch: &ContactPatch) -> f64 {
+        let (mesh, regions) = (&self.spec.mesh, self.regions);
+        let other = |&i: &usize| !is_same_stiffness(&regions.stiffness(i), &self.stiffness);
+        // Distance to the bounding box of an element in the axes of the patch.
+        let distance = |i: usize| {
+            let nodes = mesh.cell_nodes(regions.cells()[i]).iter();
+            let locals: Vec<Point> = nodes.map(|&node| patch.local(&mesh.points[node].into())).collect();
+            let [x, y, z] = [0, 1, 2].map(|axis| bounds(locals.iter().map(|local| local[axis])));
+            let nearest = |[low, high]: [f64; 2]| 0.0_f64.clamp(low, high);
+            patch.distance(&Point::new(nearest(x), nearest(y), z[1].min(0.0)))
+        };
+        (0..regions.n_elements()).filter(other).map(distance).fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// Reason why the supports exclude a half-space; `None` if they do not.

@@ -88,18 +88,11 @@ pub(super) fn run_projected_gradient(
             break;
         }
         if report.iterations > best.iteration + MAX_STEPS_WITHOUT_GAIN {
-            best.unknowns.restore_into(it);
-            problem.evaluate(it);
-            report.applications += problem.applications();
+            best.restore(problem, it, &mut report);
             best.iteration = report.iterations;
             steps = rule.restart();
         }
-        next.rigid_motion.clone_from(&it.rigid_motion);
-        next.mode_amplitudes.clone_from(&it.mode_amplitudes);
-        let motions = RigidMotions { rigid: &mut next.rigid_motion, floating: &mut next.mode_amplitudes };
-        let from = (it.scaled.as_slice(), it.gradient.as_slice());
-        equilibrium = project(problem, steps, from, &mut next.scaled, motions);
-        problem.evaluate(&mut next);
+        equilibrium = gradient_step(problem, it, steps, &mut next);
         report.applications += problem.applications();
         report.iterations += 1;
         steps = rule.next(problem, it, &next);
@@ -108,11 +101,25 @@ pub(super) fn run_projected_gradient(
     let as_it_is =
         matches!(report.stop, StopReason::GrossSliding | StopReason::ContactLost | StopReason::NotFinite);
     if !as_it_is && best.iteration < report.iterations {
-        best.unknowns.restore_into(it);
-        problem.evaluate(it);
-        report.applications += problem.applications();
+        best.restore(problem, it, &mut report);
     }
     report
+}
+
+/// Computes and evaluates `next` = proj(P - a ĝ(P)) from the state `it` with the tractions P and the step sizes a.
+fn gradient_step(
+    problem: &Increment,
+    it: &ContactState,
+    steps: StepSizes,
+    next: &mut ContactState,
+) -> Equilibrium {
+    next.rigid_motion.clone_from(&it.rigid_motion);
+    next.mode_amplitudes.clone_from(&it.mode_amplitudes);
+    let motions = RigidMotions { rigid: &mut next.rigid_motion, floating: &mut next.mode_amplitudes };
+    let from = (it.scaled.as_slice(), it.gradient.as_slice());
+    let equilibrium = project(problem, steps, from, &mut next.scaled, motions);
+    problem.evaluate(next);
+    equilibrium
 }
 
 fn finite_motions(it: &ContactState) -> bool {
@@ -131,6 +138,13 @@ impl BestState {
         self.unknowns.copy_from(it);
         self.measure = measure;
         self.iteration = at;
+    }
+
+    /// Restores and evaluates the best state.
+    fn restore(&self, problem: &Increment, it: &mut ContactState, report: &mut SolveReport) {
+        self.unknowns.restore_into(it);
+        problem.evaluate(it);
+        report.applications += problem.applications();
     }
 }
 

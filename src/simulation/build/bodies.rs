@@ -10,7 +10,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::mesh::Mesh;
 use crate::output::near_field::NearFieldRecord;
 use crate::output::truncation::TruncationRecord;
-use crate::scene::plan::{BodyPlan, MeshedBodyPlan, Plan};
+use crate::scene::plan::{BeBodyPlan, BodyMaterial, BodyPlan, MeshedBodyPlan, Plan, TruncatedHalfSpacePlan};
 use crate::simulation::build::memory;
 use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};
@@ -55,76 +55,105 @@ pub(super) fn build_body(
     (frame, near): (&ContactFrame, &NearFieldModel),
     left: MemoryLimit,
 ) -> Result<Result<BuiltBody, HybridRejected>, SceneError> {
-    let key = BODY_KEYS[index];
-    Ok(Ok(match &plan.bodies[index] {
-        BodyPlan::Rigid => BuiltBody::new(RigidBody, 0),
-        BodyPlan::HalfSpace(elastic) => {
-            let mut body = configured_half_space(plan, elastic, index, frame)?;
-            body.memory = left;
-            memory::ensure_half_space_fits(plan, frame, &body, &left).at(key)?;
-            let held = memory::half_space_bytes(plan, frame, &body);
-            let asked = plan.interior_requests.iter().any(|request| request.side == SIDES[index]);
-            let note =
-                asked.then(|| body.prepare_interior_field()).transpose().at("output.inside")?.flatten();
-            let warning = note.map(|note| format!("{key}: {note}"));
-            BuiltBody { warning, ..BuiltBody::new(body, held) }
-        }
-        BodyPlan::TruncatedHalfSpace(spec) => {
-            let stiffness = spec.material.stiffness_in_frame(0.0);
-            let spec = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
-            let body =
-                TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.flexibility_cache.as_ref(), &left))
-                    .at(&format!("{key}.truncated"))?;
-            let (held, warning) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
-            let truncation = Some(TruncationRecord::new(index, body.truncation()));
-            BuiltBody { warning, truncation, ..BuiltBody::new(body, held) }
-        }
-        BodyPlan::Be(be) => {
-            face_map(&be.meshed, index, frame)?;
-            let contact = (be.meshed.contact.as_str(), SIDES[index]);
-            let mut body =
-                BeBody::new(&be.bem_spec(key), contact, frame, (plan.flexibility_cache.as_ref(), &left))
-                    .at(key)?;
-            let (held, note) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
-            let elastic = &be.meshed.material;
-            body.limit =
-                plan.strength_limits.get(&elastic.name).map(|limit| (*limit, elastic.material_axes(0.0)));
-            BuiltBody { warning: note, ..BuiltBody::new(body, held) }
-        }
+    match &plan.bodies[index] {
+        BodyPlan::Rigid => Ok(Ok(BuiltBody::new(RigidBody, 0))),
+        BodyPlan::HalfSpace(elastic) => build_half_space(plan, elastic, (index, frame), left).map(Ok),
+        BodyPlan::TruncatedHalfSpace(spec) => build_truncated(plan, spec, (index, frame), left).map(Ok),
+        BodyPlan::Be(be) => build_be(plan, be, (index, frame), left).map(Ok),
         BodyPlan::Fe(fe) => {
             // [`FeBody`] builds this map again. The call here only attributes errors to the right scene key.
             face_map(fe, index, frame)?;
-            if let Some(site) = near.half_space_fit() {
-                return build_hybrid(plan, fe, (index, frame, site), left);
+            match near.half_space_fit() {
+                Some(site) => build_hybrid(plan, fe, (index, frame, site), left),
+                None => build_fe(plan, (fe, worn), (index, frame, near), left).map(Ok),
             }
-            let cache_contents = if needs_factor_after_condensation(plan, frame) {
-                CacheContents::FlexibilityAndFactor
-            } else {
-                CacheContents::Flexibility
-            };
-            let resources = CondensationResources {
-                cache: plan.flexibility_cache.as_ref(),
-                cache_contents,
-                memory: left,
-            };
-            let contact = (fe.contact.as_str(), SIDES[index]);
-            let mut body =
-                FeBody::with_worn_mesh(fe.fem_spec(key), contact, frame, &resources, worn).at(key)?;
-            let held = memory::resident_bytes(&body);
-            body.limits.clone_from(&plan.strength_limits);
-            let reason = match near {
-                NearFieldModel::Mesh(why) | NearFieldModel::RejectedHalfSpace(why) => Some(why.clone()),
-                NearFieldModel::Unmeshed | NearFieldModel::HalfSpace(_) => None,
-            };
-            BuiltBody::new(body, held).with_near_field(NearFieldRecord {
-                body: index + 1,
-                near_field: "mesh",
-                reason,
-                max_face_deviation: None,
-                own_error: None,
-                indicators: None,
-            })
         }
+    }
+}
+
+/// Builds body `index`, a half-space, and prepares its interior field if the scene requests it.
+fn build_half_space(
+    plan: &Plan,
+    elastic: &BodyMaterial,
+    (index, frame): (usize, &ContactFrame),
+    left: MemoryLimit,
+) -> Result<BuiltBody, SceneError> {
+    let key = BODY_KEYS[index];
+    let mut body = configured_half_space(plan, elastic, index, frame)?;
+    body.memory = left;
+    memory::ensure_half_space_fits(plan, frame, &body, &left).at(key)?;
+    let held = memory::half_space_bytes(plan, frame, &body);
+    let asked = plan.interior_requests.iter().any(|request| request.side == SIDES[index]);
+    let note = asked.then(|| body.prepare_interior_field()).transpose().at("output.inside")?.flatten();
+    let warning = note.map(|note| format!("{key}: {note}"));
+    Ok(BuiltBody { warning, ..BuiltBody::new(body, held) })
+}
+
+/// Builds body `index`, a half-space whose surface is meshed around the frame.
+fn build_truncated(
+    plan: &Plan,
+    spec: &TruncatedHalfSpacePlan,
+    (index, frame): (usize, &ContactFrame),
+    left: MemoryLimit,
+) -> Result<BuiltBody, SceneError> {
+    let key = BODY_KEYS[index];
+    let stiffness = spec.material.stiffness_in_frame(0.0);
+    let spec = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
+    let body = TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.flexibility_cache.as_ref(), &left))
+        .at(&format!("{key}.truncated"))?;
+    let (held, warning) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
+    let truncation = Some(TruncationRecord::new(index, body.truncation()));
+    Ok(BuiltBody { warning, truncation, ..BuiltBody::new(body, held) })
+}
+
+/// Builds body `index` with boundary elements.
+fn build_be(
+    plan: &Plan,
+    be: &BeBodyPlan,
+    (index, frame): (usize, &ContactFrame),
+    left: MemoryLimit,
+) -> Result<BuiltBody, SceneError> {
+    let key = BODY_KEYS[index];
+    face_map(&be.meshed, index, frame)?;
+    let contact = (be.meshed.contact.as_str(), SIDES[index]);
+    let mut body =
+        BeBody::new(&be.bem_spec(key), contact, frame, (plan.flexibility_cache.as_ref(), &left)).at(key)?;
+    let (held, warning) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
+    let elastic = &be.meshed.material;
+    body.limit = plan.strength_limits.get(&elastic.name).map(|limit| (*limit, elastic.material_axes(0.0)));
+    Ok(BuiltBody { warning, ..BuiltBody::new(body, held) })
+}
+
+/// Builds body `index` with finite elements and the near field of its mesh.
+fn build_fe(
+    plan: &Plan,
+    (fe, worn): (&MeshedBodyPlan, Option<Arc<Mesh>>),
+    (index, frame, near): (usize, &ContactFrame, &NearFieldModel),
+    left: MemoryLimit,
+) -> Result<BuiltBody, SceneError> {
+    let key = BODY_KEYS[index];
+    let cache_contents = if needs_factor_after_condensation(plan, frame) {
+        CacheContents::FlexibilityAndFactor
+    } else {
+        CacheContents::Flexibility
+    };
+    let resources =
+        CondensationResources { cache: plan.flexibility_cache.as_ref(), cache_contents, memory: left };
+    let contact = (fe.contact.as_str(), SIDES[index]);
+    let mut body = FeBody::with_worn_mesh(fe.fem_spec(key), contact, frame, &resources, worn).at(key)?;
+    let held = memory::resident_bytes(&body);
+    body.limits.clone_from(&plan.strength_limits);
+    let reason = match near {
+        NearFieldModel::Mesh(why) | NearFieldModel::RejectedHalfSpace(why) => Some(why.clone()),
+        NearFieldModel::Unmeshed | NearFieldModel::HalfSpace(_) => None,
+    };
+    Ok(BuiltBody::new(body, held).with_near_field(NearFieldRecord {
+        body: index + 1,
+        near_field: "mesh",
+        reason,
+        max_face_deviation: None,
+        own_error: None,
+        indicators: None,
     }))
 }
 

@@ -41,45 +41,60 @@ fn refuse_friction_on_unconstrained_be(
 pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     refuse_moments_without_lever(plan, frame)?;
     symmetry_planes::refuse_symmetry_contradictions(plan, frame)?;
-    let mut floating: Vec<(usize, RigidBodyModes, Vec<[f64; 6]>)> = Vec::new();
+    let mut floating = Vec::new();
     for (index, key) in BODY_KEYS.into_iter().enumerate() {
         if let Some(motions) = free_motions(&plan.bodies[index], key)? {
             refuse_friction_on_unconstrained_be(plan, index, &motions)?;
             let relative = |j: usize| relative_motion((&motions, j), frame, SIDES[index]);
             let relative = (0..motions.n_modes()).map(relative).collect();
-            floating.push((index, motions, relative));
+            floating.push(UnconstrainedBody { index, motions, relative });
         }
     }
-    let Some((first, motions, _)) = floating.first() else { return Ok(()) };
+    let Some(UnconstrainedBody { index, motions, .. }) = floating.first() else { return Ok(()) };
     if plan.solver.coupling == Coupling::Block {
         let error = Error::input(format!(
             "{} has unconstrained rigid-body modes ({}), but the block system needs fixed bodies: use \"schur\", or support the body",
-            SIDES[*first].name(),
+            SIDES[*index].name(),
             motions.names.join(", ")
         ));
         return Err(SceneError { error, key: "solver.coupling".to_owned() });
     }
-    if let [(_, lower, a), (_, upper, b)] = &floating[..]
-        && have_common_motion(a, b, frame.size())
+    if let [lower, upper] = &floating[..]
+        && have_common_motion(&lower.relative, &upper.relative, frame.size())
     {
         let error = Error::input(format!(
             "both bodies are unconstrained and can move together without force (body 1 by {}; body 2 by {}), so that their position is not determined. Fix more components in the supports of one body",
-            motion_names(lower),
-            motion_names(upper)
+            motion_names(&lower.motions),
+            motion_names(&upper.motions)
         ));
         return Err(SceneError { error, key: BODY_KEYS[1].to_owned() });
     }
-    let all: Vec<[f64; 6]> = floating.iter().flat_map(|(.., relative)| relative).copied().collect();
+    refuse_undetermined_displacements(plan, frame, &floating)
+}
+
+/// Body with unconstrained rigid-body modes.
+struct UnconstrainedBody {
+    index: usize,
+    motions: RigidBodyModes,
+    /// [`relative_motion`] of each mode.
+    relative: Vec<[f64; 6]>,
+}
+
+/// Refuses rotations, moments, and displacements along unconstrained directions of the bodies `floating`.
+fn refuse_undetermined_displacements(
+    plan: &Plan,
+    frame: &ContactFrame,
+    floating: &[UnconstrainedBody],
+) -> Result<(), SceneError> {
+    let all: Vec<[f64; 6]> = floating.iter().flat_map(|body| &body.relative).copied().collect();
     let free = unconstrained_translations(&all, frame.size());
     let supports: Vec<String> =
-        floating.iter().map(|(index, ..)| format!("`{}.fixed`", BODY_KEYS[*index])).collect();
+        floating.iter().map(|body| format!("`{}.fixed`", BODY_KEYS[body.index])).collect();
     let loaded = plan.bodies.iter().any(|body| body.as_meshed().is_some_and(MeshedBodyPlan::is_loaded));
-    let who: Vec<String> = floating
-        .iter()
-        .map(|(index, motions, _)| {
-            format!("{} is unconstrained: {}", SIDES[*index].name(), motion_names(motions))
-        })
-        .collect();
+    let describe = |body: &UnconstrainedBody| {
+        format!("{} is unconstrained: {}", SIDES[body.index].name(), motion_names(&body.motions))
+    };
+    let who: Vec<String> = floating.iter().map(describe).collect();
     plan.steps.iter().enumerate().try_for_each(|(index, step)| {
         if let Some(key) = rotation_key(step) {
             let error = Error::input(format!(

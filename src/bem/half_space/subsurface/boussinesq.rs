@@ -26,6 +26,7 @@ impl Boussinesq {
     }
 
     /// Field at a point of the body or its surface.
+    #[expect(clippy::too_many_lines, reason = "closed form whose terms share their factors")]
     pub(in crate::bem::half_space) fn at(&self, point: &Vector3<f64>) -> GreenTensor {
         // s = 1/ρ, e = 1/(ρ + d), ρ = |x|. Along x_a: s' = −x_a s³, e' = −x_a s e². Along the depth d: s' = −d s³, e' = −s e.
         let (x, y, d) = (point.x, point.y, -point.z);
