@@ -167,7 +167,10 @@ fn cell_size(frame: &ContactFrame) -> f64 {
 }
 
 /// Common axes of the cells of a plane frame.
-fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
+///
+/// # Errors
+/// If the frame is not plane.
+pub(crate) fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
     let first = frame.triads.first().ok_or_else(|| Error::input("the contact frame has no cells"))?;
     let (origin, size) = (frame.centers[0], frame.areas.iter().sum::<f64>().sqrt());
     for (cell, (triad, center)) in frame.triads.iter().zip(&frame.centers).enumerate() {

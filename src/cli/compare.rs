@@ -195,7 +195,7 @@ fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Res
     if ends.frame.is_single_valued() {
         write_atomically(&picture, ends.profiles_svg(&comparison.units).as_bytes())?;
     } else if picture.exists() {
-        std::fs::remove_file(&picture).map_err(|error| file_error("remove", &picture, &error))?;
+        std::fs::remove_file(&picture).map_err(|error| file_error("cannot remove", &picture, &error))?;
     }
     remove_stale_report(directory);
     write_atomically(&directory.join("compare.json"), json.as_bytes())

@@ -11,6 +11,7 @@ use super::run::{explain_divergence, reason_label, show_failure};
 use super::signal;
 use crate::adaptive::size_field::{RefinementTarget, SizeField, size_field};
 use crate::body::ErrorEstimation;
+use crate::element::ElementKind;
 use crate::error::exit;
 use crate::error::{Error, ErrorKind, Result};
 use crate::evolution::observer::Observer;
@@ -244,15 +245,15 @@ fn write_fields(
                 "the target of {percent} % is not reached in one round, because sizes decrease at most to a quarter. Refine again with the new mesh. This size field gives"
             )
         };
+        let (name, kinds) = (file.display(), || mesh.blocks.iter().map(|block| block.kind));
+        let remesh = if kinds().any(|kind| matches!(kind, ElementKind::Tet4 | ElementKind::Tet10)) {
+            format!("New mesh: gmsh -3 -bgm {name} GEO -o NEW.msh{GMSH_SIZE_OPTIONS} (GEO: your geometry)")
+        } else {
+            "Extruded and transfinite cells ignore size fields: set these sizes in the geometry, or use tetrahedra".to_owned()
+        };
         text.push_str(&format!(
-            "{key}: {} elements now; {target} about {:.0} elements of size {:.4} to {:.4} {length}\nwrote {}. New mesh: gmsh -3 -bgm {} \
-             GEO -o NEW.msh{GMSH_SIZE_OPTIONS} (GEO: your geometry)\n",
-            field.elements,
-            field.next_elements,
-            smallest,
-            largest,
-            file.display(),
-            file.display(),
+            "{key}: {} elements now; {target} about {:.0} elements of size {:.4} to {:.4} {length}\nwrote {name}. {remesh}\n",
+            field.elements, field.next_elements, smallest, largest,
         ));
     }
     Ok(text)

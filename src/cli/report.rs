@@ -32,7 +32,7 @@ fn write_report(arguments: &ReportArgs) -> Result<u8> {
     }
     if path.symlink_metadata().is_ok() && !is_report(&path) {
         return Err(Error::input(format!(
-            "{} exists and was not written by orthowear; choose another file with --out",
+            "{} exists and is not overwritten, because it is not recognised as a report of orthowear (it may be incomplete or of another version). Remove it, or choose another file with --out",
             path.display()
         )));
     }

@@ -1,18 +1,13 @@
 //! Command line that resumes a run.
 
 use super::options::RunArgs;
-use crate::error::exit;
 
-/// Command that resumes an interrupted run, or a run that ended with `code`.
-pub(super) fn resume_command(arguments: &RunArgs, code: u8) -> String {
+/// Command that resumes a run with the same settings.
+pub(super) fn resume_command(arguments: &RunArgs) -> String {
     let mut words = vec!["orthowear run".to_owned(), shell_quoted(&arguments.scene.scene.to_string_lossy())];
     words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))));
-    match arguments.scene.max_memory {
-        // The memory limit may have been too low, so the user replaces SIZE. No other setting may differ.
-        _ if code == exit::RESOURCES => words.push("--max-memory SIZE".to_owned()),
-        Some(limit) => words.push(format!("--max-memory {}", shell_quoted(&limit.to_string()))),
-        None => {}
-    }
+    let limit = arguments.scene.max_memory;
+    words.extend(limit.map(|limit| format!("--max-memory {}", shell_quoted(&limit.to_string()))));
     words.extend(arguments.out.iter().map(|out| format!("--out {}", shell_quoted(&out.to_string_lossy()))));
     words.push("--resume".to_owned());
     words.join(" ")

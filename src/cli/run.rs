@@ -66,7 +66,8 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
         ));
         let unfinished = matches!(summary.status, Status::Interrupted | Status::Failed);
         if unfinished && checkpoint::are_in(&directory) {
-            to_stdout(&format!("to resume: {}\n", resume::resume_command(arguments, code)));
+            let when = if code == exit::RESOURCES { ", once memory and disk space suffice" } else { "" };
+            to_stdout(&format!("to resume{when}: {}\n", resume::resume_command(arguments)));
         }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");

@@ -51,15 +51,18 @@ pub(super) fn replace_body(
     }
     let Some(meshed) = body.as_meshed() else {
         let what = if matches!(body, BodyPlan::Rigid) { "is rigid" } else { "is a half-space" };
-        return Err(Error::input(format!("{key} {what} in the scene and has no mesh for another model")));
+        return Err(Error::input(format!(
+            "{key} {what} in the scene and has no mesh for another model: use a variant with {} for {key}",
+            body.discretisation().name()
+        )));
     };
     match (kind, body) {
         (Discretisation::HalfSpace, _) => half_space(plan, meshed, index, notes),
         (Discretisation::BoundaryElements, _) => boundary_elements(plan, meshed, index, notes),
         (Discretisation::FiniteElements, BodyPlan::Be(be)) => finite_elements(plan, be, index, notes),
-        _ => {
-            Err(Error::input(format!("{key} is elastic in the scene: use kind = \"rigid\" for a rigid body")))
-        }
+        _ => Err(Error::input(format!(
+            "{key} is elastic in the scene: use a variant with FE, BE or HS for {key}, or a scene with {key}.kind = \"rigid\""
+        ))),
     }
 }
 
@@ -80,7 +83,7 @@ fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f6
     if found.materials.len() > 1 {
         let names = found.materials.join(", ");
         return Err(Error::input(format!(
-            "{body} has several materials {place} ({names}), but {what} has one"
+            "{body} has several materials {place} ({names}), but {what} has one: use a variant with FE for {body}"
         )));
     }
     let spread = found.axes_spread.to_degrees();
@@ -90,7 +93,7 @@ fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f6
             false => "has one direction".to_owned(),
         };
         return Err(Error::input(format!(
-            "the material axes of {body} vary by {spread:.1} degrees {place}; {what} {allowed}"
+            "the material axes of {body} vary by {spread:.1} degrees {place}; {what} {allowed}: use a variant with FE for {body}"
         )));
     }
     Ok(found.material)
@@ -111,7 +114,7 @@ fn half_space(
     if let Some(free) = free_motions(&plan.bodies[index], body).map_err(|failure| failure.error)? {
         let names = free.names.join(", ");
         return Err(Error::input(format!(
-            "{body} has unconstrained rigid-body modes ({names}), but a half-space has neither rigid-body modes nor loads of its own"
+            "{body} has unconstrained rigid-body modes ({names}), but a half-space has neither rigid-body modes nor loads of its own: use a variant with FE or BE for {body}"
         )));
     }
     let elastic = if plan.bodies[index].as_be().is_some() {
@@ -161,7 +164,9 @@ fn boundary_elements(
 ) -> Result<BodyPlan> {
     let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
     if !fe.foundations.is_empty() {
-        return Err(Error::input(format!("{body} has foundations, which boundary elements do not support")));
+        return Err(Error::input(format!(
+            "{body} has foundations, which boundary elements do not support: use a variant with FE or HS for {body}"
+        )));
     }
     let material =
         single(mean_material_of_body(fe)?, (body, "in it", "a boundary-element body"), ROUNDING_SPREAD_DEG)?;

@@ -88,21 +88,28 @@ impl MemoryLimit {
         if self.allows(bytes) {
             return Ok(());
         }
-        let raise = self.how_to_raise();
+        let raise = self.how_to_raise(bytes + u128::from(self.reserved));
         Err(Error::resources(format!(
             "{what} needs {} of memory, but {self}; {mend}{raise}",
             format_bytes_exactly(bytes)
         )))
     }
 
-    /// Text for the user on how to raise the limit.
-    fn how_to_raise(&self) -> &'static str {
+    /// Text for the user on how to raise the limit to at least `total` bytes.
+    fn how_to_raise(&self, total: u128) -> String {
+        let least = format!("\"{} MiB\"", total.div_ceil(1 << 20));
         match self.source {
-            LimitSource::CommandLine(Some(percent)) if percent >= 100.0 => "",
-            LimitSource::CommandLine(_) => ", or raise --max-memory",
-            LimitSource::Scene => ", or raise solver.memory_limit (or give --max-memory, which overrides it)",
-            LimitSource::DefaultShare => ", or allow more with --max-memory or solver.memory_limit",
-            LimitSource::Machine => "",
+            LimitSource::CommandLine(Some(percent)) if percent >= 100.0 => String::new(),
+            LimitSource::CommandLine(_) => format!(", or raise --max-memory to at least {least}"),
+            LimitSource::Scene => {
+                format!(
+                    ", or raise solver.memory_limit (or --max-memory, which overrides it) to at least {least}"
+                )
+            }
+            LimitSource::DefaultShare => {
+                format!(", or allow at least {least} with --max-memory or solver.memory_limit")
+            }
+            LimitSource::Machine => String::new(),
         }
     }
 
@@ -255,6 +262,7 @@ mod tests {
             "the 1.0 MiB of",
             "coarser",
             "memory_limit",
+            "at least \"6 MiB\"",
         ] {
             assert!(error.message().contains(words), "{error}");
         }
@@ -283,10 +291,7 @@ mod tests {
             ),
             (
                 MemoryLimit { bytes: Some(1 << 30), reserved: 0, source: LimitSource::DefaultShare },
-                &[
-                    "80 % of the available memory is",
-                    "or allow more with --max-memory or solver.memory_limit",
-                ],
+                &["80 % of the available memory is", "MiB\" with --max-memory or solver.memory_limit"],
             ),
         ];
         for (limit, words) in cases {

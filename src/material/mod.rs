@@ -118,7 +118,7 @@ impl Orthotropic {
             if nu * nu >= ratio {
                 let (i, j) = (&name[2..3], &name[3..4]);
                 return Error::input(format!(
-                    "{name} = {nu} is too large: {name}^2 must be below {moduli} = {ratio:.6}, that is |{name}| < {:.6}. Perhaps nu{j}{i} was given for {name} (nu{j}{i} = {name} E{j}/E{i}; {name} is minus the strain along {j} divided by the strain along {i}, under stress along {i})",
+                    "{name} = {nu} is too large: {name}^2 must be below {moduli} = {ratio:.6}, that is |{name}| < {:.6}. Perhaps nu{j}{i} was given for {name} (nu{j}{i} = {name} E{j}/E{i})",
                     ratio.sqrt()
                 ));
             }
@@ -128,9 +128,8 @@ impl Orthotropic {
         let volume =
             1.0 - self.nu12 * nu21 - self.nu23 * nu32 - self.nu13 * nu31 - 2.0 * nu21 * nu32 * self.nu13;
         Error::input(format!(
-            "the Poisson's ratios nu12 = {}, nu13 = {}, nu23 = {} together are not admissible: 1 - nu12 nu21 - nu23 \
-             nu32 - nu13 nu31 - 2 nu21 nu32 nu13 = {volume:.6} must be positive (nu_ji = nu_ij E_j/E_i); make them \
-             smaller",
+            "the Poisson's ratios nu12 = {}, nu13 = {}, nu23 = {} are too large together: 1 - nu12 nu21 - nu23 nu32 - \
+             nu13 nu31 - 2 nu21 nu32 nu13 = {volume:.6} must be positive; make them smaller",
             self.nu12, self.nu13, self.nu23
         ))
     }
@@ -148,8 +147,7 @@ impl Stiffness {
         check_modulus("E", e)?;
         if !(nu > -1.0 && nu < 0.5) {
             return Err(Error::input(format!(
-                "nu = {nu} is not admissible: Poisson's ratio of an isotropic material must lie above -1 and below \
-                 0.5 (a nearly incompressible material may have 0.4999)"
+                "nu = {nu}, but Poisson's ratio of an isotropic material must lie between -1 and 0.5 (both excluded)"
             )));
         }
         let g = e / (2.0 * (1.0 + nu));
@@ -174,7 +172,7 @@ impl Stiffness {
         check_modulus("E2", e2)?;
         if !(nu23 > -1.0 && nu23 < 1.0) {
             return Err(Error::input(format!(
-                "nu23 = {nu23} is not admissible: in the plane across the fibre it must lie between -1 and 1"
+                "nu23 = {nu23}, but in the plane across the fibre it must lie between -1 and 1"
             )));
         }
         let g23 = e2 / (2.0 * (1.0 + nu23));

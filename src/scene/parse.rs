@@ -90,8 +90,14 @@ fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>)
     let before = &text.as_bytes()[..span.start.min(text.len())];
     let start = before.iter().rposition(|byte| *byte == b'\n').map_or(0, |i| i + 1);
     let line = text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("");
+    let found = text.get(span.clone()).unwrap_or("");
+    let numbers = found.split_whitespace().take_while(|word| word.parse::<f64>().is_ok()).count();
     let mend = if message.contains("duplicate key") {
         "keep one of the two"
+    } else if message.contains("missing comma")
+        || (numbers > 0 && found.contains(' ') && line.contains(['[', '{']))
+    {
+        "separate the elements of a list or an inline table by commas, as in [1.0, 2.0]"
     } else if has_decimal_comma(line) {
         "write decimals with a point, as in 50.0"
     } else {

@@ -45,7 +45,7 @@ impl<'a> SchemaWalk<'a> {
         }
         if let Some(words) = schema.get("enum").and_then(Json::as_array) {
             let words: Vec<&str> = words.iter().filter_map(Json::as_str).collect();
-            return self.check_word(node, &words, key);
+            return self.check_word(node, &words, "", key);
         }
         if let Some(types) = schema.get("type").and_then(Json::as_array) {
             let whole = !types.iter().any(|kind| kind == "number");
@@ -104,20 +104,22 @@ impl<'a> SchemaWalk<'a> {
                 Some(number) if matches!(node.value, TomlValue::Integer(_) | TomlValue::Float(_)) => {
                     self.check_value(node, number, key)
                 }
-                Some(_) if !matches!(node.value, TomlValue::String(_)) => {
-                    let words = quoted_list(&branch_words(branches), "\"");
-                    self.report_wrong_type(node, key, &format!("a number or {words}"))
+                Some(number) => {
+                    let whole = number.get("type").is_some_and(|t| t == "integer");
+                    let number = if whole { "a whole number or " } else { "a number or " };
+                    self.check_word(node, &branch_words(branches), number, key)
                 }
-                _ => self.check_word(node, &branch_words(branches), key),
+                None => self.check_word(node, &branch_words(branches), "", key),
             },
         }
     }
 
-    /// Checks a string against the allowed words.
-    fn check_word(&mut self, node: &TomlNode, words: &[&str], key: &str) {
-        let allowed = quoted_list(words, "\"");
+    /// Checks a string against the allowed words. `others` describes values that are allowed besides; it may be empty.
+    fn check_word(&mut self, node: &TomlNode, words: &[&str], others: &str, key: &str) {
+        let allowed = format!("{others}{}", quoted_list(words, "\""));
         let TomlValue::String(found) = &node.value else {
-            return self.report_wrong_type(node, key, &format!("one of {allowed}"));
+            let one_of = if others.is_empty() { "one of " } else { "" };
+            return self.report_wrong_type(node, key, &format!("{one_of}{allowed}"));
         };
         if words.contains(&found.as_str()) {
             return;
@@ -160,7 +162,7 @@ impl<'a> SchemaWalk<'a> {
         };
         match branches.iter().find(|branch| tag_word(self.dereference(branch), tag) == Some(found)) {
             Some(branch) => self.check_table(node, self.dereference(branch), key, Some((tag, branches))),
-            None => self.check_word(&entry.node, &words, &join_key(key, tag)),
+            None => self.check_word(&entry.node, &words, "", &join_key(key, tag)),
         }
     }
 

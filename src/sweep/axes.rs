@@ -122,6 +122,7 @@ pub(super) fn axes(
             axes.push(Axis { name, keys, locations: vec![written], values: Vec::new(), is_sample: true });
             continue;
         }
+        // An axis with wrong values keeps its name, which `require` may use.
         let values = match (list, &own.range) {
             (Some(_), Some(_)) => {
                 wrong(
@@ -129,7 +130,7 @@ pub(super) fn axes(
                     "the axis has both `values` and a `range`".into(),
                     "remove one of them",
                 );
-                continue;
+                Vec::new()
             }
             (None, None) => {
                 wrong(
@@ -137,20 +138,20 @@ pub(super) fn axes(
                     "the axis has no values".into(),
                     "give `values`, a `range` or a `sample`",
                 );
-                continue;
+                Vec::new()
             }
             (Some(list), None) => listed(own, list, &mut wrong),
             (None, Some(_)) if own.keys.len() > 1 => {
                 let mend = "give each key an axis of its own with the same `zip`";
                 wrong("range".into(), format!("the axis has one `range` for {} keys", own.keys.len()), mend);
-                continue;
+                Vec::new()
             }
             (None, Some(range)) => {
                 match range::values(range, document, &format!("axes.{i}.range"), MOST_RUNS) {
                     Ok(nodes) => nodes.into_iter().map(|node| vec![node]).collect(),
                     Err(mistake) => {
                         mistakes.push(*mistake);
-                        continue;
+                        Vec::new()
                     }
                 }
             }
@@ -328,7 +329,10 @@ fn merge_zipped(
             continue;
         };
         let (found, wanted) = (axis.values.len(), first.values.len());
-        if found != wanted {
+        if found.min(wanted) == 0 {
+            // Wrong values are reported elsewhere.
+            first.values.clear();
+        } else if found != wanted {
             let message = format!("`{}` has {found} values, `{}` has {wanted}", axis.name, first.name);
             let mend = format!("axes with zip = \"{zip}\" need equal numbers of values");
             mistakes.push(Diagnostic::at(document, &format!("axes.{number}.zip"), message).help(mend));

@@ -90,11 +90,12 @@ impl CollectedQuantity {
             .collect()
     }
 
-    /// Name with unit: "worn volume, mm^{3}".
+    /// Name with unit: "wear volume, mm^{3}".
     pub fn label(&self, units: &Units) -> String {
         let name = self.fields.iter().rev().find(|field| field.parse::<usize>().is_err());
         let unit = name.map(|name| units.of_key(name)).unwrap_or_default();
-        let words = self.fields.join(" ").replace('_', " ");
+        // The keys of wear volumes begin with "worn".
+        let words = self.fields.join(" ").replace("worn", "wear").replace('_', " ");
         let comma = if unit.is_empty() { "" } else { ", " };
         format!("{words}{comma}{unit}")
     }
@@ -170,7 +171,7 @@ mod tests {
         assert_eq!(quantity("rub.tangential_force.0").curve(&records), [[10.0, 3.0], [20.0, 4.0]]);
         assert_eq!(quantity("rub.rolling.spin").final_value(&records), None);
         assert_eq!(quantity("rest.worn_volume").final_value(&records), None);
-        assert_eq!(quantity("rub.worn_volume").label(&Units::default()), "worn volume, mm^{3}");
+        assert_eq!(quantity("rub.worn_volume").label(&Units::default()), "wear volume, mm^{3}");
     }
 
     /// Truth: a path that is not a number of an entry is refused with the allowed names.

@@ -83,7 +83,11 @@ fn noted(from: &str, to: &str, word: &str, there: bool) {
 /// Truth: tractions are unique if the frame has no more points than the finer body has degrees of freedom in contact.
 #[test]
 fn cells_finer_than_the_elements() {
-    refused("[4, 4]", "[48, 48]", &["frame.cells", "contact area of a node", "not determined", "or fewer"]);
+    refused(
+        "[4, 4]",
+        "[48, 48]",
+        &["frame.cells", "node spacing of the finest body", "not determined", "or fewer"],
+    );
     noted("[4, 4]", "[4, 4]", "that belongs to a contact node", false);
 }
 

@@ -84,7 +84,10 @@ fn places_that_cannot_be_written_are_named() {
     let before = fs::read(folder.path().join("run/summary.json")).unwrap();
     for out in ["run/summary.json", "/dev/full"] {
         let (code, said) = report(folder.path(), &["run", "--out", out]);
-        assert!(code == 2 && said.contains("was not written by orthowear") && said.contains(out), "{said}");
+        assert!(
+            code == 2 && said.contains("not recognised as a report of orthowear") && said.contains(out),
+            "{said}"
+        );
     }
     assert_eq!(fs::read(folder.path().join("run/summary.json")).unwrap(), before);
     assert_eq!(report(folder.path(), &["run", "--out", "page.html"]).0, 0);

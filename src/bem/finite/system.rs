@@ -220,10 +220,11 @@ impl BoundaryValueProblem<'_> {
     pub fn solve_compressed(&self, equations: &CompressedEquations) -> Result<BoundarySolution> {
         let (unknown, report) = equations.solve(self)?;
         let solution = self.solution(unknown, Some(report))?;
-        if solution.residual.is_nan() || solution.residual > MAX_RESIDUAL_OVER_TOLERANCE * report.tolerance {
+        let most = MAX_RESIDUAL_OVER_TOLERANCE * report.tolerance;
+        if solution.residual.is_nan() || solution.residual > most {
             return Err(Error::numerical(format!(
-                "the relative residual of the compressed boundary-element equations is {:.1e}, but {:.1e} is required. Use larger elements: up to {MAX_DENSE_UNKNOWNS} unknowns are solved directly",
-                solution.residual, report.tolerance
+                "the relative residual of the compressed boundary-element equations is {:.1e}, more than the limit of {most:.1e}. Use larger elements: up to {MAX_DENSE_UNKNOWNS} unknowns are solved directly",
+                solution.residual
             )));
         }
         Ok(solution)

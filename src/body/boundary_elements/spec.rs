@@ -306,8 +306,9 @@ pub(super) fn refuse_held(map: &FaceMap, known: &NodalConditions, elements: &Bou
     let held = |&&node: &&usize| known.held[3 * node..3 * node + 3].contains(&true);
     let Some(&node) = map.nodes().iter().find(held) else { return Ok(()) };
     let count = map.nodes().iter().filter(held).count();
+    let smaller = if count < map.nodes().len() { ", or use a smaller frame" } else { "" };
     Err(Error::input(format!(
-        "a support fixes faces under the contact frame ({count} nodes, one at {}), but fixed faces cannot come into contact; fix other faces, or use a smaller frame",
+        "a support fixes faces under the contact frame ({count} nodes, one at {}), but fixed faces cannot come into contact; fix other faces{smaller}",
         format_point(&elements.positions()[node].into())
     )))
 }

@@ -45,6 +45,8 @@ impl LawContext<'_> {
 /// Fibre direction of a law as the scene gives it: a body, or angles.
 #[derive(Clone, Copy)]
 struct FibreChoice {
+    /// Section of the scene that gives the body.
+    section: &'static str,
     body: Option<u8>,
     fibre: Option<UniformFibre>,
 }
@@ -57,8 +59,8 @@ pub(super) fn resolve(
     wear: Option<Wear>,
 ) -> Option<Laws> {
     let of_friction = match friction {
-        Some(Friction::Frp { body, fibre, .. }) => FibreChoice { body, fibre },
-        _ => FibreChoice { body: None, fibre: None },
+        Some(Friction::Frp { body, fibre, .. }) => FibreChoice { section: "friction", body, fibre },
+        _ => FibreChoice { section: "friction", body: None, fibre: None },
     };
     let mut fibre_bodies = [None; 2];
     let [of_law, of_wear] = &mut fibre_bodies;
@@ -92,7 +94,8 @@ fn friction_law(
             FrictionLaw::Elliptic { mu: [mu1, mu2], angle: angle.to_radians() - azimuth }
         }
         Friction::Frp { mu_L, mu_T, mu_N, body, fibre } => {
-            let fibre = law_fibre(r, ground, "friction", FibreChoice { body, fibre }, fibre_body)?;
+            let wish = FibreChoice { section: "friction", body, fibre };
+            let fibre = law_fibre(r, ground, "friction", wish, fibre_body)?;
             FrictionLaw::Frp {
                 mu_l: mu_L,
                 mu_t: mu_T,
@@ -140,7 +143,7 @@ fn wear_law(
             (law, integration)
         }
         Wear::Frp { i_L, i_T, i_N, body, fibre, integration } => {
-            let own = FibreChoice { body, fibre };
+            let own = FibreChoice { section: "wear", body, fibre };
             let wish = if body.is_some() || fibre.is_some() { own } else { of_friction };
             let fibre = law_fibre(r, ground, "wear", wish, fibre_body)?;
             let law = WearLaw::Frp {
@@ -193,6 +196,8 @@ fn law_fibre(
         (Some(number), has_fibre) => {
             let index = usize::from(number == 2);
             if !has_fibre[index] {
+                // A wear law may take the body of the friction law. Then both laws report the same error.
+                let section = wish.section;
                 let message = format!("{section}.body = {number}, but body {number} has no `fibre`");
                 let mend = format!("add fibre = {{ tilt = ..., azimuth = ... }} to [body{number}]");
                 return r.refuse(&format!("{section}.body"), message, "has no fibre", mend);

@@ -8,7 +8,7 @@ use super::resolver::Resolver;
 use crate::error::Result;
 use crate::material::strength::MaterialStrength;
 use crate::material::{Orthotropic, Stiffness};
-use crate::scene::document::{TomlValue, join_key};
+use crate::scene::document::{Location, TomlValue, join_key};
 use crate::scene::plan::BodyMaterial;
 use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::material::Material;
@@ -55,21 +55,22 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
 fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material) -> Option<ElasticMaterial> {
     let isotropic = matches!(material, Material::Isotropic { .. });
     let stiffness = stiffness(material);
-    if let Err(error) = &stiffness {
-        let mend = if isotropic {
-            "E must be above 0, and nu between -1 and 0.5 (both excluded)"
-        } else {
-            "nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i"
+    // The schema check reports moduli that are not positive.
+    let positive = moduli(material).iter().all(|(_, modulus)| *modulus > 0.0);
+    if let (Err(error), true) = (&stiffness, positive) {
+        let mend = match material {
+            Material::Isotropic { .. } => "a nearly incompressible material may have nu = 0.4999",
+            Material::Stiffness { .. } => "",
+            _ => "nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i",
         };
         let users = material_users(r, name);
         let message = format!("the material `{name}`{users} is not admissible: {}", error.message());
-        r.report(key, message, "not admissible", mend);
+        r.report(&place_of_constants(r, key, isotropic), message, "not admissible", mend);
     }
     let singular = stiffness.as_ref().ok().and_then(|stiffness| near_singularity(material, stiffness));
-    if let Some(why) = &singular {
+    if let Some((why, mend)) = &singular {
         let message = format!("the material `{name}`{} is nearly singular: {why}", material_users(r, name));
-        let mend = "give all moduli in the same unit, and Poisson's ratios farther from their limits";
-        r.report(key, message, "nearly singular", mend);
+        r.report(&place_of_constants(r, key, isotropic), message, "nearly singular", *mend);
     }
     let strength = material.strength_limit();
     if let Some(strength) = strength {
@@ -80,35 +81,56 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
     Some(ElasticMaterial { stiffness: stiffness.ok().filter(|_| singular.is_none())?, isotropic, strength })
 }
 
-/// Reason why a stiffness is numerically singular in double precision, with the constants that cause it; `None` for other
-/// stiffnesses.
-fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<String> {
+/// Key of the constants that are not admissible together: Poisson's ratio of an isotropic material, or the first constant that an
+/// override sets. Otherwise the material at `key`.
+fn place_of_constants(r: &Resolver, key: &str, isotropic: bool) -> String {
+    let by_option = |place: &str| matches!(r.document.location(place), Location::SetOption(_));
+    if isotropic && !by_option(key) {
+        return join_key(key, "nu");
+    }
+    let mut places = r.names(key).into_iter().map(|name| join_key(key, &name));
+    places.find(|place| by_option(place) && !by_option(key)).unwrap_or_else(|| key.to_owned())
+}
+
+/// Names and values of the moduli that the scene gives for a material.
+fn moduli(material: &Material) -> Vec<(&'static str, f64)> {
+    match *material {
+        Material::Isotropic { E, .. } => vec![("E", E.0)],
+        Material::TransverselyIsotropic { E1, E2, G12, .. } => {
+            vec![("E1", E1.0), ("E2", E2.0), ("G12", G12.0)]
+        }
+        Material::Orthotropic { E1, E2, E3, G12, G13, G23, .. } => {
+            vec![("E1", E1.0), ("E2", E2.0), ("E3", E3.0), ("G12", G12.0), ("G13", G13.0), ("G23", G23.0)]
+        }
+        Material::Stiffness { .. } => Vec::new(),
+    }
+}
+
+/// Reason why a stiffness is numerically singular in double precision, with the constants that cause it, and the remedy; `None` for
+/// other stiffnesses.
+fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<(String, &'static str)> {
     let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
     if eigenvalues.max() <= MAX_CONDITION * eigenvalues.min() {
         return None;
     }
-    let moduli: &[(&str, f64)] = match *material {
-        Material::Isotropic { E, .. } => &[("E", E.0)],
-        Material::TransverselyIsotropic { E1, E2, G12, .. } => &[("E1", E1.0), ("E2", E2.0), ("G12", G12.0)],
-        Material::Orthotropic { E1, E2, E3, G12, G13, G23, .. } => {
-            &[("E1", E1.0), ("E2", E2.0), ("E3", E3.0), ("G12", G12.0), ("G13", G13.0), ("G23", G23.0)]
-        }
-        Material::Stiffness { .. } => &[],
-    };
+    let moduli = moduli(material);
     let by_size = |a: &&(&str, f64), b: &&(&str, f64)| a.1.total_cmp(&b.1);
-    let reason = match (moduli.iter().min_by(by_size), moduli.iter().max_by(by_size)) {
+    let (reason, mend) = match (moduli.iter().min_by(by_size), moduli.iter().max_by(by_size)) {
         (Some((small, least)), Some((large, most))) if *most > MAX_MODULUS_RATIO * least => {
-            format!("{small} = {least:e} is too small compared with {large} = {most:e}")
+            let reason = format!("{small} = {least:e} is too small compared with {large} = {most:e}");
+            (reason, "give all moduli in the same unit")
         }
         (Some(_), _) => {
             let ratios = if moduli.len() == 1 { "nu is" } else { "the Poisson's ratios are" };
-            format!("{ratios} too close to the limit of admissible values")
+            let reason = format!("{ratios} too close to the limit of admissible values");
+            (reason, "give Poisson's ratios farther from their limits")
         }
-        _ => "some strain causes almost no stress".to_owned(),
+        _ => ("some strain causes almost no stress".to_owned(), "give all entries in the same unit"),
     };
-    Some(format!(
+    let reason = format!(
         "{reason}; the eigenvalues of the stiffness matrix differ by a factor of more than {MAX_CONDITION:e}"
-    ))
+    );
+    Some((reason, mend))
 }
 
 /// Bodies, volume groups and plies that use the material, in parentheses; empty if none does.

@@ -211,8 +211,11 @@ fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: 
             } else {
                 format!("steps.{i}.{key}")
             };
-            let message =
-                "a rotation is not possible on a periodic frame: the gap would grow from period to period";
+            let message = if key.ends_with("moment") {
+                "a moment is not possible on a periodic frame: its lever arm would differ from period to period"
+            } else {
+                "a rotation is not possible on a periodic frame: its displacement would grow from period to period"
+            };
             r.report(&place, message, "with frame.periodic", "remove it, or make the frame non-periodic");
         }
         if tilt.or(spin).is_some() {

@@ -34,7 +34,7 @@ use crate::output::summary::Timings;
 use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 use crate::output::truncation::TruncationRecord;
 use crate::scene::plan::{BodyPlan, Plan};
-use crate::scene::spec::body::NearField;
+use crate::scene::spec::body::{Element, NearField};
 use crate::simulation::build::bodies::{BuiltBody, HybridRejected, build_body};
 use crate::simulation::build::candidate_cells::with_active_cells;
 use crate::simulation::build::contact_frame::contact_frame;
@@ -149,7 +149,8 @@ impl<'p> Builder<'p, '_> {
             };
             held += made.resident_bytes;
             if let Some(record) = made.near_field.take() {
-                self.report.warnings.extend(coarse_mesh_warning(key, &record));
+                let element = self.plan.bodies[index].as_fe().and_then(|fe| fe.element);
+                self.report.warnings.extend(coarse_mesh_warning(key, &record, element));
                 self.report.near_fields.push(record);
             }
             if let Some(record) = made.truncation.take() {
@@ -310,13 +311,17 @@ fn half_space_rejected_error(key: &str, given_up: &HybridRejected) -> SceneError
 }
 
 /// Warns if the finite elements of a half-space near-field body have a large estimated error.
-fn coarse_mesh_warning(key: &str, record: &NearFieldRecord) -> Option<String> {
+fn coarse_mesh_warning(key: &str, record: &NearFieldRecord, element: Option<Element>) -> Option<String> {
     let indicators = record.indicators.filter(|_| record.reason.is_none())?;
     let error = indicators.mesh_error;
+    let better = match element {
+        Some(Element::Hex8 | Element::Hex8Bbar) => "element = \"hex8-eas\" or elements of second order",
+        _ => "elements of second order",
+    };
     // If the mesh carries most of the displacement, the error under concentrated loads exceeds the error under uniform loads.
     (error > MESH_ERROR_WARNING / indicators.share.max(1.0).sqrt()).then(|| {
         warning(&format!(
-            "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: use a finer mesh where `orthowear refine` suggests it, or elements that represent bending better (second order, \"hex8-eas\")",
+            "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: use a finer mesh where `orthowear refine` suggests it, or {better}",
             100.0 * error
         ))
     })
@@ -483,7 +488,7 @@ mod tests {
                 own_error: None,
                 indicators: Some(indicators),
             };
-            coarse_mesh_warning("body1", &record)
+            coarse_mesh_warning("body1", &record, None)
         };
         assert!(told(0.019, 0.5, None).is_none());
         assert!(told(0.021, 0.5, None).is_some_and(|text| text.contains("body1") && text.contains("2.1 %")));

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector6;
 
+use crate::body::half_space::plane_axes;
 use crate::coupling::MeshedGap;
 use crate::element::ElementKind;
 use crate::error::{Error, warning};
@@ -89,6 +90,9 @@ pub(crate) fn check(
     notes.extend(uncovered_cells_warning(plan, frame));
     notes.extend(periodic::check(plan, frame)?);
     for (index, (body, key)) in plan.bodies.iter().zip(BODY_KEYS).enumerate() {
+        if matches!(body, BodyPlan::HalfSpace(_)) {
+            plane_axes(frame).at(key)?;
+        }
         let Some(fe) = body.as_meshed() else { continue };
         if body.as_be().is_none() {
             notes.extend(locking::locking_warning(fe, key));
@@ -230,9 +234,9 @@ fn check_cell_size(
         for (index, face) in per_node.into_iter().enumerate() {
             let Some(face) = face else { continue };
             refuse_far_finer_cells(plan, frame, (index, face), &why)?;
-            warnings.extend(coarse_faces_warning(plan, frame, (index, face, frame.mean_cell_area()), &why));
+            warnings.extend(coarse_faces_warning(plan, frame, (index, face, frame.mean_cell_area())));
         }
-        return Ok(warnings);
+        return Ok(with_reasons(warnings, &why));
     }
     // On nodal frames, every cell belongs to one node, so the cells are not compared with the finest body.
     let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
@@ -254,9 +258,16 @@ fn check_cell_size(
     let coarse = |index: usize| {
         let face = per_node[index].filter(|face| *face > least)?;
         let matters = compliance_share(plan, frame, index) >= MIN_COMPLIANCE_SHARE;
-        coarse_faces_warning(plan, frame, (index, face, cell), &why).filter(|_| matters)
+        coarse_faces_warning(plan, frame, (index, face, cell)).filter(|_| matters)
     };
-    Ok(note.into_iter().chain((0..2).filter_map(coarse)).collect())
+    Ok(with_reasons(note.into_iter().chain((0..2).filter_map(coarse)).collect(), &why))
+}
+
+/// Adds to warnings, if any, the note `why` no half-space is used.
+fn with_reasons(mut warnings: Vec<String>, why: &str) -> Vec<String> {
+    let reasons = why.strip_prefix("; ").filter(|_| !warnings.is_empty());
+    warnings.extend(reasons.map(str::to_owned));
+    warnings
 }
 
 /// Share of body `index` in the compliance of both bodies along the frame's n, from the uniaxial moduli of their materials.
@@ -277,15 +288,14 @@ fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
     (index, face, cell): (usize, f64, f64),
-    why: &str,
 ) -> Option<String> {
     let ratio = cell / face;
     (ratio < MIN_CELL_AREA_RATIO).then(|| {
         let (unit, key, partner) = (&plan.units.length, BODY_KEYS[index], BODY_KEYS[1 - index]);
         warning(&format!(
-            "the contact faces of {key} are coarser than the cells of the frame: node spacing {} {unit}, mean cell side {} {unit} (cell area {} of the area per node). Pressures peak along these faces, several times too high if {key} is softer than {partner}; {}{why}",
-            format_number(face.sqrt()),
-            format_number(cell.sqrt()),
+            "the contact faces of {key} are coarser than the cells of the frame: node spacing {} {unit}, mean cell side {} {unit} (cell area {} of the area per node). Pressures peak along these faces, several times too high if {key} is softer than {partner}; {}",
+            format_short(face.sqrt()),
+            format_short(cell.sqrt()),
             format_short(ratio),
             coarse_faces_remedy(plan, frame, (index, face))
         ))
@@ -397,6 +407,7 @@ fn refuse_fixed_contact_nodes(
             let level = frame.has_uniform_axes();
             let along = if level { "z" } else { "the normal of the surface" };
             let all = map.nodes().len();
+            let smaller = if count < all && frame.grid.is_some() { ", or use a smaller frame" } else { "" };
             let nodes = if count == all { format!("all {all}") } else { format!("{count} of the {all}") };
             let components = plan.document.get(&format!("{}.components", support.key)).is_some();
             let normal_is_z = level && frame.axes.normal().z.abs() > FIXED_NORMAL_SHARE;
@@ -406,7 +417,7 @@ fn refuse_fixed_contact_nodes(
                 (false, false) => "",
             };
             let error = Error::input(format!(
-                "the support on group `{}` fixes {nodes} contact nodes under the frame along {along}, where they must be free: support another group, or use a smaller frame{free}",
+                "the support on group `{}` fixes {nodes} contact nodes under the frame along {along}, where they must be free: support another group{smaller}{free}",
                 support.group,
             ));
             return Err(SceneError { error, key: support.key.clone() });
@@ -432,17 +443,22 @@ fn check_cell_area_ratio(
     let first_order =
         |body: usize| plan.bodies[body].as_meshed().is_some_and(MeshedBodyPlan::has_linear_contact_faces);
     let own_nodes = matches!(plan.frame, FramePlan::Mesh { body, .. } if first_order(body));
-    let nodes = if own_nodes { "frame.points = \"nodes\", " } else { "" };
     let (cell, face) = (cell.sqrt(), face.sqrt());
+    // Only a grid has cells of its own. A finer mesh keeps the number of cells in contact.
+    let remedy = |wanted: f64| match (frame.grid, own_nodes) {
+        (Some(_), _) => format!(
+            "a finer mesh, elements of order 2, cells of at least {} {unit}{}",
+            format_number(face * wanted.sqrt()),
+            at_most(frame, ratio, wanted)
+        ),
+        (None, true) => "frame.points = \"nodes\", elements of order 2".to_owned(),
+        (None, false) => "elements of order 2".to_owned(),
+    };
     if ratio >= MIN_CELL_AREA_RATIO {
         let note = format!(
             "a cell of the frame has {ratio:.2} times the area that belongs to a contact node; at least {SMOOTH_CELL_AREA_RATIO} are needed"
         );
-        let mend = format!(
-            "use {nodes}cells of at least {} {unit}{}, or make one body a half-space{why}",
-            format_number(face * SMOOTH_CELL_AREA_RATIO.sqrt()),
-            at_most(frame, ratio, SMOOTH_CELL_AREA_RATIO)
-        );
+        let mend = format!("use {}, or a half-space body", remedy(SMOOTH_CELL_AREA_RATIO));
         return Ok(Some(if ratio < RELIABLE_CELL_AREA_RATIO {
             warning(&format!(
                 "{note}. Peak pressures are not reliable and need not converge (forces do); {mend}"
@@ -452,12 +468,10 @@ fn check_cell_area_ratio(
         }));
     }
     let error = Error::input(format!(
-        "the cells of the frame are too small for the meshes: their area is {} times the contact area of a node of the finest body (cell side {} {unit}, node spacing {} {unit}). The tractions are not determined; use {nodes}cells of at least {} {unit}{}, a finer mesh, elements of order 2, or a half-space body{why}",
-        format_short(ratio),
+        "the cells of the frame are too small for the meshes: cell side {} {unit}, node spacing of the finest body {} {unit}. The tractions are not determined; use {}, or a half-space body{why}",
         format_short(cell),
         format_short(face),
-        format_number(face * MIN_CELL_AREA_RATIO.sqrt()),
-        at_most(frame, ratio, MIN_CELL_AREA_RATIO)
+        remedy(MIN_CELL_AREA_RATIO)
     ));
     let key = match (frame.grid, own_nodes) {
         (Some(_), _) => "frame.cells",
