@@ -3,6 +3,8 @@
 use std::any::Any;
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// Exit codes of the program.
 pub mod exit {
     /// Done, converged.
@@ -47,6 +49,8 @@ pub struct Error {
     kind: ErrorKind,
     message: String,
     context: Vec<String>,
+    /// Mesh group of a support that causes the error, if known.
+    pub(crate) group: Option<String>,
 }
 
 /// `Result` with the crate's [`Error`].
@@ -59,29 +63,33 @@ pub fn panic_message(panic: &(dyn Any + Send)) -> &str {
 }
 
 impl Error {
+    fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into(), context: Vec::new(), group: None }
+    }
+
     /// Error in the user's input. The message states the invalid input, the allowed values, and the remedy.
     pub fn input(message: impl Into<String>) -> Self {
-        Self { kind: ErrorKind::Input, message: message.into(), context: Vec::new() }
+        Self::new(ErrorKind::Input, message)
     }
 
     /// Insufficient memory or disk space, or a file that cannot be written.
     pub fn resources(message: impl Into<String>) -> Self {
-        Self { kind: ErrorKind::Resources, message: message.into(), context: Vec::new() }
+        Self::new(ErrorKind::Resources, message)
     }
 
     /// Failure of a numerical method, or a defect of the program.
     pub fn numerical(message: impl Into<String>) -> Self {
-        Self { kind: ErrorKind::Numerical, message: message.into(), context: Vec::new() }
+        Self::new(ErrorKind::Numerical, message)
     }
 
     /// Failure of an iteration to converge.
     pub fn not_converged(message: impl Into<String>) -> Self {
-        Self { kind: ErrorKind::NotConverged, message: message.into(), context: Vec::new() }
+        Self::new(ErrorKind::NotConverged, message)
     }
 
     /// Error of a cancelled computation.
     pub(crate) fn interrupted() -> Self {
-        Self { kind: ErrorKind::Interrupted, message: "interrupted".to_owned(), context: Vec::new() }
+        Self::new(ErrorKind::Interrupted, "interrupted")
     }
 
     /// Prepends `place` (file, group, step, ...) to the context, unless it is already the outermost entry.
@@ -91,6 +99,19 @@ impl Error {
             self.context.insert(0, place);
         }
         self
+    }
+
+    /// Removes `place` from the context if it is the outermost entry.
+    pub(crate) fn without_context(mut self, place: &str) -> Self {
+        if self.context.first().is_some_and(|first| first == place) {
+            self.context.remove(0);
+        }
+        self
+    }
+
+    /// Names the mesh group of a support that causes the error.
+    pub(crate) fn at_group(self, group: &str) -> Self {
+        Self { group: Some(group.to_owned()), ..self }
     }
 
     /// Adds a second error to the message.
@@ -132,10 +153,74 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// Prefix of messages about unreliable results.
-pub const WARNING_PREFIX: &str = "WARNING: ";
+/// Severity of a [`Warning`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Severity {
+    /// Remark on how the results are obtained.
+    Note,
+    /// Numbers of the scene indicate mixed-up units.
+    UnitError,
+    /// The results are not reliable.
+    Uncertain,
+}
 
-/// Marks a message as a warning about unreliable results.
+/// Note or warning for the user. Files of results contain its text only.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "String", into = "String")]
+pub struct Warning {
+    /// Severity of the message.
+    pub severity: Severity,
+    /// The message, which contains the mark of its severity.
+    pub text: String,
+}
+
+impl Warning {
+    /// Remark on how the results are obtained.
+    pub fn note(text: impl Into<String>) -> Self {
+        Self { severity: Severity::Note, text: text.into() }
+    }
+
+    /// Warning about numbers that indicate mixed-up units.
+    pub fn unit_error(message: &str) -> Self {
+        Self { severity: Severity::UnitError, text: format!("{UNIT_ERROR_PREFIX}{message}") }
+    }
+
+    /// Warning about unreliable results.
+    pub fn uncertain(message: &str) -> Self {
+        Self { severity: Severity::Uncertain, text: warning(message) }
+    }
+
+    /// Prepends `place` (key, body, variant, ...) to the text.
+    pub fn at(self, place: &str) -> Self {
+        Self { text: format!("{place}: {}", self.text), ..self }
+    }
+}
+
+impl From<Warning> for String {
+    fn from(warning: Warning) -> Self {
+        warning.text
+    }
+}
+
+/// Reads the text of a warning in a file of results or in a checkpoint. Its severity is marked in the text (docs/results.md).
+impl From<String> for Warning {
+    fn from(text: String) -> Self {
+        let severity = match &text {
+            _ if text.contains(WARNING_PREFIX) => Severity::Uncertain,
+            _ if text.starts_with(UNIT_ERROR_PREFIX) => Severity::UnitError,
+            _ => Severity::Note,
+        };
+        Self { severity, text }
+    }
+}
+
+/// Mark of warnings about unreliable results in their text.
+const WARNING_PREFIX: &str = "WARNING: ";
+
+/// Mark of warnings about units in their text.
+const UNIT_ERROR_PREFIX: &str = "possible unit error: ";
+
+/// Text of a warning about unreliable results.
 pub(crate) fn warning(message: &str) -> String {
     format!("{WARNING_PREFIX}{message}")
 }

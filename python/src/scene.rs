@@ -7,6 +7,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use orthowear::adaptive::AccuracySearch;
 use orthowear::bem::half_space::SurfaceGreen;
 use orthowear::cli::{MaxMemory, parse_max_memory};
+use orthowear::error::Warning;
 use orthowear::estimate::estimate;
 use orthowear::fem::FlexibilityCache;
 use orthowear::geometry::Side;
@@ -113,7 +114,7 @@ impl Scene {
 
     #[getter]
     fn notes(&self) -> Vec<String> {
-        self.plan.notes.clone()
+        self.plan.notes.iter().map(|note| note.text.clone()).collect()
     }
 
     #[getter]
@@ -134,7 +135,7 @@ impl Scene {
         let bodies: Vec<_> = forecast.bodies.iter().map(|body| {
             json!({ "what": body.description, "memory_bytes": body.memory_bytes, "seconds": body.seconds, "note": body.warning })
         }).collect();
-        let notes: Vec<&String> = plan.notes.iter().chain(&forecast.warnings).collect();
+        let notes: Vec<&Warning> = plan.notes.iter().chain(&forecast.warnings).collect();
         convert::to_python(
             py,
             &json!({

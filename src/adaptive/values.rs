@@ -9,8 +9,6 @@ use crate::scene::spec::accuracy::AccuracyQuantity;
 /// Least reference value of a relative error, as a fraction of the largest reference value of the same quantity over all steps.
 const LEAST: f64 = 0.01;
 
-const WORN: &str = "worn_volume";
-
 /// Value at the end of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TargetValue {
@@ -92,14 +90,11 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
         let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
         // If the whole punch is in contact, its outline is the edge of the contact.
         let flat = punch.is_some_and(|area| record.contact_area > (1.0 - 1e-9) * area);
-        let mut push = |quantity: AccuracyQuantity, name: &'static str, value: f64, scale: f64| {
-            let step = step.name.clone();
-            let area_power = match name {
-                _ if !flat => 0.0,
-                "approach" | "shift x" | "shift y" => -PUNCH_LOAD_AREA_POWER,
-                "normal_force" | "tangential_force x" | "tangential_force y" => PUNCH_LOAD_AREA_POWER,
-                _ => 0.0,
-            };
+        let mut push = |quantity: AccuracyQuantity,
+                        (name, power): (&'static str, f64),
+                        value: f64,
+                        scale: f64| {
+            let (step, area_power) = (step.name.clone(), if flat { power } else { 0.0 });
             let scale = if scale.is_finite() { scale } else { 0.0 };
             found.push(TargetValue { step, name, quantity, value, scale, area_power, fills_outline: flat });
         };
@@ -112,33 +107,37 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             let touches = record.contact_area > 0.0;
             let motion = if touches { record.approach.hypot(sx).hypot(sy) } else { 0.0 };
             match held.normal_force {
-                true => {
-                    push(load, "approach", record.approach, if touches { record.approach.abs() } else { 0.0 })
-                }
-                false => push(load, "normal_force", record.normal_force, force),
+                true => push(
+                    load,
+                    ("approach", -PUNCH_LOAD_AREA_POWER),
+                    record.approach,
+                    if touches { record.approach.abs() } else { 0.0 },
+                ),
+                false => push(load, ("normal_force", PUNCH_LOAD_AREA_POWER), record.normal_force, force),
             }
             match held.tangential_force {
-                true => {
-                    [("shift x", sx), ("shift y", sy)].map(|(name, value)| push(load, name, value, motion))
-                }
+                true => [("shift x", sx), ("shift y", sy)]
+                    .map(|(name, value)| push(load, (name, -PUNCH_LOAD_AREA_POWER), value, motion)),
                 false => [("tangential_force x", qx), ("tangential_force y", qy)]
-                    .map(|(name, value)| push(load, name, value, force)),
+                    .map(|(name, value)| push(load, (name, PUNCH_LOAD_AREA_POWER), value, force)),
             };
         }
         if wanted.contains(&AccuracyQuantity::PeakPressure) {
-            push(AccuracyQuantity::PeakPressure, "peak_pressure", record.peak_pressure, record.peak_pressure);
+            let peak = record.peak_pressure;
+            push(AccuracyQuantity::PeakPressure, ("peak_pressure", 0.0), peak, peak);
         }
         if wanted.contains(&AccuracyQuantity::WornVolume) && plan.wear != WearLaw::None {
-            push(AccuracyQuantity::WornVolume, WORN, record.worn_volume, record.worn_volume);
+            let worn = record.worn_volume;
+            push(AccuracyQuantity::WornVolume, ("worn_volume", 0.0), worn, worn);
         }
     }
-    for name in found.iter().map(|value| value.name).collect::<Vec<_>>() {
+    for (name, quantity) in found.iter().map(|value| (value.name, value.quantity)).collect::<Vec<_>>() {
         let largest = found
             .iter()
             .filter(|value| value.name == name)
             .fold(0.0, |most: f64, value| most.max(value.scale));
         // Wear of earlier steps hardly matters compared with the wear at the end.
-        let least = if name == WORN { 1.0 } else { LEAST };
+        let least = if quantity == AccuracyQuantity::WornVolume { 1.0 } else { LEAST };
         let of_name = found.iter_mut().filter(|value| value.name == name && value.scale > 0.0);
         of_name.for_each(|value| value.scale = value.scale.max(least * largest));
     }

@@ -16,7 +16,7 @@ use crate::compare::comparison::{Comparison, Difference, StepResult, VariantResu
 use crate::compare::step_ends::{StepEndStates, VariantStates};
 use crate::compare::{Variant, variants};
 use crate::error::exit;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 use crate::frame::ContactFrame;
 use crate::output::output_dir::{OutputDir, file_error, write_atomically};
 use crate::output::peak_memory::{peak_bytes, restart_peak};
@@ -103,9 +103,10 @@ fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
 }
 
 /// Warning if there is only one variant and the user named no variants.
-fn single_variant_warning(variants: &[Variant], named: bool) -> Option<String> {
-    (variants.len() == 1 && !named)
-        .then(|| "neither body has a mesh, so there is only one variant and nothing to compare".to_owned())
+fn single_variant_warning(variants: &[Variant], named: bool) -> Option<Warning> {
+    (variants.len() == 1 && !named).then(|| {
+        Warning::note("neither body has a mesh, so there is only one variant and nothing to compare")
+    })
 }
 
 /// Data shared by the runs of the variants.
@@ -124,7 +125,7 @@ impl VariantRunner<'_> {
         &mut self,
         variant: &Variant,
         label: &str,
-    ) -> (VariantResult, Option<(StepEndStates, Vec<String>)>, u8) {
+    ) -> (VariantResult, Option<(StepEndStates, Vec<Warning>)>, u8) {
         let mut result = VariantResult { reason: None, ..VariantResult::not_started(&variant.name) };
         let plan = match &variant.plan {
             Ok(plan) => plan,
@@ -158,6 +159,7 @@ impl VariantRunner<'_> {
             show_failure(self.plan, &failure)
         });
         result.status = Some(summary.status);
+        result.divergence = summary.reason.filter(|_| summary.error.is_none());
         result.reason = summary.error.clone().or(summary.reason.map(|reason| reason.to_string()));
         result.folder = Some(variant.folder());
         result.seconds = started.elapsed().as_secs_f64();
@@ -227,7 +229,7 @@ fn describe(comparison: &Comparison) -> String {
             if variant.status == Some(Status::Interrupted) { "interrupted" } else { "reason unknown" };
         let words = variant.reason.as_deref().unwrap_or(unknown);
         let words = match variant.status {
-            Some(Status::NotConverged) => explain_reason(Some(words)),
+            Some(Status::NotConverged) => explain_reason(variant.divergence, Some(words)),
             _ => words.to_owned(),
         };
         text.push_str(&format!("\n{}: {words}\n", variant.name));

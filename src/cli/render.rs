@@ -6,7 +6,7 @@ use std::ops::Range;
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
 
-use crate::error::WARNING_PREFIX;
+use crate::error::{Severity, Warning};
 use crate::scene::document::Location;
 use crate::scene::{Diagnostic, Diagnostics};
 
@@ -80,9 +80,10 @@ fn with_neighbours(text: &str, start: usize, end: usize) -> Range<usize> {
     before..after
 }
 
-/// Adds the severity "note" to a message of a run. Warnings already contain their severity.
-pub(super) fn with_severity(message: &str) -> String {
-    if message.contains(WARNING_PREFIX) { message.to_owned() } else { format!("note: {message}") }
+/// Text of a warning with its severity, which the text of uncertain results already contains.
+pub(super) fn with_severity(warning: &Warning) -> String {
+    let text = &warning.text;
+    if warning.severity == Severity::Uncertain { text.clone() } else { format!("note: {text}") }
 }
 
 #[cfg(test)]

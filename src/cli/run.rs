@@ -11,7 +11,7 @@ use super::render::with_severity;
 use super::{resume, signal, table};
 use crate::adaptive;
 use crate::error::exit;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Severity, Warning};
 use crate::evolution::records::Divergence;
 use crate::output::checkpoint;
 use crate::output::output_dir::{OutputDir, SUMMARY_FILE};
@@ -19,7 +19,7 @@ use crate::output::recorder::ProgressEvent;
 use crate::output::summary::{Status, Summary, Units};
 use crate::scene::plan::AccuracyPlan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
-use crate::scene::{self, Diagnostics, Plan};
+use crate::scene::{Diagnostics, Plan};
 use crate::simulation::SceneError;
 use crate::simulation::job;
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
@@ -105,7 +105,7 @@ fn open_output(
     if arguments.resume {
         let mut say = |text: &str| {
             if !arguments.quiet {
-                to_stderr(&format!("{}\n", with_severity(text)));
+                to_stderr(&format!("note: {text}\n"));
             }
         };
         match decide_resume(plan, &checkpoints.origin, (&mut output, summary), &mut say)? {
@@ -149,8 +149,8 @@ pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
         print_error(&failure.error)
     };
     // Wrong units are a frequent cause of a failure.
-    for hint in plan.notes.iter().filter(|note| note.starts_with(scene::UNIT_WARNING_PREFIX)) {
-        to_stderr(&format!("note: {hint}\n"));
+    for hint in plan.notes.iter().filter(|note| note.severity == Severity::UnitError) {
+        to_stderr(&format!("note: {}\n", hint.text));
     }
     code
 }
@@ -164,9 +164,8 @@ fn final_report(summary: &Summary, (directory, tolerance): (&Path, f64), total: 
         text.push_str(&format!("\n{}", describe(record)));
     }
     let failed = summary.status == Status::Failed;
-    for warning in
-        summary.warnings.iter().filter(|text| !(failed && text.starts_with(scene::UNIT_WARNING_PREFIX)))
-    {
+    let is_shown = |warning: &&Warning| !(failed && warning.severity == Severity::UnitError);
+    for warning in summary.warnings.iter().filter(is_shown) {
         text.push_str(&format!("\n{}", with_severity(warning)));
     }
     let memory = summary.peak_memory_bytes as f64 / f64::from(1 << 20);
@@ -249,12 +248,10 @@ pub(super) fn explain_divergence(reason: Divergence) -> &'static str {
 
 const REASON_UNKNOWN: &str = "reason unknown";
 
-/// Outcome of a run that did not converge, with the explanation of the reason that a file of results names. Other texts, such as
-/// error messages, stay.
-pub(super) fn explain_reason(word: Option<&str>) -> String {
-    let word = word.unwrap_or(REASON_UNKNOWN);
-    match Divergence::ALL.into_iter().find(|reason| reason.name() == word) {
+/// Outcome of a run that did not converge, with the explanation of `divergence`, or else with the `error`.
+pub(super) fn explain_reason(divergence: Option<Divergence>, error: Option<&str>) -> String {
+    match divergence {
         Some(reason) => format!("not converged{}: {}", reason_label(reason), explain_divergence(reason)),
-        None => format!("not converged: {word}"),
+        None => format!("not converged: {}", error.unwrap_or(REASON_UNKNOWN)),
     }
 }

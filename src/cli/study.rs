@@ -11,7 +11,7 @@ use super::run::explain_reason;
 use super::table::{align_columns, counted, five_digits, status_label};
 use super::{signal, slurm};
 use crate::error::exit;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 use crate::output::summary::Status;
 use crate::sweep::run::{StudyOutcome, StudyRunner};
 use crate::sweep::share::Concurrency;
@@ -123,7 +123,7 @@ fn unconverged_lines(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
         let words = run.reason.as_deref();
         let why = match run.status {
             Some(Status::Converged) => return None,
-            Some(Status::NotConverged) => explain_reason(words),
+            Some(Status::NotConverged) => explain_reason(run.divergence, words),
             Some(Status::Failed) => format!("failed: {}", words.unwrap_or("reason unknown")),
             Some(Status::Interrupted) => "interrupted".to_owned(),
             None => words.map_or("not run".to_owned(), |why| format!("not run: {why}")),
@@ -154,7 +154,7 @@ fn describe(sweep: &Sweep, result: &StudyResult, wanted: &[usize]) -> String {
     if !open.is_empty() {
         text.push_str(&format!("\n{}", open.concat()));
     }
-    let mut seen: Vec<(&String, usize)> = Vec::new();
+    let mut seen: Vec<(&Warning, usize)> = Vec::new();
     for warning in result.runs.iter().flat_map(|run| &run.warnings) {
         match seen.iter_mut().find(|(known, _)| *known == warning) {
             Some((_, count)) => *count += 1,

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::error::{Error, Result, warning};
-use crate::evolution::records::IncrementRecord;
+use crate::error::{Error, Result, Warning};
+use crate::evolution::records::{Divergence, IncrementRecord};
 use crate::output::summary::{Status, Summary, Units};
 
 /// Comparison of the variants of one scene: the fields of `compare.json` (docs/results.md).
@@ -22,7 +22,7 @@ pub struct Comparison {
     /// Results of the variants. The first computed variant is the reference of all differences.
     pub variants: Vec<VariantResult>,
     /// Warnings and notes for the user.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Result of one variant.
@@ -34,6 +34,9 @@ pub struct VariantResult {
     pub status: Option<Status>,
     /// Reason why the variant was not computed, did not converge or failed.
     pub reason: Option<String>,
+    /// The reason, if it is not an error.
+    #[serde(skip)]
+    pub divergence: Option<Divergence>,
     /// Name of the variant's folder of results, next to `compare.json`.
     pub folder: Option<String>,
     /// Total time, s, with the writing of results.
@@ -95,6 +98,7 @@ impl VariantResult {
             name: name.to_owned(),
             status: None,
             reason: Some("not started".to_owned()),
+            divergence: None,
             folder: None,
             seconds: 0.0,
             peak_memory_bytes: 0,
@@ -104,19 +108,19 @@ impl VariantResult {
 }
 
 impl Comparison {
-    /// Adds the warnings of variants, given as (variant, text), each text once. A text is preceded by the names of its variants,
-    /// unless all computed variants share it. Texts that [`Comparison::warnings`] contains are not added again.
-    pub fn add_variant_warnings(&mut self, told: Vec<(String, String)>) {
-        let mut said: Vec<(String, Vec<String>)> = Vec::new();
-        for (variant, words) in told.into_iter().filter(|(_, words)| !self.warnings.contains(words)) {
-            match said.iter_mut().find(|(known, _)| *known == words) {
+    /// Adds the warnings of variants, given as (variant, warning), each warning once. Its text is preceded by the names of its
+    /// variants, unless all computed variants share it. Warnings that the comparison contains are not added again.
+    pub fn add_variant_warnings(&mut self, told: Vec<(String, Warning)>) {
+        let mut said: Vec<(Warning, Vec<String>)> = Vec::new();
+        for (variant, warning) in told.into_iter().filter(|(_, warning)| !self.warnings.contains(warning)) {
+            match said.iter_mut().find(|(known, _)| *known == warning) {
                 Some((_, variants)) => variants.push(variant),
-                None => said.push((words, vec![variant])),
+                None => said.push((warning, vec![variant])),
             }
         }
         let all = self.variants.iter().filter(|variant| variant.status.is_some()).count();
-        let named = |(words, variants): (String, Vec<String>)| {
-            if variants.len() == all { words } else { format!("{}: {words}", variants.join(", ")) }
+        let named = |(warning, variants): (Warning, Vec<String>)| {
+            if variants.len() == all { warning } else { warning.at(&variants.join(", ")) }
         };
         self.warnings.extend(said.into_iter().map(named));
     }
@@ -145,7 +149,8 @@ impl Comparison {
         let Some(first) = self.reference() else { return };
         if first > 0 {
             let [wanted, found] = [0, first].map(|index| &self.variants[index].name);
-            self.warnings.push(format!("{wanted} was not computed; the differences refer to {found}"));
+            let note = format!("{wanted} was not computed; the differences refer to {found}");
+            self.warnings.push(Warning::note(note));
         }
         let reference = self.variants[first].clone();
         for variant in &mut self.variants[first + 1..] {
@@ -157,7 +162,7 @@ impl Comparison {
                 if own == others {
                     step.difference = Some(step.difference_from(other));
                 } else {
-                    self.warnings.push(warning(&format!(
+                    self.warnings.push(Warning::uncertain(&format!(
                         "step \"{}\" ended after {own} cycles in {}, but after {others} in {}: the results are not compared",
                         step.name, variant.name, reference.name
                     )));

@@ -9,7 +9,7 @@ pub mod step_ends;
 mod variants;
 
 use crate::compare::variants::replace_body;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 use crate::estimate::estimate_on_frame;
 use crate::frame::{ContactFrame, GapShape};
 use crate::scene::plan::{BodyPlan, Plan};
@@ -38,7 +38,7 @@ pub struct Variant {
     /// Plan of the variant, or the reason why it cannot be computed.
     pub plan: Result<Plan>,
     /// Warnings and notes for the user.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Variant {
@@ -119,7 +119,7 @@ fn variant_plan(
     plan: &Plan,
     frame: &ContactFrame,
     pair: DiscretisationPair,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Warning>,
 ) -> Result<Plan> {
     let mut changed = plan.clone();
     let mut hint = String::new();
@@ -134,9 +134,9 @@ fn variant_plan(
         let asked = changed.interior_requests.len();
         changed.interior_requests.retain(|request| request.side != SIDES[index] || kind == own);
         if changed.interior_requests.len() < asked {
-            notes.push(format!(
+            notes.push(Warning::note(format!(
                 "points inside {key} (output.inside) are omitted where another model replaces this body"
-            ));
+            )));
         }
         if own == FiniteElements
             && kind == BoundaryElements

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::body::truncated_half_space::HALF_SIZE_TO_FRAME_RANGE;
-use crate::error::{Context, Error, Result, warning};
+use crate::error::{Context, Error, Result, Warning};
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, format_point};
 use crate::material::{Orientation, PlacedMaterial, RegionMaterial};
@@ -33,7 +33,7 @@ pub(super) fn replace_body(
     plan: &Plan,
     index: usize,
     kind: Discretisation,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Warning>,
 ) -> Result<BodyPlan> {
     let body = &plan.bodies[index];
     if body.discretisation() == kind {
@@ -108,7 +108,7 @@ fn half_space(
     plan: &Plan,
     meshed: &MeshedBodyPlan,
     index: usize,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Warning>,
 ) -> Result<BodyPlan> {
     let body = BODY_KEYS[index];
     if let Some(free) = free_motions(&plan.bodies[index], body).map_err(|failure| failure.error)? {
@@ -138,12 +138,12 @@ fn half_space(
     ];
     let lost: Vec<&str> = lost.into_iter().filter(|(is_there, _)| *is_there).map(|(_, what)| what).collect();
     if !lost.is_empty() {
-        notes.push(format!("the half-space omits the {} of {body}", lost.join(" and ")));
+        notes.push(Warning::note(format!("the half-space omits the {} of {body}", lost.join(" and "))));
     }
     let whole = mean_material_of_body(meshed).ok().filter(|_| plan.bodies[index].as_fe().is_some());
     if whole.is_some_and(|all| all.materials.len() > 1 || all.axes_spread.to_degrees() > MAX_AXES_SPREAD_DEG)
     {
-        notes.push(warning(&format!(
+        notes.push(Warning::uncertain(&format!(
             "the half-space that replaces {body} has the material under the frame, {}, everywhere; elsewhere {body} has other materials or directions",
             elastic.name
         )));
@@ -160,7 +160,7 @@ fn boundary_elements(
     plan: &Plan,
     fe: &MeshedBodyPlan,
     index: usize,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Warning>,
 ) -> Result<BodyPlan> {
     let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
     if !fe.foundations.is_empty() {
@@ -203,7 +203,7 @@ fn area_and_centroid(mesh: &Mesh, group: &str) -> Option<(f64, Point)> {
 
 /// Warnings about groups whose area or position differs between two meshes of a body. The contact group may differ unless loads or
 /// supports act on it.
-fn group_mismatch_warnings(meshed: &MeshedBodyPlan, own: &Mesh, other: &Mesh, body: &str) -> Vec<String> {
+fn group_mismatch_warnings(meshed: &MeshedBodyPlan, own: &Mesh, other: &Mesh, body: &str) -> Vec<Warning> {
     let mut told: Vec<&str> = Vec::new();
     let mut notes = Vec::new();
     for group in meshed.groups().skip(1) {
@@ -218,7 +218,7 @@ fn group_mismatch_warnings(meshed: &MeshedBodyPlan, own: &Mesh, other: &Mesh, bo
             continue;
         }
         told.push(group);
-        notes.push(warning(&format!(
+        notes.push(Warning::uncertain(&format!(
             "the group \"{group}\" of {body} has an area of {area:.4} with its centre at {} in {}, but of {other_area:.4} at {} in {}: supports and loads differ between the meshes",
             format_point(&middle.into()),
             own.source,
@@ -237,7 +237,7 @@ fn skin(mesh: &Mesh) -> Result<Mesh> {
 ///
 /// # Errors
 /// If the body has no solid mesh.
-fn finite_elements(plan: &Plan, be: &BeBodyPlan, index: usize, notes: &mut Vec<String>) -> Result<BodyPlan> {
+fn finite_elements(plan: &Plan, be: &BeBodyPlan, index: usize, notes: &mut Vec<Warning>) -> Result<BodyPlan> {
     let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
     let Some(mesh) = other.solids.as_ref().or(be.solids.as_ref()) else {
         return Err(Error::input(format!(

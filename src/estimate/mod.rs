@@ -9,7 +9,7 @@ use crate::bem::finite::SolutionMethod;
 use crate::body::hybrid::{Correction, HalfSpaceFit};
 use crate::body::{BeBody, TruncatedSpec};
 use crate::coupling::Coupling;
-use crate::error::Context;
+use crate::error::{Context, Warning};
 use crate::fem::{CondensationMethod, FeModel, SymbolicAnalysis, flexibility_bytes};
 use crate::frame::ContactFrame;
 use crate::geometry::Triad;
@@ -95,7 +95,7 @@ pub struct BodyEstimate {
     /// Memory kept after construction, bytes.
     pub resident_bytes: usize,
     /// Warning about the method of construction, if any.
-    pub warning: Option<String>,
+    pub warning: Option<Warning>,
     /// Time of construction, s.
     pub seconds: f64,
     /// Time per application of the body's flexibility, s.
@@ -122,7 +122,7 @@ pub struct RunEstimate {
     /// Run time, s; accurate within a factor of a few.
     pub seconds: f64,
     /// Warnings about the fit of bodies and frame.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Checks `plan` and estimates its run. Builds finite-element models and the structure of their factors, but does not factorise.
@@ -422,7 +422,7 @@ fn finite_elements(
             (true, false) => path,
         };
         if let CondensationMethod::ConjugateGradients(shortage) = method {
-            warning = Some(format!("{key} is condensed by conjugate gradients: {shortage}"));
+            warning = Some(Warning::note(format!("{key} is condensed by conjugate gradients: {shortage}")));
         }
     }
     Ok(BodyEstimate {

@@ -46,7 +46,7 @@ impl DofMap {
             is_solid_node,
         };
         for index in 0..spec.supports.len() {
-            dofs.prescribe(spec, index)?;
+            dofs.prescribe(spec, index).map_err(|error| error.at_group(&spec.supports[index].group))?;
         }
         for &node in &dofs.solid_nodes {
             for dof in 3 * node..3 * node + 3 {

@@ -1,7 +1,7 @@
 //! Boundary-element bodies in `summary.json`.
 
 use crate::body::BeBody;
-use crate::error::warning;
+use crate::error::Warning;
 
 /// Asymmetry of a flexibility above which a warning is given.
 const MAX_RELIABLE_ASYMMETRY: f64 = 0.02;
@@ -62,9 +62,9 @@ impl BoundaryElementRecord {
     }
 
     /// Warning if the asymmetry makes the displacements uncertain.
-    pub fn accuracy_warning(&self) -> Option<String> {
+    pub fn accuracy_warning(&self) -> Option<Warning> {
         (self.asymmetry > MAX_RELIABLE_ASYMMETRY).then(|| {
-            warning(&format!(
+            Warning::uncertain(&format!(
                 "the flexibility matrix of the boundary-element body{} is unsymmetric by {:.1} %, so its displacements are uncertain. Its elements are too large compared with the distances between them, or too strongly curved. Use smaller elements, or a higher order (`element`)",
                 self.body,
                 100.0 * self.asymmetry

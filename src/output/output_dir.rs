@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 pub use crate::output::atomic_file::write_atomically;
 use crate::output::atomic_file::{HashingWriter, hexadecimal, sha256_of, sync_folder};
 pub(crate) use crate::output::atomic_file::{file_error, write_error};
@@ -48,7 +48,7 @@ pub struct OutputDir {
     /// Whether the staging folder is kept when this value is dropped.
     keep_staging: bool,
     /// Warnings for the summary.
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     /// Lock on the directory, held while the file is open.
     _lock: Option<File>,
 }
@@ -184,12 +184,12 @@ impl OutputDir {
         let folder = move_to_previous(&self.target, &paths)?;
         self.keep_staging = false;
         self.warnings.extend(folder.map(|folder| {
-            format!(
+            Warning::note(format!(
                 "{} contained an unfinished run, which is kept in {}. To resume it: the same command with --resume --out {}",
                 self.target.display(),
                 folder.display(),
                 folder.display()
-            )
+            ))
         }));
         Ok(())
     }

@@ -166,7 +166,7 @@ fn wear_panel(
     let fields = [("body 1", body1), ("body 2", body2), ("both", kept.wear_depth.clone())];
     let wears = |values: &Vec<f64>| values.iter().any(|depth| *depth > 0.0);
     let shared = wears(&fields[0].1) && wears(&fields[1].1);
-    let shown = fields.iter().filter(|(name, values)| wears(values) && (shared || *name != "both"));
+    let shown = fields[..if shared { 3 } else { 2 }].iter().filter(|(_, values)| wears(values));
     let series: Vec<Series> = shown
         .map(|(name, values)| Series { name: (*name).to_owned(), points: profile_along(frame, values, line) })
         .collect();

@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, Warning};
 use crate::evolution::records::{Divergence, FrettingLoop, IncrementRecord, Outcome};
 use crate::frame::Grid;
 use crate::omitted::OmittedWork;
@@ -217,7 +217,7 @@ pub struct Summary {
     /// Peak resident memory of the process, bytes (0 if unknown).
     pub peak_memory_bytes: u64,
     /// Warnings.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// Names of the result files of this run, without the summary.
     pub files: Vec<String>,
 }
@@ -276,7 +276,7 @@ impl Summary {
         if failed.status != Status::Failed {
             failed.set_failure(&error);
         }
-        failed.warnings.push(error.message().to_owned());
+        failed.warnings.push(Warning::note(error.message()));
         value = failed.value();
         (Err(error), pretty(&value))
     }

@@ -1,7 +1,7 @@
 //! Half-spaces with a meshed surface, compared with exact half-spaces, in `summary.json`.
 
 use crate::body::Truncation;
-use crate::error::warning;
+use crate::error::Warning;
 
 /// Difference from the exact half-space above which a warning is given.
 const MAX_RELIABLE_DIFFERENCE: f64 = 0.02;
@@ -33,9 +33,9 @@ impl TruncationRecord {
     }
 
     /// Warning if the difference from the exact half-space is too large.
-    pub fn accuracy_warning(&self) -> Option<String> {
+    pub fn accuracy_warning(&self) -> Option<Warning> {
         (self.difference > MAX_RELIABLE_DIFFERENCE).then(|| {
-            warning(&format!(
+            Warning::uncertain(&format!(
                 "the compliance of the truncated half-space body{} differs by {:.1} % from the exact half-space under uniform tractions on the frame. Increase `truncated` to mesh a larger surface, or remove it to use the exact half-space",
                 self.body,
                 100.0 * self.difference

@@ -39,13 +39,12 @@ fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     let good = members.iter().filter(|member| member["status"] == "converged").count();
     (page.severity, page.status) = match members.len() {
         _ if damaged => ("bad", "OUTCOME UNKNOWN: the file of the results cannot be read".to_owned()),
+        n if n == good && n > 0 && page.is_uncertain() => {
+            ("doubtful", format!("All {n} {word} converged, with warnings that results are uncertain"))
+        }
         n if n == good && n > 0 => ("good", format!("All {n} {word} converged")),
         n => ("bad", format!("{} OF {n} {word} DID NOT CONVERGE OR WERE NOT COMPUTED", n - good)),
     };
-    if page.severity == "good" && page.warnings.iter().any(|text| text.contains("WARNING")) {
-        page.severity = "doubtful";
-        page.status += ", with warnings that results are uncertain";
-    }
 }
 
 /// Compared quantities: key and column heading.

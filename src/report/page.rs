@@ -4,7 +4,7 @@ use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Severity, Warning};
 use crate::report::encode::base64;
 use crate::report::result_directory::ResultDirectory;
 use crate::report::value_text::{unit_of_key, units_of};
@@ -54,7 +54,7 @@ pub(super) struct Page {
     pub reason: String,
     /// Names and values at the head of the page.
     pub facts: Vec<[String; 2]>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     pub problems: Vec<String>,
     pub key_table: Option<Table>,
     pub drawing: Option<EmbeddedImage>,
@@ -93,11 +93,16 @@ impl Page {
         Self {
             kind: source.kind.name(),
             title,
-            warnings: warnings.map(str::to_owned).collect(),
+            warnings: warnings.map(|text| Warning::from(text.to_owned())).collect(),
             names: [units.length.clone(), units.force.clone(), unit_of_key(&units, "peak_pressure")],
             program: format!("{program}; this page by orthowear {}", env!("CARGO_PKG_VERSION")),
             ..Self::default()
         }
+    }
+
+    /// Whether a warning says that the results are not reliable.
+    pub(super) fn is_uncertain(&self) -> bool {
+        self.warnings.iter().any(|warning| warning.severity == Severity::Uncertain)
     }
 
     /// Renders the page as HTML; `data` is the JSON for its script.

@@ -72,7 +72,10 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
     } else {
         "Nothing was computed."
     };
-    let (mood, status) = match said["status"].as_str() {
+    (page.severity, page.status) = match said["status"].as_str() {
+        Some("converged") if page.is_uncertain() => {
+            ("doubtful", "Converged, with warnings that results are uncertain".to_owned())
+        }
         Some("converged") => ("good", "Converged".to_owned()),
         Some("not-converged") => ("bad", format!("NOT CONVERGED. {so_far}")),
         Some("failed") => ("bad", format!("FAILED. {so_far}")),
@@ -84,13 +87,6 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
         .filter_map(Value::as_str)
         .collect::<Vec<_>>()
         .join(": ");
-    let doubts = page.warnings.iter().any(|text| text.contains("WARNING"));
-    page.severity = if mood == "good" && doubts { "doubtful" } else { mood };
-    page.status = if page.severity == "doubtful" {
-        format!("{status}, with warnings that results are uncertain")
-    } else {
-        status
-    };
     page.reason = reason;
     if fieldless {
         page.facts.push([
@@ -355,20 +351,15 @@ fn plan(page: &mut Page, said: &Value, units: &Units) {
         page.plan.push(Table { title: "Omitted work".to_owned(), note, heads, rows });
     }
     let lists = [
-        ("Condensation of finite elements", "condensation", &["body", "method"][..]),
-        ("Boundary elements", "boundary_elements", &["body"]),
-        ("Near fields", "near_fields", &["body", "near_field"]),
-        ("Half-spaces with a meshed surface", "truncations", &["body"]),
-        ("Estimated errors", "", &["step", "name", "value", "estimate", "relative"]),
-        ("Runs to reach the accuracy", "", &["cells", "increments", "jumps", "seconds"]),
+        ("Condensation of finite elements", "/condensation", &["body", "method"][..]),
+        ("Boundary elements", "/boundary_elements", &["body"]),
+        ("Near fields", "/near_fields", &["body", "near_field"]),
+        ("Half-spaces with a meshed surface", "/truncations", &["body"]),
+        ("Estimated errors", "/accuracy/results", &["step", "name", "value", "estimate", "relative"]),
+        ("Runs to reach the accuracy", "/accuracy/runs", &["cells", "increments", "jumps", "seconds"]),
     ];
-    let accuracy = &said["accuracy"];
-    for (title, key, first) in lists {
-        let list = match title {
-            "Estimated errors" => &accuracy["results"],
-            "Runs to reach the accuracy" => &accuracy["runs"],
-            _ => &said[key],
-        };
+    for (title, place, first) in lists {
+        let list = said.pointer(place).unwrap_or(&Value::Null);
         page.plan.extend(list_table(title, list, first, units));
     }
     let stages = said["timings"].as_object().into_iter().flatten();

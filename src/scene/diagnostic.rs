@@ -3,11 +3,13 @@
 use std::fmt;
 
 use super::document::{Document, Location};
-use crate::error::Error;
+use crate::error::{Error, Warning};
 
 /// Kinds of errors that the code distinguishes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DiagnosticKind {
+    /// A table lacks this key.
+    MissingKey(String),
     /// A table has a key that the schema does not know.
     UnknownKey,
     /// An override `--set key.path=value` cannot be applied.
@@ -77,7 +79,7 @@ pub struct Diagnostics {
     /// The errors; [`Diagnostics::new`] sorts them.
     pub list: Vec<Diagnostic>,
     /// Notes on the scene, which may explain the errors.
-    pub notes: Vec<String>,
+    pub notes: Vec<Warning>,
 }
 
 impl Diagnostics {
@@ -99,10 +101,9 @@ impl Diagnostics {
         }
     }
 
-    /// Diagnostics of a single error raised at `key`. The key is removed from the start of the message, because it is shown anyway.
+    /// Diagnostics of a single error raised at `key`. The key is removed from the context of the error, because it is shown anyway.
     pub fn from_error(document: &Document, key: &str, error: &Error) -> Self {
-        let text = error.to_string();
-        let message = text.strip_prefix(&format!("{key}: ")).unwrap_or(&text);
+        let message = error.clone().without_context(key).to_string();
         Self::new(document, vec![Diagnostic::at(document, key, message)])
     }
 

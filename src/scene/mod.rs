@@ -24,7 +24,6 @@ pub use diagnostic::{Diagnostic, DiagnosticKind, Diagnostics};
 pub use document::Document;
 pub use mesh_cache::MeshCache;
 pub use plan::Plan;
-pub use unit_checks::UNIT_WARNING_PREFIX;
 
 /// Diagnostic for a scene that gives no plan although no error was found.
 fn missing_diagnostic(document: &Document) -> Diagnostic {
@@ -65,7 +64,8 @@ fn plan_from_document(mut document: Document, meshes: &MeshCache) -> Result<Plan
         let mend = format!("run it with `orthowear study {}`", document.file);
         return Err(Diagnostics::new(&document, vec![mistake.help(mend)]));
     }
-    let (mut mistakes, unknown) = schema_check::check_against_schema(&document, schema::json_schema());
+    let (mut mistakes, unknown) =
+        schema_check::check_against_schema(&document, schema::json_schema(), "the scene");
     let clean = mistakes.is_empty();
     // Without the unknown keys the rest of the scene can still be checked.
     unknown.iter().for_each(|key| document.remove(key));

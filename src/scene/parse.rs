@@ -92,6 +92,7 @@ fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>)
     let line = text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("");
     let found = text.get(span.clone()).unwrap_or("");
     let numbers = found.split_whitespace().take_while(|word| word.parse::<f64>().is_ok()).count();
+    // The crate toml gives its errors no kind.
     let mend = if message.contains("duplicate key") {
         "keep one of the two"
     } else if message.contains("missing comma")

@@ -15,6 +15,7 @@ use super::variant::{ComparePlan, Discretisation};
 use crate::bem::finite::Interpolation;
 use crate::body;
 use crate::element::ElementKind;
+use crate::error::Warning;
 use crate::evolution::step::{Integrator, Normal, Step};
 use crate::fem::{self, HexFormulation};
 use crate::frame::{InitialGap, Outline};
@@ -76,7 +77,7 @@ pub struct Plan {
     /// Cache of the flexibilities of finite-element bodies; `None` without a cache.
     pub flexibility_cache: Option<fem::FlexibilityCache>,
     /// Notes for the user before the run.
-    pub notes: Vec<String>,
+    pub notes: Vec<Warning>,
     /// Keys and paths of the files that the scene names.
     pub files: Vec<(String, PathBuf)>,
     /// The scene file, for messages that refer to it.
@@ -108,7 +109,7 @@ impl Plan {
         self.memory_limit = limit.unwrap_or(self.memory_limit);
         if self.memory_limit.exceeds_available() {
             let note = "the memory limit exceeds the memory that is available now. A run that needs more than the available memory starts anyway, and the operating system may stop it";
-            self.notes.push(note.to_owned());
+            self.notes.push(Warning::note(note));
         }
     }
 }

@@ -6,9 +6,15 @@ use super::diagnostic::{Diagnostic, DiagnosticKind};
 use super::document::{Document, Location, TomlEntry, TomlNode, TomlValue, is_whole, join_key};
 use super::suggest::{closest, quoted_list};
 
-/// Returns the schema violations of `document`, and the dotted keys that the schema does not define.
-pub fn check_against_schema(document: &Document, schema: &Json) -> (Vec<Diagnostic>, Vec<String>) {
-    let mut walk = SchemaWalk { document, root: schema, diagnostics: Vec::new(), unknown_keys: Vec::new() };
+/// Returns the schema violations of `document`, and the dotted keys that the schema does not define. `what` names the document in
+/// messages: "the scene".
+pub fn check_against_schema(
+    document: &Document,
+    schema: &Json,
+    what: &str,
+) -> (Vec<Diagnostic>, Vec<String>) {
+    let (diagnostics, unknown_keys) = (Vec::new(), Vec::new());
+    let mut walk = SchemaWalk { document, root: schema, what, diagnostics, unknown_keys };
     walk.check_value(&document.root, schema, "");
     (walk.diagnostics, walk.unknown_keys)
 }
@@ -23,6 +29,8 @@ fn number_or_list(branches: &[Json]) -> Option<[&Json; 2]> {
 struct SchemaWalk<'a> {
     document: &'a Document,
     root: &'a Json,
+    /// Name of the document in messages.
+    what: &'a str,
     diagnostics: Vec<Diagnostic>,
     unknown_keys: Vec<String>,
 }
@@ -30,6 +38,11 @@ struct SchemaWalk<'a> {
 impl<'a> SchemaWalk<'a> {
     fn report(&mut self, key: &str, message: String, label: &str, mend: String) {
         self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
+    }
+
+    /// Name of the table at `key` in messages.
+    fn name_of(&self, key: &str) -> String {
+        if key.is_empty() { self.what.to_owned() } else { format!("`{key}`") }
     }
 
     /// The schema that a `$ref` points to, or `schema` itself.
@@ -91,7 +104,7 @@ impl<'a> SchemaWalk<'a> {
             return match node.value {
                 TomlValue::Table(_) => self.check_table(node, table, key, None),
                 TomlValue::Integer(_) | TomlValue::Float(_) => self.check_value(node, number, key),
-                _ => self.report_wrong_type(node, key, "a number or a table"),
+                _ => self.report_no_number(node, key, "a number or a table"),
             };
         }
         match (tag_of(branches), number_or_list(branches)) {
@@ -148,7 +161,7 @@ impl<'a> SchemaWalk<'a> {
         let words: Vec<&str> =
             branches.iter().filter_map(|branch| tag_word(self.dereference(branch), tag)).collect();
         let Some(entry) = entries.iter().find(|entry| entry.name == tag) else {
-            let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
+            let place = self.name_of(key);
             let near = entries.iter().map(|e| e.name.as_str()).find(|name| closest(name, &[tag]).is_some());
             let mut mend = format!("add `{tag} = ...`, one of {}", quoted_list(&words, "\""));
             if let Some(near) = near {
@@ -217,12 +230,14 @@ impl<'a> SchemaWalk<'a> {
             .and_then(|s| s.get("description").or(self.dereference(s).get("description")))
             .and_then(Json::as_str)
             .unwrap_or("");
-        let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
+        let place = self.name_of(key);
         let mut mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
         if let Some(Location::SetOption(option)) = tag.map(|tag| self.document.location(&tag)) {
             mend.push_str(&format!(" It is needed because of --set {option}"));
         }
-        self.report(key, format!("{place} lacks `{name}`"), &format!("lacks `{name}`"), mend);
+        let mistake = Diagnostic::at(self.document, key, format!("{place} lacks `{name}`"));
+        let mistake = mistake.kind(DiagnosticKind::MissingKey(name.to_owned()));
+        self.diagnostics.push(mistake.label(format!("lacks `{name}`")).help(mend));
     }
 
     fn report_unknown_key(
@@ -236,7 +251,7 @@ impl<'a> SchemaWalk<'a> {
         self.unknown_keys.push(path.to_owned());
         let name = &entry.name;
         let known: Vec<&str> = names(schema);
-        let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
+        let place = self.name_of(key);
         let owner = variant.and_then(|(tag, branches)| {
             let owners = branches.iter().map(|b| self.dereference(b));
             let owners = owners.filter(|b| names(b).contains(&name.as_str()));
@@ -308,7 +323,7 @@ impl<'a> SchemaWalk<'a> {
         let found = match node.value {
             TomlValue::Integer(number) => number as f64,
             TomlValue::Float(number) => number,
-            _ => return self.report_wrong_type(node, key, if whole { "a whole number" } else { "a number" }),
+            _ => return self.report_no_number(node, key, if whole { "a whole number" } else { "a number" }),
         };
         let name = last_named_segment(key);
         if !found.is_finite() {
@@ -343,14 +358,24 @@ impl<'a> SchemaWalk<'a> {
     }
 
     fn report_wrong_type(&mut self, node: &TomlNode, key: &str, wanted: &str) {
-        let mut mend = format!("give {wanted}");
-        if let TomlValue::String(text) = &node.value {
-            if text.trim().parse::<f64>().is_ok() && wanted.contains("number") {
-                mend = format!("remove the quotes: {} = {}", last_named_segment(key), text.trim());
-            } else if text.trim().replace(',', ".").parse::<f64>().is_ok() && wanted.contains("number") {
-                mend = format!("write it with a point and without quotes: {}", text.trim().replace(',', "."));
-            }
-        }
+        self.report_type(node, key, wanted, format!("give {wanted}"));
+    }
+
+    /// As [`Self::report_wrong_type`], where a number is allowed. The help says how to correct a number in quotes.
+    fn report_no_number(&mut self, node: &TomlNode, key: &str, wanted: &str) {
+        let TomlValue::String(text) = &node.value else { return self.report_wrong_type(node, key, wanted) };
+        let (found, with_point) = (text.trim(), text.trim().replace(',', "."));
+        let mend = if found.parse::<f64>().is_ok() {
+            format!("remove the quotes: {} = {found}", last_named_segment(key))
+        } else if with_point.parse::<f64>().is_ok() {
+            format!("write it with a point and without quotes: {with_point}")
+        } else {
+            format!("give {wanted}")
+        };
+        self.report_type(node, key, wanted, mend);
+    }
+
+    fn report_type(&mut self, node: &TomlNode, key: &str, wanted: &str, mend: String) {
         let message = format!("`{}` is {}, but must be {wanted}", last_named_segment(key), node.describe());
         self.report(key, message, &format!("must be {wanted}"), mend);
     }

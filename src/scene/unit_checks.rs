@@ -6,6 +6,7 @@
 use std::f64::consts::PI;
 
 use super::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
+use crate::error::Warning;
 use crate::evolution::step::{Normal, Tangential};
 use crate::frame::GapShape;
 use crate::geometry::{Point, bounds};
@@ -23,17 +24,14 @@ const MAX_MODULUS_MPA: f64 = 5e6;
 /// Ratio of the moduli of two bodies above which the deformation of the stiffer one is negligible.
 const MAX_MODULUS_RATIO: f64 = 1e4;
 
-/// Prefix of all warnings about units.
-pub const UNIT_WARNING_PREFIX: &str = "possible unit error";
-
 /// Warnings about the magnitudes of moduli, radii, displacements, forces, meshes and the frame.
-pub(super) fn unit_warnings(plan: &Plan) -> Vec<String> {
+pub(super) fn unit_warnings(plan: &Plan) -> Vec<Warning> {
     let mut notes = Vec::new();
     check_moduli(plan, &mut notes);
     check_modulus_ratio(plan, &mut notes);
     check_contact_size(plan, &mut notes);
     check_mesh_sizes(plan, &mut notes);
-    notes.into_iter().map(|note| format!("{UNIT_WARNING_PREFIX}: {note}")).collect()
+    notes.iter().map(|note| Warning::unit_error(note)).collect()
 }
 
 /// Young's moduli along the material axes.

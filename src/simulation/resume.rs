@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 use crate::evolution::RunCheckpoint;
 use crate::evolution::records::IncrementRecord;
 use crate::output::atomic_file::{file_error, sha256_of};
@@ -111,10 +111,10 @@ pub fn decide_resume(
         let more = missing.len().saturating_sub(LISTED);
         let rest = if more > 0 { format!(", and {more} more") } else { String::new() };
         missing.truncate(LISTED);
-        summary.warnings.push(format!(
+        summary.warnings.push(Warning::note(format!(
             "files of the run before --resume are missing and are omitted from the collections: {}{rest}",
             missing.join(", ")
-        ));
+        )));
     }
     if let Some(last) = checkpoint_data.snapshot.records().last() {
         say(&format!("resuming after step \"{}\" ({})", last.name, last.increment));

@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use crate::error::{Error, ErrorKind, Result, exit, panic_message};
+use crate::error::{Error, ErrorKind, Result, Warning, exit, panic_message};
 use crate::evolution::observer::{CheckpointEvent, Observer};
 use crate::evolution::records::{FrameState, IncrementRecord, Outcome};
 use crate::evolution::{RunCheckpoint, RunResult};
@@ -321,7 +321,7 @@ fn conclude(
 ) -> std::result::Result<u8, SceneError> {
     let outcome = result.map(|result| {
         summary.skipped.extend(result.skipped);
-        summary.warnings.extend(result.warnings);
+        summary.warnings.extend(result.warnings.into_iter().map(Warning::from));
         summary.loops = result.fretting_loops;
         result.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, *seconds));
         result.outcome

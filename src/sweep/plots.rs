@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::evolution::step::CycleMotion;
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
 use crate::output::plot::heat_map::HeatMap;
@@ -218,9 +219,11 @@ impl StudyPlots<'_> {
                 let series = self.family(Some(family), &choice, |choice| {
                     self.run(choice).map_or(Vec::new(), |run| run.curve(&quantity.path))
                 });
-                let (x, scale) = match self.sweep.curve_abscissa.get(&quantity.step) {
-                    Some(&"cycles") => ("cycles".to_owned(), Scale::Linear),
-                    Some(other) => (format!("{other}, {}", self.sweep.units.length), Scale::Linear),
+                let (x, scale) = match self.sweep.motions.get(&quantity.step) {
+                    Some(CycleMotion::ClosedPath(_)) => ("cycles".to_owned(), Scale::Linear),
+                    Some(CycleMotion::Sliding { .. }) => {
+                        (format!("distance slid, {}", self.sweep.units.length), Scale::Linear)
+                    }
                     None => ("increment".to_owned(), Scale::Whole),
                 };
                 let title = self.title(quantity, &[family], &choice);

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::error::Error;
+use crate::evolution::step::CycleMotion;
 use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::document::Document;
 use crate::scene::plan::Plan;
 use crate::scene::schema::json_schema_of;
-use crate::scene::{self, Diagnostic, Diagnostics, MeshCache, parse, schema_check};
+use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, MeshCache, parse, schema_check};
 use crate::sweep::axes::{Axis, MOST_RUNS, axes};
 use crate::sweep::collect::CollectedQuantity;
 use crate::sweep::require::{Requirement, combinations};
@@ -58,8 +59,8 @@ pub struct Sweep {
     pub notes: Vec<String>,
     /// The runs: all combinations that `require` does not omit, with the last axis varying fastest.
     pub runs: Vec<RunSpec>,
-    /// Abscissa of the curves of steps with wear jumps, by step name: "cycles" or "distance slid".
-    pub curve_abscissa: BTreeMap<String, &'static str>,
+    /// Motion of the steps with wear jumps, by step name. It determines the abscissa of their curves.
+    pub motions: BTreeMap<String, CycleMotion>,
     /// The plan of the first run.
     pub first: Plan,
     /// Cache of the meshes of all scenes.
@@ -108,7 +109,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     }
     if !mistakes.is_empty() {
         mistakes.extend(output_mistakes);
-        return Err(vec![reworded_for_study(Diagnostics::new(&document, mistakes))]);
+        return Err(vec![Diagnostics::new(&document, mistakes)]);
     }
     let all: usize = axes.iter().map(|axis| axis.values.len()).product();
     let left_out = all - choices.len();
@@ -117,11 +118,11 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
     let scene_diagnostics = reader.scene_diagnostics();
-    let SceneReader { study_diagnostics: mut mistakes, first, jumping: curve_abscissa, .. } = reader;
+    let SceneReader { study_diagnostics: mut mistakes, first, motions, .. } = reader;
     mistakes.extend(output_mistakes);
     let (Some(first), true) = (first, mistakes.is_empty() && scene_diagnostics.is_none()) else {
         let study = (!mistakes.is_empty()).then(|| Diagnostics::new(&document, mistakes));
-        return Err(study.map(reworded_for_study).into_iter().chain(scene_diagnostics).collect());
+        return Err(study.into_iter().chain(scene_diagnostics).collect());
     };
     let collect = if collect.is_empty() { default_quantities(&first) } else { collect };
     let title = if keys.study.title.is_empty() { first.title.clone() } else { keys.study.title };
@@ -141,7 +142,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
         left_out,
         notes,
         runs,
-        curve_abscissa,
+        motions,
         first,
         meshes,
     })
@@ -152,7 +153,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
 /// # Errors
 /// If the file is no study, or its keys cannot be read in spite of the mistakes.
 fn read_keys(path: &Path) -> Result<(Document, StudyFile, Vec<Diagnostic>), Vec<Diagnostics>> {
-    let document = parse::read_document(path, &[]).map_err(|mistakes| vec![reworded_for_study(mistakes)])?;
+    let document = parse::read_document(path, &[]).map_err(|mistakes| vec![mistakes])?;
     if document.get("study").is_none() && document.get("body1").is_some() {
         let mistake = Diagnostic::at(&document, "body1", "this is a scene, not a study").label("a scene");
         let mend = format!(
@@ -162,7 +163,12 @@ fn read_keys(path: &Path) -> Result<(Document, StudyFile, Vec<Diagnostic>), Vec<
         return Err(vec![Diagnostics::new(&document, vec![mistake.help(mend)])]);
     }
     let (mut mistakes, unknown) =
-        schema_check::check_against_schema(&document, &json_schema_of::<StudyFile>());
+        schema_check::check_against_schema(&document, &json_schema_of::<StudyFile>(), "the study");
+    let no_study = DiagnosticKind::MissingKey("study".to_owned());
+    for mistake in mistakes.iter_mut().filter(|mistake| mistake.key.is_empty() && mistake.kind == no_study) {
+        mistake.message = "the study file has no table [study]".to_owned();
+        mistake.help = "add [study] with scene = \"FILE.toml\"".to_owned();
+    }
     let mut known = document.clone();
     unknown.iter().for_each(|key| known.remove(key));
     let keys: StudyFile = match serde_path_to_error::deserialize(known.root.to_serde_json()) {
@@ -172,7 +178,7 @@ fn read_keys(path: &Path) -> Result<(Document, StudyFile, Vec<Diagnostic>), Vec<
                 let place = error.path().to_string();
                 mistakes.push(Diagnostic::at(&document, &place, error.inner().to_string()));
             }
-            return Err(vec![reworded_for_study(Diagnostics::new(&document, mistakes))]);
+            return Err(vec![Diagnostics::new(&document, mistakes)]);
         }
     };
     Ok((document, keys, mistakes))
@@ -193,22 +199,6 @@ fn quantities(
         }
     };
     list.iter().enumerate().filter_map(parse).collect()
-}
-
-/// Replaces "scene" by "study" in messages about a study file.
-fn reworded_for_study(mut mistakes: Diagnostics) -> Diagnostics {
-    for mistake in &mut mistakes.list {
-        if mistake.message == "the scene lacks `study`" {
-            mistake.message = "the study file has no table [study]".to_owned();
-            mistake.help = "add [study] with scene = \"FILE.toml\"".to_owned();
-        }
-        for words in ["the scene lacks", "the scene has no key"] {
-            if let Some(rest) = mistake.message.strip_prefix(words) {
-                mistake.message = format!("{}{rest}", words.replace("scene", "study"));
-            }
-        }
-    }
-    mistakes
 }
 
 /// The combinations of values that meet all requirements. Errors are added to `mistakes`.

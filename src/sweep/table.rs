@@ -3,7 +3,8 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
+use crate::evolution::records::Divergence;
 use crate::npy::NpzWriter;
 use crate::output::summary::{Status, Summary, Units};
 use crate::sweep::axes::Axis;
@@ -56,6 +57,9 @@ pub struct StudyRun {
     pub status: Option<Status>,
     /// Reason why the run did not converge or failed.
     pub reason: Option<String>,
+    /// The reason, if it is not an error.
+    #[serde(skip)]
+    pub divergence: Option<Divergence>,
     /// SHA-256 of the scene file and its overrides.
     pub scene_sha256: String,
     /// Total time, including output, s.
@@ -68,7 +72,7 @@ pub struct StudyRun {
     #[serde(rename = "curves")]
     pub curve_points: Map<String, Value>,
     /// Warnings for the user.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 fn number(value: Option<f64>) -> Value {
@@ -101,6 +105,7 @@ impl StudyRun {
             values: pairs.collect(),
             status: None,
             reason: None,
+            divergence: None,
             scene_sha256: String::new(),
             seconds: 0.0,
             natural_residual: None,
@@ -113,6 +118,7 @@ impl StudyRun {
     /// Takes the results from the summary of the run.
     pub fn fill_from(&mut self, sweep: &Sweep, summary: &Summary, seconds: f64) {
         self.status = Some(summary.status);
+        self.divergence = summary.reason.filter(|_| summary.error.is_none());
         self.reason = summary.error.clone().or(summary.reason.map(|reason| reason.to_string()));
         self.scene_sha256.clone_from(&summary.scene_sha256);
         self.seconds = seconds;

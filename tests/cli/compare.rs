@@ -128,7 +128,7 @@ fn what_a_half_space_has_no_place_for_is_named() {
         let plan = orthowear::scene::read(&path, &settings).unwrap_or_else(|mistakes| panic!("{mistakes}"));
         let (_, variants) =
             orthowear::compare::variants(&plan, &[]).unwrap_or_else(|f| panic!("{}", f.error));
-        variants.into_iter().flat_map(|variant| variant.warnings).collect()
+        variants.into_iter().flat_map(|variant| variant.warnings).map(String::from).collect()
     };
     assert_eq!(notes(&[]), "");
     let sides = "body1.fixed=[{ group = \"base\", components = [\"x\", \"y\"] }]";

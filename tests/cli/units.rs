@@ -96,7 +96,7 @@ fn ready_scenes_are_not_warned_about() {
         }
         let plan = orthowear::scene::read(&path, &[]).unwrap_or_else(|mistakes| panic!("{mistakes}"));
         assert!(
-            plan.notes.iter().all(|note| !note.contains("possible unit error:")),
+            plan.notes.iter().all(|note| !note.text.contains("possible unit error:")),
             "{}: {:?}",
             path.display(),
             plan.notes

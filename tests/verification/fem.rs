@@ -69,7 +69,8 @@ fn patch_macneal_harder() {
     // One of the seven elements is folded at a corner, but at no integration point. This gives a warning, as in other programs.
     let quality = orthowear::mesh::quality::check(&macneal_harder()).expect("a mesh that can be computed");
     assert!(
-        quality.folded_at_nodes == 1 && quality.warnings()[0].contains("1 of 7 solid elements are folded")
+        quality.folded_at_nodes == 1
+            && quality.warnings()[0].text.contains("1 of 7 solid elements are folded")
     );
     for formulation in HexFormulation::ALL {
         patch_test(macneal_harder(), stiffness.clone(), formulation, strain, 1.0, 1e-12);

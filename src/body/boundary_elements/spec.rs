@@ -129,7 +129,8 @@ impl BeSpec {
             faces.iter().flat_map(|face| elements.nodes_of(number[&face.owner])).collect()
         };
         for support in &self.supports {
-            for node in nodes_of(self.faces(&support.group)?) {
+            let faces = self.faces(&support.group).map_err(|error| error.at_group(&support.group))?;
+            for node in nodes_of(faces) {
                 for c in (0..3).filter(|&c| support.components[c]) {
                     let far = Point::from(support.gradient[c]).dot(&positions[node]);
                     let value = support.value[c] + far;
@@ -140,7 +141,8 @@ impl BeSpec {
                             support.group,
                             AXIS_NAMES[c],
                             format_point(&positions[node].into())
-                        )));
+                        ))
+                        .at_group(&support.group));
                     }
                 }
             }

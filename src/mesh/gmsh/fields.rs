@@ -7,14 +7,14 @@ use crate::mesh::ElementField;
 /// Largest number of components of a value (a tensor).
 const MAX_COMPONENTS: u64 = 9;
 
-/// Reads one `$ElementData` section. Further time steps of a known field are omitted, with a warning.
+/// Reads one `$ElementData` section. Further time steps of a known field are omitted; `repeated` contains the name of the field.
 ///
 /// The three lists of tags are text also in binary files: strings (name first), reals (time first), and integers (time step,
 /// components, elements, partition).
 pub(super) fn read_element_data(
     cursor: &mut Cursor,
     fields: &mut Vec<ElementField>,
-    warnings: &mut Vec<String>,
+    repeated: &mut Vec<String>,
 ) -> Result<()> {
     let (name, n_components, n) = read_header(cursor)?;
     let n = cursor.check_count(n, cursor.bytes_of(4) + n_components * cursor.bytes_of(8), "values")?;
@@ -30,16 +30,17 @@ pub(super) fn read_element_data(
     }
     if fields.iter().all(|known| known.name != field.name) {
         fields.push(field);
-        return Ok(());
-    }
-    let warning = format!(
-        "the field \"{}\" has several time steps; only the first is used. Save only the time step to be used",
-        field.name
-    );
-    if !warnings.contains(&warning) {
-        warnings.push(warning);
+    } else if !repeated.contains(&field.name) {
+        repeated.push(field.name);
     }
     Ok(())
+}
+
+/// Warning about the omitted time steps of a field.
+pub(super) fn repeated_warning(name: &str) -> String {
+    format!(
+        "the field \"{name}\" has several time steps; only the first is used. Save only the time step to be used"
+    )
 }
 
 /// Reads name, number of components, and number of values.

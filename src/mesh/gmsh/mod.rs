@@ -69,7 +69,7 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementField>, Vec<String>)> {
     check_start(bytes, source)?;
     let mut cursor = Cursor::new(bytes, source);
-    let (mut raw, mut fields, mut warnings) = (RawMesh::default(), Vec::new(), Vec::new());
+    let (mut raw, mut fields, mut repeated) = (RawMesh::default(), Vec::new(), Vec::new());
     let mut version = None;
     while let Some(name) = cursor.next_section()? {
         match (name.as_str(), version) {
@@ -90,7 +90,7 @@ fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementFie
             ("Nodes", Some(Version::V4)) => v4::read_nodes(&mut cursor, &mut raw)?,
             ("Elements", Some(Version::V4)) => v4::read_elements(&mut cursor, &mut raw)?,
             ("Entities", Some(Version::V4)) => v4::read_entities(&mut cursor, &mut raw)?,
-            ("ElementData", Some(_)) => fields::read_element_data(&mut cursor, &mut fields, &mut warnings)?,
+            ("ElementData", Some(_)) => fields::read_element_data(&mut cursor, &mut fields, &mut repeated)?,
             ("PartitionedEntities", Some(Version::V4)) => {
                 return Err(cursor.fail(
                     "partitioned meshes are not supported; save the mesh unpartitioned (in gmsh: Mesh > Unpartition)",
@@ -108,7 +108,7 @@ fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementFie
             "{source} has no $MeshFormat section; a gmsh .msh file begins with one"
         )));
     }
-    Ok((raw, fields, warnings))
+    Ok((raw, fields, repeated.iter().map(|name| fields::repeated_warning(name)).collect()))
 }
 
 /// Refuses an empty file, a .msh file of version 1, and a file that does not begin with a section; the message gives the remedy.

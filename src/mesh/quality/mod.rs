@@ -7,7 +7,7 @@ mod measure;
 use super::Mesh;
 use super::faces::face_of_three_solids;
 use crate::element::ElementKind;
-use crate::error::{Error, Result, warning};
+use crate::error::{Error, Result, Warning};
 use crate::geometry::{bounds, format_point};
 pub use conformity::NonconformingFaces;
 use conformity::find_nonconforming_faces;
@@ -34,30 +34,30 @@ pub struct Quality {
 
 impl Quality {
     /// Warnings about the mesh.
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Warning> {
         self.folded().into_iter().chain(self.nonconforming_warnings()).chain(self.unmerged()).collect()
     }
 
     /// Warning about solids that are folded at nodes.
-    fn folded(&self) -> Option<String> {
+    fn folded(&self) -> Option<Warning> {
         let (least, tag) = self.min_scaled_jacobian;
         let all: usize = self.solids.iter().map(|(_, n)| n).sum();
         (self.folded_at_nodes > 0).then(|| {
-            format!(
+            Warning::note(format!(
                 "{} of {all} solid elements are folded or flat at a node, but their Jacobian is positive at all integration points (worst: element {tag}, {least:.1e} relative to its edge lengths). They are used as they are, but stresses there are less accurate. Move the node, or straighten the edge",
                 self.folded_at_nodes
-            )
+            ))
         })
     }
 
     /// Warnings about displacement gaps between neighbours.
-    fn nonconforming_warnings(&self) -> Vec<String> {
+    fn nonconforming_warnings(&self) -> Vec<Warning> {
         let NonconformingFaces { split_quadrangles, mixed_orders } = self.nonconforming_faces;
         let told = |(n, tag): (usize, u64), what: &str, mend: &str| {
             let words = format!(
                 "{n} {what} (one at element {tag}). Displacements are discontinuous there between the nodes; {mend}"
             );
-            (n > 0).then(|| warning(&words))
+            (n > 0).then(|| Warning::uncertain(&words))
         };
         [
             told(
@@ -77,7 +77,7 @@ impl Quality {
     }
 
     /// Warning about coincident nodes.
-    fn unmerged(&self) -> Option<String> {
+    fn unmerged(&self) -> Option<Warning> {
         let n = self.coincident_points.len();
         if n == 0 {
             return None;
@@ -85,10 +85,10 @@ impl Quality {
         let places: Vec<String> = self.coincident_points.iter().take(3).map(format_point).collect();
         let (verb, more) =
             (if n == 1 { "node coincides" } else { "nodes coincide" }, if n > 3 { ", .." } else { "" });
-        Some(format!(
+        Some(Warning::note(format!(
             "{n} {verb} with another node, at {}{more}. The elements there are not connected; merge the nodes unless they form a crack (in gmsh: `Coherence Mesh`)",
             places.join(", ")
-        ))
+        )))
     }
 }
 

@@ -27,7 +27,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Mat
     if mesh.volume_cells().next().is_some() {
         check_quality(r, &place, &mesh);
     } else {
-        r.notes.extend(mesh.warnings.iter().map(|warning| format!("{place}: {warning}")));
+        mesh.warnings.iter().for_each(|warning| r.note(format!("{place}: {warning}")));
     }
     let before = r.diagnostics.len();
     check_groups(r, key, &body, &mesh);
@@ -96,7 +96,7 @@ pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Opti
     let oriented = closed_surface::orient_outward(skin.as_ref().unwrap_or(mesh));
     let mend = "give a closed surface mesh of one body, or a volume mesh; the boundary surface of a volume mesh is extracted";
     let (mesh, notes) = r.accept(oriented, place, ["this mesh", mend])?;
-    r.notes.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
+    notes.iter().for_each(|note| r.note(format!("{place}: {note}")));
     Some(mesh)
 }
 

@@ -114,7 +114,7 @@ fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &Mes
     report_rigid_body_modes(r, key, modes, &spec.supports, [&place, help]);
 }
 
-/// Notes unconstrained rigid-body modes. Reports an error of `modes` at the support that the message names, otherwise at `place`.
+/// Notes unconstrained rigid-body modes. Reports an error of `modes` at the support that causes it, otherwise at `place`.
 pub(super) fn report_rigid_body_modes(
     r: &mut Resolver,
     key: &str,
@@ -124,12 +124,12 @@ pub(super) fn report_rigid_body_modes(
 ) {
     match modes {
         Ok(None) => {}
-        Ok(Some(free)) => r.notes.push(format!(
+        Ok(Some(free)) => r.note(format!(
             "{key} has unconstrained rigid-body modes ({}): only contact forces can balance its loads along them",
             free.names.join(", ")
         )),
         Err(error) => {
-            let named = |support: &&PrescribedDisplacement| error.message().contains(&format!("\"{}\"", support.group));
+            let named = |support: &&PrescribedDisplacement| error.group.as_ref() == Some(&support.group);
             let place = supports.iter().find(named).map_or(place, |support| &support.key);
             r.report(place, error.message().to_owned(), "these supports", help);
         }
@@ -279,11 +279,11 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<M
 
 /// Reports volume elements that are not suitable for the analysis. Notes repairs by the mesh reader and elements of poor quality.
 pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Arc<Mesh>) {
-    let mut warnings = mesh.warnings.clone();
+    mesh.warnings.iter().for_each(|warning| r.note(format!("{place}: {warning}")));
     let mend = "every solid element needs a positive volume, and elements must not overlap";
     let quality = r.accept(r.meshes.quality(mesh), place, ["this mesh", mend]);
-    warnings.extend(quality.iter().flat_map(|quality| quality.warnings()));
-    r.notes.extend(warnings.into_iter().map(|warning| format!("{place}: {warning}")));
+    let warnings = quality.iter().flat_map(|quality| quality.warnings());
+    r.notes.extend(warnings.map(|warning| warning.at(place)));
 }
 
 /// Largest number of mesh files that a help text lists.

@@ -21,8 +21,10 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) ->
                 Some(outline) => Some(resolve_outline(r, outline)?),
                 None => None,
             };
-            r.notes
-                .extend(outline.as_ref().and_then(|outline| outline_warning(outline, half_width, periodic)));
+            let beyond = |outline| extends_beyond_frame(outline, half_width, periodic);
+            if outline.as_ref().is_some_and(beyond) {
+                r.note("frame.outline extends beyond the frame and is cut at its edge; contact at that edge triggers a warning");
+            }
             Some(FramePlan::Grid { half_width, cells, center, azimuth, periodic, outline, grow })
         }
         Frame::Mesh { body, points, center, azimuth, normal } => {
@@ -69,14 +71,10 @@ fn check_periodic(
     (r.diagnostics.len() == before).then_some(())
 }
 
-/// A note if the frame cuts off a part of the outline.
-fn outline_warning(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 2]) -> Option<String> {
+/// Whether the frame cuts off a part of the outline.
+fn extends_beyond_frame(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 2]) -> bool {
     let extent = outline.extent();
-    let beyond =
-        (0..2).any(|k| !periodic[k] && extent[k].iter().any(|x| x.abs() > half_width[k] * (1.0 + 1e-9)));
-    beyond.then(|| {
-        "frame.outline extends beyond the frame and is cut at its edge; contact at that edge triggers a warning".to_owned()
-    })
+    (0..2).any(|k| !periodic[k] && extent[k].iter().any(|x| x.abs() > half_width[k] * (1.0 + 1e-9)))
 }
 
 /// Mean area of the contact faces of a body; infinite if the faces cannot be used, which is reported elsewhere.

@@ -1,6 +1,6 @@
 //! Loads of the bodies themselves in scenes with friction.
 
-use crate::error::warning;
+use crate::error::Warning;
 use crate::evolution::step::Step;
 use crate::laws::friction::FrictionLaw;
 use crate::scene::plan::{BodyPlan, PrescribedDisplacement};
@@ -11,14 +11,14 @@ pub(super) fn friction_warnings(
     bodies: &[Option<BodyPlan>; 2],
     friction: &FrictionLaw,
     steps: &[Step],
-) -> Vec<String> {
+) -> Vec<Warning> {
     if matches!(friction, FrictionLaw::None) || !steps.iter().any(|step| step.friction) {
         return Vec::new();
     }
     let warn = |(index, body): (usize, &Option<BodyPlan>)| {
         let loads = own_loads(body.as_ref()?);
         (!loads.is_empty()).then(|| {
-            warning(&format!(
+            Warning::uncertain(&format!(
                 "body{} has loads of its own ({}) that act in full before contact. The surface deformation that they cause does not count as slip. Stick zones, slip and tangential forces omit its effect. Load the contact through body 2 (approach, normal_force, shift), or use `friction = false`",
                 index + 1,
                 loads.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ")

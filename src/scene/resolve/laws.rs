@@ -291,7 +291,7 @@ fn fibre_under_frame(
         let mend = format!("set the direction to use: {section}.fibre = {{ tilt = .., azimuth = .. }}");
         return r.refuse(&format!("{section}.law"), message, "which direction?", mend);
     }
-    r.notes.push(format!(
+    r.note(format!(
         "{section} uses the mean fibre direction of body {} under the frame: tilt {:.2}, azimuth {:.2} degrees{}",
         index + 1,
         fibre.tilt.to_degrees(),

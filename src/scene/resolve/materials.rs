@@ -45,7 +45,7 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
         let material: Option<Material> = r.section(&key);
         let elastic = material.and_then(|material| elastic_material(r, &key, &name, &material));
         if all_defined && material_users(r, &name).is_empty() {
-            r.notes.push(format!("the material `{name}` is not used by any body"));
+            r.note(format!("the material `{name}` is not used by any body"));
         }
         materials.insert(name, elastic);
     }

@@ -28,6 +28,7 @@ use super::plan::{BodyPlan, Plan, TruncatedHalfSpacePlan};
 use super::spec::body::Body;
 use super::spec::laws::{Friction, Wear};
 use super::spec::solver::{Output, Solver};
+use crate::error::Warning;
 use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::mesh_cache::MeshCache;
@@ -38,7 +39,7 @@ pub(super) fn resolve(
     meshes: &MeshCache,
     unknown_keys: &[String],
     schema_valid: bool,
-) -> (Option<Plan>, Vec<Diagnostic>, Vec<String>) {
+) -> (Option<Plan>, Vec<Diagnostic>, Vec<Warning>) {
     let mut r = Resolver {
         document,
         meshes,

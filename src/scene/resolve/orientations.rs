@@ -99,7 +99,7 @@ fn from_fields(
     match field_axes(field, source, mesh) {
         Ok((axes, unknown)) => {
             if let [first, ..] = unknown.as_slice() {
-                r.notes.push(format!(
+                r.note(format!(
                     "{key}: the field \"{name}\" of {source} has values for {} elements that are not in {} (first: \
                      element {first}); these values are ignored",
                     unknown.len(),
@@ -161,7 +161,7 @@ fn from_file(
                 );
             }
         };
-        r.notes.extend(warnings.into_iter().map(|warning| format!("{key}.file: {warning}")));
+        warnings.iter().for_each(|warning| r.note(format!("{key}.file: {warning}")));
         let name = match (field, fields.as_slice()) {
             (Some(name), _) => name.to_owned(),
             (None, [only]) => only.name.clone(),

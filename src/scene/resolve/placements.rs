@@ -146,7 +146,7 @@ impl BodyContext<'_> {
         });
         let plies: Vec<Ply> = plies.collect();
         if ((z - bottom) / (high - low) - 1.0).abs() > 1e-6 {
-            r.notes.push(format!(
+            r.note(format!(
                 "{key}: the total thickness of the plies is {:.6} (z = {bottom:.6} to {z:.6}), but the elements extend \
                  from z = {low:.6} to {high:.6}",
                 z - bottom
@@ -191,7 +191,7 @@ fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
 pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     for group in body.regions.keys() {
         if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {
-            r.notes.push(format!(
+            r.note(format!(
                 "{}: the group has no elements in {}",
                 join_key(&format!("{key}.regions"), group),
                 spec.mesh.source
@@ -210,6 +210,6 @@ pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBod
         for mistake in finding.errors {
             r.report(&place, mistake, "does not fit the mesh", mend);
         }
-        r.notes.extend(finding.notes.into_iter().map(|note| format!("{place}: {note}")));
+        finding.notes.iter().for_each(|note| r.note(format!("{place}: {note}")));
     }
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::de::DeserializeOwned;
 
+use crate::error::Warning;
 use crate::scene::diagnostic::Diagnostic;
 use crate::scene::document::{Document, TomlValue};
 use crate::scene::mesh_cache::MeshCache;
@@ -14,7 +15,7 @@ pub(super) struct Resolver<'a> {
     /// Cache of the meshes.
     pub meshes: &'a MeshCache,
     pub diagnostics: Vec<Diagnostic>,
-    pub notes: Vec<String>,
+    pub notes: Vec<Warning>,
     /// Keys and paths of the files that the scene names.
     pub files: Vec<(String, PathBuf)>,
     /// Whether the schema check passed. Only then a section that cannot be deserialised is reported.
@@ -27,6 +28,11 @@ impl<'a> Resolver<'a> {
     /// Reports an error at `key`.
     pub fn report(&mut self, key: &str, message: impl Into<String>, label: &str, mend: impl Into<String>) {
         self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
+    }
+
+    /// Adds a note for the user.
+    pub fn note(&mut self, text: impl Into<String>) {
+        self.notes.push(Warning::note(text));
     }
 
     /// Reports an error at `key` and returns `None`.

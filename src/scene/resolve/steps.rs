@@ -28,7 +28,7 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
     if let Some(steps) = &steps
         && steps.first().is_some_and(|step| step.normal.is_none())
     {
-        r.notes.push(format!(
+        r.note(format!(
             "step \"{}\" has neither approach nor normal_force (approach 0 is where the surfaces first touch). Only the bodies' own loads can press them together",
             steps[0].name
         ));
@@ -133,7 +133,7 @@ fn note_duplicate_names(r: &mut Resolver, steps: &[NumberedStep]) {
     let names: Vec<&str> = steps.map(|step| step.name.as_str()).collect();
     for (i, name) in names.iter().enumerate() {
         if names[..i].contains(name) {
-            r.notes.push(format!(
+            r.note(format!(
                 "two steps are named \"{name}\": results reported by step name are those of the last of them"
             ));
         }
@@ -175,7 +175,7 @@ fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
         let largest = tilt.max(twist).to_degrees();
         if largest > MAX_ROTATION_DEG && !told.contains(&&step.name) {
             told.push(&step.name);
-            r.notes.push(format!(
+            r.note(format!(
                 "step \"{}\" rotates body 2 by {largest:.3} degrees: rotations are linearised (change of gap = angle x \
                  distance), and the axes of the friction law do not rotate",
                 step.name

@@ -7,7 +7,7 @@ use nalgebra::Vector6;
 use crate::body::half_space::plane_axes;
 use crate::coupling::MeshedGap;
 use crate::element::ElementKind;
-use crate::error::{Error, warning};
+use crate::error::{Error, Warning};
 use crate::fem::ElementMaterials;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
 use crate::geometry::{Point, bounds, format_direction, format_number, format_short};
@@ -80,7 +80,7 @@ pub(crate) fn check(
     plan: &Plan,
     frame: &ContactFrame,
     near: &[NearFieldModel; 2],
-) -> Result<Vec<String>, SceneError> {
+) -> Result<Vec<Warning>, SceneError> {
     refuse_rounded_coordinates(plan, frame)?;
     inside::check(plan, frame)?;
     let mut notes = Vec::new();
@@ -163,7 +163,7 @@ fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), S
 /// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals, with body 2 at its meshed
 /// position. On a frame of radius R, a motion u changes them by about u^2 / R in addition. Measured for a pin in a bore of 25 mm,
 /// clearance 0.01 mm, approach 0.005 mm: a motion of 0.03 mm reduces the load by 1.4 %, and a motion of 0.11 mm halves it.
-fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Option<String> {
+fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Option<Warning> {
     let (first, start) = (frame.triads[0].normal(), frame.centers[0]);
     // On a circle of radius R, the normals at two points with the distance d differ by d / R.
     let curvature = (1..frame.n_cells())
@@ -176,7 +176,7 @@ fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -
     };
     (error > allowed).then(|| {
         let unit = &plan.units.length;
-        warning(&format!(
+        Warning::uncertain(&format!(
             "the frame is curved, and moving body 2 by {} {unit} to the first touch makes the gap uncertain by about {} {unit}: mesh body 2 so that it nearly touches body 1",
             format_short(closing_motion.abs()),
             format_short(error)
@@ -185,7 +185,7 @@ fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -
 }
 
 /// Note on the motion along n that brings body 2 from its meshed position to the first touch.
-fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> String {
+fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Warning {
     let unit = &plan.units.length;
     let normal = format_direction(&frame.axes.normal());
     let (direction, reason) = if closing_motion > 0.0 {
@@ -193,18 +193,18 @@ fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> S
     } else {
         ("along", "to the first touch of the surfaces, because the meshes overlap")
     };
-    format!(
+    Warning::note(format!(
         "gap.kind = \"mesh\": body 2 is moved by {} {unit} {direction} n = {normal} {reason}; `approach` is measured from there",
         format_number(format!("{:.3e}", closing_motion.abs()).parse().unwrap_or(closing_motion.abs()))
-    )
+    ))
 }
 
 /// Warns if a boundary element is too large to represent bending of the body. The pair is the element's index among the outer faces
 /// and the ratio of its node spacing to the thickness of the body behind it.
-fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> Option<String> {
+fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> Option<Warning> {
     let face =
         outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;
-    Some(warning(&format!(
+    Some(Warning::uncertain(&format!(
         "the node spacing of the boundary element {} of {key} is {} times the thickness of the body there: thin bodies become far too stiff (constant, linear elements) or too soft; use elements of at most half of the thickness, or finite elements (kind = \"fe\")",
         face.tag,
         format_short(ratio)
@@ -217,7 +217,7 @@ fn check_cell_size(
     frame: &ContactFrame,
     near: &[NearFieldModel; 2],
     (per_node, aligned): ([Option<f64>; 2], [bool; 2]),
-) -> Result<Vec<String>, SceneError> {
+) -> Result<Vec<Warning>, SceneError> {
     let is_half_space = |index: usize| {
         near[index].half_space_fit().is_some() || matches!(plan.bodies[index], BodyPlan::HalfSpace(_))
     };
@@ -264,9 +264,9 @@ fn check_cell_size(
 }
 
 /// Adds to warnings, if any, the note `why` no half-space is used.
-fn with_reasons(mut warnings: Vec<String>, why: &str) -> Vec<String> {
+fn with_reasons(mut warnings: Vec<Warning>, why: &str) -> Vec<Warning> {
     let reasons = why.strip_prefix("; ").filter(|_| !warnings.is_empty());
-    warnings.extend(reasons.map(str::to_owned));
+    warnings.extend(reasons.map(Warning::note));
     warnings
 }
 
@@ -288,11 +288,11 @@ fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
     (index, face, cell): (usize, f64, f64),
-) -> Option<String> {
+) -> Option<Warning> {
     let ratio = cell / face;
     (ratio < MIN_CELL_AREA_RATIO).then(|| {
         let (unit, key, partner) = (&plan.units.length, BODY_KEYS[index], BODY_KEYS[1 - index]);
-        warning(&format!(
+        Warning::uncertain(&format!(
             "the contact faces of {key} are coarser than the cells of the frame: node spacing {} {unit}, mean cell side {} {unit} (cell area {} of the area per node). Pressures peak along these faces, several times too high if {key} is softer than {partner}; {}",
             format_short(face.sqrt()),
             format_short(cell.sqrt()),
@@ -347,7 +347,7 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize,
 }
 
 /// Note if the gap neglects height differences of the surface of body `key`. `heights` are along n in each cell, `[N]`, mm.
-fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
+fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<Warning> {
     let approach = plan.max_prescribed_approach()?;
     let [low, high] = bounds(heights.iter().copied());
     let counts = !matches!(plan.gap.shape, GapShape::Mesh | GapShape::PerCell(_))
@@ -360,16 +360,16 @@ fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
         _ => format!("the meshed surface of {key} is not flat under the frame"),
     };
     counts.then(|| {
-        format!(
+        Warning::note(format!(
             "{what}: heights along n differ by {} {}, which the gap neglects; use the gap of the meshes (gap.kind = \"mesh\"), unless the given gap already includes these heights",
             format_number(high - low),
             plan.units.length
-        )
+        ))
     })
 }
 
 /// Note if cells of a mesh frame have no opposite faces of the other body.
-fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<String> {
+fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<Warning> {
     let FramePlan::Mesh { body, points, .. } = plan.frame else { return None };
     let cells = if points == FramePoints::Nodes { "cells" } else { "faces" };
     let group = plan.bodies[body].as_meshed().map_or("", |fe| fe.contact.as_str());
@@ -379,11 +379,11 @@ fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<String> 
         None => format!("face the plane of {other}"),
     };
     (frame.n_excluded > 0).then(|| {
-        format!(
+        Warning::note(format!(
             "{} of the {} {cells} of `{group}` do not {why}; they are omitted from the frame and stay open",
             frame.n_excluded,
             frame.n_excluded + frame.n_cells(),
-        )
+        ))
     })
 }
 
@@ -433,7 +433,7 @@ fn check_cell_area_ratio(
     frame: &ContactFrame,
     face: f64,
     why: &str,
-) -> Result<Option<String>, SceneError> {
+) -> Result<Option<Warning>, SceneError> {
     let cell = frame.mean_cell_area();
     let ratio = cell / face;
     if ratio >= SMOOTH_CELL_AREA_RATIO {
@@ -460,11 +460,11 @@ fn check_cell_area_ratio(
         );
         let mend = format!("use {}, or a half-space body", remedy(SMOOTH_CELL_AREA_RATIO));
         return Ok(Some(if ratio < RELIABLE_CELL_AREA_RATIO {
-            warning(&format!(
+            Warning::uncertain(&format!(
                 "{note}. Peak pressures are not reliable and need not converge (forces do); {mend}"
             ))
         } else {
-            format!("{note}. Tractions may oscillate from cell to cell; {mend}")
+            Warning::note(format!("{note}. Tractions may oscillate from cell to cell; {mend}"))
         }));
     }
     let error = Error::input(format!(
@@ -499,7 +499,7 @@ fn region_fibre_warning(
     fe: &MeshedBodyPlan,
     index: usize,
     faces: &[&SurfaceFace],
-) -> Option<String> {
+) -> Option<Warning> {
     fe.material.fibre?;
     let named = ["friction", "wear"].into_iter().zip(plan.fibre_bodies);
     let laws: Vec<&str> = named.filter(|(_, body)| *body == Some(index)).map(|(law, _)| law).collect();
@@ -517,11 +517,11 @@ fn region_fibre_warning(
         })
     };
     let group = fe.regions.iter().filter_map(|(group, _)| group.as_deref()).find(|group| turned(group))?;
-    Some(format!(
+    Some(Warning::note(format!(
         "region `{group}` of {} lies under the frame and has another fibre direction than the body; {} use the fibre of the body",
         BODY_KEYS[index],
         laws.join(" and ")
-    ))
+    )))
 }
 
 /// Mean face area per contact node, mm2. A face counts for as many nodes as there are per face in a large regular mesh of its type.

@@ -4,7 +4,7 @@
 //! this error in full. With a half-space near field, the gap is corrected for the curvature of the faces. The remaining error comes
 //! from different curvatures at the two ends of an edge.
 
-use crate::error::warning;
+use crate::error::Warning;
 use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::Normal;
 use crate::frame::{ContactFrame, EdgeSagitta, GapShape, edge_sagittas};
@@ -25,7 +25,7 @@ const MIN_OVERLAP_SHARE: f64 = 1e-6;
 const ROUNDING: f64 = 1e-9;
 
 /// Warns if flat faces overlap at first touch (`gap`, `[N]`, mm) and the steps prescribe no positive approach and no force.
-pub(crate) fn preload_warning(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Option<String> {
+pub(crate) fn preload_warning(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Option<Warning> {
     let overlap = -gap.iter().copied().fold(f64::INFINITY, f64::min);
     let pressed_by_approach = plan.max_prescribed_approach().is_some();
     let under_force = plan.steps.iter().any(|step| matches!(step.normal, Some(Normal::Force(_))));
@@ -39,7 +39,7 @@ pub(crate) fn reached_preload_warning(
     plan: &Plan,
     frame: &ContactFrame,
     (gap, approach): (&[f64], f64),
-) -> Option<String> {
+) -> Option<Warning> {
     let overlap = -gap.iter().copied().fold(f64::INFINITY, f64::min);
     let under_force =
         plan.steps.iter().any(|step| matches!(step.normal, Some(Normal::Force(value)) if value > 0.0));
@@ -47,9 +47,9 @@ pub(crate) fn reached_preload_warning(
     (certain && under_force && approach < overlap).then(|| overlap_warning(plan, overlap))
 }
 
-fn overlap_warning(plan: &Plan, overlap: f64) -> String {
+fn overlap_warning(plan: &Plan, overlap: f64) -> Warning {
     let unit = &plan.units.length;
-    warning(&format!(
+    Warning::uncertain(&format!(
         "where the curved surfaces first touch, their flat faces overlap by up to {} {unit} elsewhere. At an approach of this size the mesh determines loads and pressures, not the shape of the bodies: use elements of second order, or matching nodes on both surfaces",
         format_short(overlap)
     ))
@@ -72,7 +72,7 @@ pub(crate) fn check(
     frame: &ContactFrame,
     (gap, depth): (&[f64], f64),
     bowed: [bool; 2],
-) -> Result<Vec<String>, SceneError> {
+) -> Result<Vec<Warning>, SceneError> {
     let mut doubts = Vec::new();
     let reach = gap.iter().copied().fold(f64::INFINITY, f64::min).max(depth);
     for (index, bowed) in bowed.into_iter().enumerate() {
@@ -133,13 +133,13 @@ pub(crate) fn own_load_warning(
     key: &str,
     error: Option<f64>,
     (gap, approach): (&[f64], f64),
-) -> Option<String> {
+) -> Option<Warning> {
     let overlap = approach - gap.iter().copied().fold(f64::INFINITY, f64::min);
     let depth = overlap.abs();
     let error = error.filter(|error| *error > MAX_FACETING_ERROR_SHARE * depth)?;
     let unit = &plan.units.length;
     let what = if overlap > 0.0 { "overlap" } else { "opening" };
-    Some(warning(&format!(
+    Some(Warning::uncertain(&format!(
         "the own loads and supports of {key} displace its surface under the frame with an estimated error of {} {unit}, {:.1} % of the {what} before contact ({} {unit}). Loads and pressures err by one to two times this share; use elements of second order, or smaller ones",
         format_short(error),
         100.0 * error / depth,
@@ -152,7 +152,7 @@ fn faceting_warning(
     key: &str,
     (cut, lost): (&EdgeSagitta, f64),
     (depth, bowed): (f64, bool),
-) -> String {
+) -> Warning {
     let unit = &plan.units.length;
     let share = 100.0 * lost / depth;
     let fine = cut.length * (MAX_FACETING_ERROR_SHARE * depth / lost).sqrt();
@@ -173,7 +173,7 @@ fn faceting_warning(
             "the flat contact faces of {key} (edges of {length} {unit}, radius {radius} {unit}) lie up to {lost} {unit} inside the curved surface, {share:.1} % of the approach of {depth} {unit}. Loads and pressures err by one to two times this share"
         )
     };
-    warning(&format!(
+    Warning::uncertain(&format!(
         "{what}. Use elements of second order, faces of at most {fine} {unit}, or a gap.kind such as \"sphere\" or \"cylinder\""
     ))
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Matrix2, Vector6};
 
-use crate::error::warning;
+use crate::error::Warning;
 use crate::frame::ContactFrame;
 use crate::geometry::format_short;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
@@ -62,7 +62,7 @@ impl BestParaboloid {
 }
 
 /// Describes the heights `gap` (`[N]`, mm) from a file under the frame, and warns if they are implausible.
-pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<String> {
+pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Warning> {
     let unit = &plan.units.length;
     let highest = gap.iter().copied().fold(0.0, f64::max);
     let mean = mean(frame, gap);
@@ -72,21 +72,21 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Strin
     let described = shape
         .as_ref()
         .map_or_else(|| "no sphere, cylinder or ellipsoid fits".to_owned(), |shape| shape.describe(unit));
-    notes.push(format!(
+    notes.push(Warning::note(format!(
         "gap.kind = \"heights\": the heights under the frame are 0 to {} {unit}, with a root mean square deviation of {} {unit} from their mean; {described}",
         format_short(highest),
         format_short(rms)
-    ));
+    )));
     let slope = steepest_slope(frame, gap);
     if slope > MAX_SLOPE {
-        notes.push(warning(&format!(
+        notes.push(Warning::uncertain(&format!(
             "the heights of the gap rise by up to {} {unit} per {unit} between neighbouring cells. Unless this is the edge of a punch, pressures there are wrong: check the file for a wrong unit ({unit} is expected) and for missing or misread values",
             format_short(slope)
         )));
     }
     let repeats = frame.is_periodic();
     if !repeats && shape.is_some_and(|shape| shape.curvatures.iter().sum::<f64>() < 0.0) {
-        notes.push(warning(
+        notes.push(Warning::uncertain(
             "the heights of the gap are largest in the middle, so that the bodies first touch at the edge of the frame. Heights are distances between the surfaces: change their sign if the map contains the height of the surface of body 2",
         ));
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::element::ElementKind;
-use crate::error::warning;
+use crate::error::Warning;
 use crate::fem::{ElementMaterials, HexFormulation};
 use crate::geometry::format_number;
 use crate::material::Stiffness;
@@ -34,7 +34,7 @@ fn name(kind: ElementKind, formulation: HexFormulation) -> &'static str {
 }
 
 /// Warns if elements of the body `key` lock in their material.
-pub(super) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<String> {
+pub(super) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<Warning> {
     let mut placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
     if !placed.any(|placed| placed.stiffness.volumetric_poisson_ratio() >= LOCKING_RATIO_STANDARD) {
         return None;
@@ -42,7 +42,7 @@ pub(super) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<String> 
     let inputs = fe.fem_spec(key);
     let regions = ElementMaterials::new(&inputs).ok()?;
     let found = Locking::new(&fe.mesh, &regions, inputs.formulation)?;
-    Some(warning(&found.message(key)))
+    Some(Warning::uncertain(&found.message(key)))
 }
 
 /// Locking elements of a body.

@@ -9,6 +9,7 @@ mod locking;
 mod periodic;
 pub(super) mod symmetry_planes;
 
+use crate::error::Warning;
 use crate::frame::ContactFrame;
 use crate::scene::plan::Plan;
 use crate::simulation::build::near_field::{NearFieldModel, choose_near_fields};
@@ -19,7 +20,7 @@ pub(crate) struct ValidScene {
     pub frame: ContactFrame,
     pub near_fields: [NearFieldModel; 2],
     /// Warnings about the fit of bodies and frame.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Checks the controls of `plan`, the near fields of its bodies on `frame`, and the fit of bodies and frame, in this order.

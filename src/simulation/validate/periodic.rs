@@ -1,6 +1,6 @@
 //! Checks that gap and steps of a plan suit a periodic frame.
 
-use crate::error::Error;
+use crate::error::{Error, Warning};
 use crate::evolution::step::Normal;
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::format_number;
@@ -18,7 +18,7 @@ const MIN_CELLS_ALONG_SEAM: usize = 4;
 /// # Errors
 /// If the frame is periodic in both directions and an approach reaches the mean distance of the surfaces, which pressure does not
 /// reduce. A frame with an outline is exempt, because cells outside it stay open.
-pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, SceneError> {
+pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Warning>, SceneError> {
     let Some(grid) = frame.grid.filter(|grid| grid.periodic != [false; 2]) else { return Ok(Vec::new()) };
     let gap = plan.gap.evaluate(frame).at("gap")?;
     // Cells outside an outline stay open, so contact need not be complete.
@@ -56,7 +56,7 @@ fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
 
 /// Note if the gap is discontinuous across the periodic boundary. `gap` contains the gap at each grid position, or `None` without a
 /// cell.
-fn seam_warning(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> Option<String> {
+fn seam_warning(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> Option<Warning> {
     let ny = grid.cells[1];
     let (along, across) = (grid.cells[axis], grid.cells[1 - axis]);
     let at = |i: usize, j: usize| if axis == 0 { gap[i * ny + j] } else { gap[j * ny + i] };
@@ -68,12 +68,12 @@ fn seam_warning(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> O
     let inside = (0..along - 1).map(step).fold(0.0, f64::max).sqrt();
     let seam = step(along - 1).sqrt();
     (seam > MAX_SEAM_STEP_RATIO * inside).then(|| {
-        format!(
+        Warning::note(format!(
             "the gap is not periodic along {}: it changes by {} {} from the last cell to the first, and by {} at most between other neighbours; this step acts as an edge",
             ["x", "y"][axis],
             format_number(seam),
             plan.units.length,
             format_number(inside)
-        )
+        ))
     })
 }

@@ -142,7 +142,7 @@ fn unmerged_nodes_are_counted() {
     let touching = check(&two(1.0)).expect("measured");
     assert_eq!(touching.coincident_points.len(), 4);
     assert_relative_eq!(touching.volume, 2.0, max_relative = 1e-14);
-    assert!(touching.warnings()[0].contains("4 nodes"));
+    assert!(touching.warnings()[0].text.contains("4 nodes"));
 
     let mut thrice = cube.clone();
     for tag in [98, 99] {
@@ -249,8 +249,8 @@ fn faces_of_neighbours_that_do_not_fit_are_counted() {
         ((1, 1), 0)
     );
     assert!(
-        quality.warnings()[0].contains("WARNING: 1 quadrilateral faces")
-            && quality.warnings()[0].contains("pyramids")
+        quality.warnings()[0].text.contains("WARNING: 1 quadrilateral faces")
+            && quality.warnings()[0].text.contains("pyramids")
     );
     let pyramid = block(ElementKind::Pyramid5, vec![4, 5, 6, 7, 8], vec![2]);
     assert!(check(&mesh(pyramid)).expect("measured").warnings().is_empty());

@@ -73,7 +73,8 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
         }
     }
     let converged = result.records.iter().all(|record| record.converged);
-    let warnings = plan.notes.iter().chain(&study.report.warnings).chain(&result.warnings).cloned().collect();
+    let before = plan.notes.iter().chain(&study.report.warnings).map(|warning| warning.text.clone());
+    let warnings = before.chain(result.warnings).collect();
     let tractions = kept.0.pop().map(|state| state.tractions).unwrap_or_default();
     let run = Run { records: result.records, warnings, tractions };
     match result.outcome {
