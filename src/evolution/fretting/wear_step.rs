@@ -102,49 +102,9 @@ impl Run<'_> {
 
     /// Solves the first strokes and the rates before the first jump, and records the first fretting loop on request.
     fn begin_wear_step(&mut self) -> Advance<WearStepState> {
-        let cycles = self.cycles();
         let clock = Instant::now();
-        if let JumpPolicy::Tolerance(tolerance) = cycles.jumps
-            && tolerance < MIN_TOLERANCE_RATIO * self.options.tolerance
-        {
-            self.result.warnings.push(format!(
-                "step \"{}\": wear.tolerance = {tolerance:e} is too small for the accuracy of the contact solution (solver.tolerance = {:e}): jumps become shorter, but not more accurate. Increase wear.tolerance, or decrease solver.tolerance",
-                self.step().name, self.options.tolerance
-            ));
-        }
-        let (center, n) = (self.state.rigid_motion, self.prepared.n());
-        let load_path = self.load_path();
-        let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
-        let shift = [center[0], center[1]];
-        let (cycle, slip_source) = match &cycles.motion {
-            CycleMotion::ClosedPath(closed) => {
-                let path = FrettingPath::new(closed, shift, [x, y]);
-                let cycle = CycleState::new(n, &path, center);
-                (cycle, SlipSource::ClosedPath(path))
-            }
-            CycleMotion::Sliding { angle } => {
-                let mut cycle = CycleState::for_sliding(n, center);
-                cycle.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
-                (cycle, SlipSource::Sliding(self.slip_per_length(*angle)))
-            }
-        };
-        let mut wear_step = WearStepState {
-            cycle: cycle.into(),
-            uncharged_work: SolveWork::default(),
-            slip_source,
-            completed: 0.0,
-            wear_rate: vec![0.0; n],
-            dissipation_rate: 0.0,
-            path_correction: None,
-            load_path,
-            step_controller: StepController::new(cycles.count, cycles.integrator.order()),
-            jumps_done: 0,
-            critical_length: None,
-            initial_peak_pressure: 0.0,
-            touched_edge_initially: false,
-            totals_before: (self.state.cycles_done, self.state.distance_slid),
-            rates_outdated: false,
-        };
+        self.warn_of_small_jump_tolerance();
+        let mut wear_step = self.new_wear_step();
         if let SlipSource::ClosedPath(path) = &wear_step.slip_source {
             let (loads, _) = self.loads_at(&wear_step, 0.0);
             let mut cycle = CycleState::from(&wear_step.cycle);
@@ -157,19 +117,72 @@ impl Run<'_> {
             state::touches_edge(&self.prepared, &wear_step.cycle.contact.scaled);
         wear_step.initial_peak_pressure = wear_step.cycle.peak_pressure();
         self.refuse_unstable(&wear_step)?;
-        let fastest = wear_step.wear_rate.iter().copied().fold(0.0, f64::max);
-        let Unknowns { rigid_motion, mode_amplitudes, .. } = &wear_step.cycle.contact;
-        let approach = self.prepared.approach_of(&rigid_motion[0], &mode_amplitudes[0]).abs();
-        // At zero approach there is no reference depth: the first trial jump covers all cycles.
-        if fastest > 0.0 && approach > 0.0 {
-            let first = FIRST_JUMP_DEPTH_SHARE * approach / fastest;
-            wear_step.step_controller =
-                StepController::new(first.min(cycles.count), cycles.integrator.order());
-        }
+        wear_step.step_controller = self.step_controller(&wear_step);
         if self.observer.wants_loops() {
             self.record_fretting_loop(&wear_step)?;
         }
         Ok(wear_step)
+    }
+
+    /// Warns of a tolerance of the wear that the contact solutions are too inaccurate for.
+    fn warn_of_small_jump_tolerance(&mut self) {
+        if let JumpPolicy::Tolerance(tolerance) = self.cycles().jumps
+            && tolerance < MIN_TOLERANCE_RATIO * self.options.tolerance
+        {
+            self.result.warnings.push(format!(
+                "step \"{}\": wear.tolerance = {tolerance:e} is too small for the accuracy of the contact solution (solver.tolerance = {:e}): jumps become shorter, but not more accurate. Increase wear.tolerance, or decrease solver.tolerance",
+                self.step().name, self.options.tolerance
+            ));
+        }
+    }
+
+    /// Wear step before its first strokes.
+    fn new_wear_step(&self) -> WearStepState {
+        let (cycles, n, center) = (self.cycles(), self.prepared.n(), self.state.rigid_motion);
+        let (cycle, slip_source) = match &cycles.motion {
+            CycleMotion::ClosedPath(closed) => {
+                let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
+                let path = FrettingPath::new(closed, [center[0], center[1]], [x, y]);
+                (CycleState::new(n, &path, center), SlipSource::ClosedPath(path))
+            }
+            CycleMotion::Sliding { angle } => {
+                let mut cycle = CycleState::for_sliding(n, center);
+                cycle.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
+                (cycle, SlipSource::Sliding(self.slip_per_length(*angle)))
+            }
+        };
+        WearStepState {
+            cycle: cycle.into(),
+            uncharged_work: SolveWork::default(),
+            slip_source,
+            completed: 0.0,
+            wear_rate: vec![0.0; n],
+            dissipation_rate: 0.0,
+            path_correction: None,
+            load_path: self.load_path(),
+            step_controller: StepController::new(cycles.count, cycles.integrator.order()),
+            jumps_done: 0,
+            critical_length: None,
+            initial_peak_pressure: 0.0,
+            touched_edge_initially: false,
+            totals_before: (self.state.cycles_done, self.state.distance_slid),
+            rates_outdated: false,
+        }
+    }
+
+    /// Step controller whose first jump wears a share of the approach.
+    fn step_controller(&self, wear_step: &WearStepState) -> StepController {
+        let cycles = self.cycles();
+        let fastest = wear_step.wear_rate.iter().copied().fold(0.0, f64::max);
+        let Unknowns { rigid_motion, mode_amplitudes, .. } = &wear_step.cycle.contact;
+        let approach = self.prepared.approach_of(&rigid_motion[0], &mode_amplitudes[0]).abs();
+        // At zero approach there is no reference depth: the first trial jump covers all cycles.
+        let first = if fastest > 0.0 && approach > 0.0 {
+            (FIRST_JUMP_DEPTH_SHARE * approach / fastest).min(cycles.count)
+        } else {
+            cycles.count
+        };
+        StepController::new(first, cycles.integrator.order())
     }
 
     /// Slip of each cell per mm of sliding of body 2 along the direction `angle`, `[2, N]`.
