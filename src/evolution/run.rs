@@ -1,7 +1,7 @@
 //! Run in progress: model, state, results so far and rollback point.
 
 use crate::contact::SolverOptions;
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
 use crate::evolution::controls::ActiveControls;
 use crate::evolution::given_warnings::{GivenWarnings, StepWarning};
@@ -71,6 +71,25 @@ pub struct RunResult {
     pub frame_edge_checkpoint: Option<Box<RunCheckpoint>>,
     /// Checkpoint of a run that the observer ends ([`Observer::wants_rebuild`]), from which it resumes with other operators.
     pub rebuild_checkpoint: Option<Box<RunCheckpoint>>,
+}
+
+impl RunResult {
+    /// Adds a warning.
+    pub fn with_warning(mut self, warning: String) -> Self {
+        self.warnings.push(warning);
+        self
+    }
+
+    /// Result of a run that `error` ends after its last segment. An interruption keeps the results so far.
+    ///
+    /// # Errors
+    /// Any other error.
+    pub fn ended_by(self, error: Error) -> Result<Self> {
+        match error.kind() {
+            ErrorKind::Interrupted => Ok(Self { outcome: Outcome::Interrupted, ..self }),
+            _ => Err(error),
+        }
+    }
 }
 
 /// Run in progress: model, state and results so far.

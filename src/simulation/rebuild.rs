@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::error::ErrorKind;
+use crate::error::{ErrorKind, Result};
 use crate::evolution::{RunCheckpoint, RunResult};
 use crate::frame::ContactFrame;
 use crate::output::checkpoint_writer::MeshUpdates;
@@ -23,23 +23,29 @@ pub(super) struct RebuildState {
     pub mesh_updates: MeshUpdates,
 }
 
-/// Continuation of a run after a segment.
-pub(super) enum Continuation {
-    /// On a larger frame.
+/// Change of frame or meshes with which a run continues.
+pub(super) enum Change {
+    /// A larger frame.
     GrownFrame(RunCheckpoint),
-    /// With moved meshes.
+    /// Moved meshes.
     MovedMeshes(RunCheckpoint, WornMeshes),
-    /// With the same operators.
+    /// The meshes could not be moved: the operators stay.
     SameOperators(RunCheckpoint),
-    /// The run ends, with a warning.
-    Stop(String),
 }
 
-/// Next segment of a run.
-pub(super) struct NextSegment<'p> {
-    pub study: Simulation<'p>,
-    pub snapshot: RunCheckpoint,
-    pub stage: RebuildState,
+/// Continuation of a run after a segment.
+pub(super) enum Continuation {
+    /// With a change, after the result so far.
+    Rebuild(Change, RunResult),
+    /// The run ends.
+    End(Result<RunResult>),
+}
+
+/// Simulation of the next segment, and the state from which it starts.
+pub(super) struct Rebuilt<'p> {
+    pub simulation: Simulation<'p>,
+    pub checkpoint: RunCheckpoint,
+    pub rebuilds: RebuildState,
     /// Indices of the old cells on the new frame, if the frame changed.
     pub cell_map: Option<Vec<usize>>,
 }
@@ -60,115 +66,121 @@ impl SimulationBuilder<'_> {
     pub fn build<'p>(
         &mut self,
         plan: &'p Plan,
-        stage: &RebuildState,
+        rebuilds: &RebuildState,
     ) -> std::result::Result<Simulation<'p>, SceneError> {
-        let larger = frame_of_state(plan, stage)?;
+        let larger = frame_of_state(plan, rebuilds)?;
         let frame = larger.as_ref().or(self.frame);
-        let meshes = worn_meshes(plan, frame, &stage.mesh_updates.wear_depth_at_last_update)?;
+        let meshes = worn_meshes(plan, frame, &rebuilds.mesh_updates.wear_depth_at_last_update)?;
         simulation::build_with(plan, (frame, meshes), self.show, self.stop)
     }
 
     fn grow_frame<'p>(
         &mut self,
         plan: &'p Plan,
-        (study, snapshot): (Simulation<'p>, RunCheckpoint),
-        stage: &RebuildState,
-    ) -> std::result::Result<NextSegment<'p>, SceneError> {
-        let outgrown = study.into_frame_growth(snapshot);
-        let frame_growths = stage.frame_growths + 1;
+        (simulation, checkpoint): (Simulation<'p>, RunCheckpoint),
+        rebuilds: &RebuildState,
+    ) -> std::result::Result<Rebuilt<'p>, SceneError> {
+        let outgrown = simulation.into_frame_growth(checkpoint);
+        let frame_growths = rebuilds.frame_growths + 1;
         let frame = grown_frame::grown_frame(plan, frame_growths)?;
         outgrown.ensure_half_spaces_fit(plan, &frame)?;
-        let moves = stage.mesh_updates.clone();
+        let updates = rebuilds.mesh_updates.clone();
         let mesh_updates = match outgrown.frame.grid.zip(frame.grid) {
-            Some((before, now)) => moves.transfer_to(&before.indices_in(&now), frame.n_cells()),
-            None => moves,
+            Some((before, now)) => updates.transfer_to(&before.indices_in(&now), frame.n_cells()),
+            None => updates,
         };
-        let stage = RebuildState { frame_growths, mesh_updates };
-        let study = self.build(plan, &stage)?;
-        let onto = outgrown.transfer_to(plan, &study);
-        let (snapshot, places) = onto.at("frame.grow")?;
-        Ok(NextSegment { study, snapshot, stage, cell_map: Some(places) })
+        let rebuilds = RebuildState { frame_growths, mesh_updates };
+        let simulation = self.build(plan, &rebuilds)?;
+        let (checkpoint, cell_map) = outgrown.transfer_to(plan, &simulation).at("frame.grow")?;
+        Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map: Some(cell_map) })
     }
 
     fn move_meshes<'p>(
         &mut self,
         plan: &'p Plan,
-        (study, snapshot): (Simulation<'p>, RunCheckpoint),
-        (stage, meshes): (&RebuildState, WornMeshes),
-    ) -> std::result::Result<NextSegment<'p>, SceneError> {
-        let stage =
-            RebuildState { mesh_updates: stage.mesh_updates.after_update(snapshot.wear_depth()), ..*stage };
-        let larger = frame_of_state(plan, &stage)?;
-        let outdated = study.into_stiffness_update(snapshot);
+        (simulation, checkpoint): (Simulation<'p>, RunCheckpoint),
+        (rebuilds, meshes): (&RebuildState, WornMeshes),
+    ) -> std::result::Result<Rebuilt<'p>, SceneError> {
+        let rebuilds = RebuildState {
+            mesh_updates: rebuilds.mesh_updates.after_update(checkpoint.wear_depth()),
+            ..*rebuilds
+        };
+        let larger = frame_of_state(plan, &rebuilds)?;
+        let outdated = simulation.into_stiffness_update(checkpoint);
         let frame = larger.as_ref().or(self.frame);
-        let study = simulation::build_with(plan, (frame, meshes), self.show, self.stop)?;
-        let onto = outdated.transfer_to(plan, &study);
-        let snapshot = onto.at("wear.move_mesh")?;
-        Ok(NextSegment { study, snapshot, stage, cell_map: None })
+        let simulation = simulation::build_with(plan, (frame, meshes), self.show, self.stop)?;
+        let checkpoint = outdated.transfer_to(plan, &simulation).at("wear.move_mesh")?;
+        Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map: None })
     }
 
-    /// Builds the next segment of a run. `study` is the simulation of the previous segment, `way` the continuation, which must not
-    /// be `Stop`.
+    /// Builds the simulation of the next segment of a run, and transfers the state to it. `simulation` is that of the last segment.
     ///
     /// # Errors
     /// If the next simulation cannot be built, the state cannot be transferred to it, or the run was cancelled meanwhile.
-    pub fn build_next<'p>(
+    pub fn rebuild<'p>(
         &mut self,
         plan: &'p Plan,
-        (study, way): (Simulation<'p>, Continuation),
-        stage: &RebuildState,
-    ) -> std::result::Result<NextSegment<'p>, SceneError> {
-        match way {
-            Continuation::GrownFrame(snapshot) => self.grow_frame(plan, (study, snapshot), stage),
-            Continuation::MovedMeshes(snapshot, meshes) => {
-                self.move_meshes(plan, (study, snapshot), (stage, meshes))
+        (simulation, change): (Simulation<'p>, Change),
+        rebuilds: &RebuildState,
+    ) -> std::result::Result<Rebuilt<'p>, SceneError> {
+        match change {
+            Change::GrownFrame(checkpoint) => self.grow_frame(plan, (simulation, checkpoint), rebuilds),
+            Change::MovedMeshes(checkpoint, meshes) => {
+                self.move_meshes(plan, (simulation, checkpoint), (rebuilds, meshes))
             }
-            Continuation::SameOperators(snapshot) => {
-                let mesh_updates = MeshUpdates { stopped: true, ..stage.mesh_updates.clone() };
-                let stage = RebuildState { mesh_updates, ..*stage };
-                Ok(NextSegment { study, snapshot, stage, cell_map: None })
+            Change::SameOperators(checkpoint) => {
+                let mesh_updates = MeshUpdates { stopped: true, ..rebuilds.mesh_updates.clone() };
+                let rebuilds = RebuildState { mesh_updates, ..*rebuilds };
+                Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map: None })
             }
-            Continuation::Stop(_) => unreachable!("a run that stops has no next part"),
         }
     }
 }
 
-/// Enlarged frame of `stage`; `None` if it has not grown.
+/// Enlarged frame of `rebuilds`; `None` if it has not grown.
 fn frame_of_state(
     plan: &Plan,
-    stage: &RebuildState,
+    rebuilds: &RebuildState,
 ) -> std::result::Result<Option<ContactFrame>, SceneError> {
-    (stage.frame_growths > 0).then(|| grown_frame::grown_frame(plan, stage.frame_growths)).transpose()
+    (rebuilds.frame_growths > 0).then(|| grown_frame::grown_frame(plan, rebuilds.frame_growths)).transpose()
 }
 
 impl Continuation {
-    /// Decides after a segment how the run continues; `None` if it is finished. A frame of several runs (`shared`) never grows.
-    ///
-    /// # Errors
-    /// If the run was cancelled meanwhile.
+    /// Decides after a segment whether and how the run continues. A frame of several runs (`shared`) never grows. If the run was
+    /// cancelled meanwhile, it ends with the results so far.
     pub fn after(
-        result: &mut RunResult,
-        (plan, study): (&Plan, &Simulation),
-        (stage, shared): (&RebuildState, bool),
-    ) -> std::result::Result<Option<Self>, SceneError> {
-        if let Some(snapshot) = result.frame_edge_checkpoint.take() {
+        result: Result<RunResult>,
+        (plan, simulation): (&Plan, &Simulation),
+        (rebuilds, shared): (&RebuildState, bool),
+    ) -> Self {
+        let mut result = match result {
+            Ok(result) => result,
+            Err(error) => return Self::End(Err(error)),
+        };
+        if let Some(checkpoint) = result.frame_edge_checkpoint.take() {
             let refusal = match shared {
                 true => Some(
                     "the frame is not enlarged, because all variants of a comparison share one frame"
                         .to_owned(),
                 ),
-                false => why_not_growable(plan, stage.frame_growths),
+                false => why_not_growable(plan, rebuilds.frame_growths),
             };
-            return Ok(Some(refusal.map_or(Self::GrownFrame(*snapshot), Self::Stop)));
+            return match refusal {
+                Some(why) => Self::End(Ok(result.with_warning(why))),
+                None => Self::Rebuild(Change::GrownFrame(*checkpoint), result),
+            };
         }
-        let Some(mut snapshot) = result.rebuild_checkpoint.take() else { return Ok(None) };
-        Ok(Some(match worn_meshes(plan, Some(&study.model().frame), snapshot.wear_depth()) {
-            Ok(meshes) => Self::MovedMeshes(*snapshot, meshes),
-            Err(failure) if failure.error.kind() == ErrorKind::Interrupted => return Err(failure),
-            Err(failure) => {
-                snapshot.add_warning(mesh_motion::mesh_not_moved_warning(plan, &snapshot, &failure.error));
-                Self::SameOperators(*snapshot)
+        let Some(mut checkpoint) = result.rebuild_checkpoint.take() else { return Self::End(Ok(result)) };
+        match worn_meshes(plan, Some(&simulation.model().frame), checkpoint.wear_depth()) {
+            Ok(meshes) => Self::Rebuild(Change::MovedMeshes(*checkpoint, meshes), result),
+            Err(failure) if failure.error.kind() == ErrorKind::Interrupted => {
+                Self::End(result.ended_by(failure.error))
             }
-        }))
+            Err(failure) => {
+                let warning = mesh_motion::mesh_not_moved_warning(plan, &checkpoint, &failure.error);
+                checkpoint.add_warning(warning);
+                Self::Rebuild(Change::SameOperators(*checkpoint), result)
+            }
+        }
     }
 }

@@ -20,7 +20,7 @@ use crate::output::summary::{FrameRecord, Status, Summary};
 use crate::output::surface_properties::SurfaceProperties;
 use crate::scene::Plan;
 use crate::simulation::mesh_motion::WearBudget;
-use crate::simulation::rebuild::{Continuation, RebuildState, SimulationBuilder};
+use crate::simulation::rebuild::{Change, Continuation, RebuildState, Rebuilt, SimulationBuilder};
 use crate::simulation::resume::CheckpointSettings;
 use crate::simulation::{SceneError, Simulation};
 
@@ -54,7 +54,7 @@ impl<'a> RunOptions<'a> {
         Self { frame: None, on_progress, observer, stop, checkpoints: None, on_end: None }
     }
 
-    fn maker(&mut self) -> SimulationBuilder<'_> {
+    fn builder(&mut self) -> SimulationBuilder<'_> {
         SimulationBuilder { frame: self.frame, show: &mut *self.on_progress, stop: self.stop }
     }
 }
@@ -110,11 +110,13 @@ impl Observer for RunObserver<'_, '_> {
     }
 }
 
-/// Start of a run segment. A segment is computed on one frame with one set of meshes; a rebuild starts the next one.
-struct Segment {
+/// Segment of a run, computed on one frame with one set of meshes. A rebuild starts the next one.
+struct Segment<'p> {
+    simulation: Simulation<'p>,
     parts: RecorderParts,
+    /// Checkpoint from which the segment starts, with the order in which its operators were formed; `None` at the first increment.
     from: Option<(RunCheckpoint, OperatorHistory)>,
-    stage: RebuildState,
+    rebuilds: RebuildState,
 }
 
 /// Runs the plan into `output`, if given, and completes `summary`. Returns the exit code, or the failure that ended the run, which
@@ -125,31 +127,10 @@ pub fn run_simulation(
     summary: &mut Summary,
     mut job: RunOptions<'_>,
 ) -> std::result::Result<u8, SceneError> {
-    let from = job.checkpoints.as_mut().and_then(|checkpoints| checkpoints.from.take());
-    let stage = from.as_ref().map_or_else(RebuildState::default, |from| RebuildState {
-        frame_growths: from.checkpoint_data.frame_growths,
-        mesh_updates: from.checkpoint_data.mesh_updates.clone(),
-    });
-    let records =
-        from.as_ref().map_or_else(Vec::new, |from| from.checkpoint_data.snapshot.records().to_vec());
-    let early = |output| Recorder::writing_to(output).with_records(records.clone());
-    let study = match catch_panic(plan, || job.maker().build(plan, &stage)) {
-        Ok(study) => study,
-        Err(failure) => return conclude_unstarted(early(output), summary, failure),
-    };
-    let keeper = job
-        .checkpoints
-        .take()
-        .map(|CheckpointSettings { origin, interval, .. }| CheckpointWriter::new(origin, interval));
-    let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
-    let (written, from) = match from.map(|from| from.checkpoint_data) {
-        Some(CheckpointData { snapshot, operator_history, written, .. }) => {
-            (written, Some((snapshot, operator_history)))
-        }
-        None => (WrittenFields::default(), None),
-    };
-    let parts = RecorderParts { output, records, written, checkpoint_writer: keeper };
-    run_segments(plan, study, Segment { parts, from, stage }, summary, &mut job)
+    match Segment::first(plan, output, &mut job) {
+        Ok(segment) => run_segments(plan, segment, summary, &mut job),
+        Err((recorder, failure)) => conclude_unstarted(*recorder, summary, failure),
+    }
 }
 
 /// Writes the summary of a run that was refused before it started.
@@ -183,101 +164,167 @@ fn catch_panic<T>(
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(internal(plan, &*panic).into()))
 }
 
-/// Runs the plan to its end, segment by segment.
-fn run_segments<'p>(
-    plan: &'p Plan,
-    mut study: Simulation<'p>,
-    mut leg: Segment,
-    summary: &mut Summary,
-    job: &mut RunOptions<'_>,
-) -> std::result::Result<u8, SceneError> {
-    let initial = (summary.warnings.clone(), summary.skipped.clone());
-    loop {
-        // Apart from its initial entries, the summary lists the warnings and omitted work of the last segment only, also after an
-        // interruption.
-        summary.warnings = initial.0.iter().chain(&study.report.warnings).cloned().collect();
-        summary.skipped = initial.1.iter().chain(&study.report.skipped).cloned().collect();
-        fill_from_build(summary, &study);
-        let Segment { parts, from, stage } = leg;
-        summary.mesh_moves = plan.mesh_motion_threshold.map(|_| stage.mesh_updates.count);
-        let mut recorder = segment_recorder(plan, (&study, &stage), parts);
-        recorder.progress = Some(Box::new(&mut *job.on_progress));
-        recorder.cancel_flag = Some(job.stop);
-        let wear_budget = match WearBudget::new(plan, &study, &stage.mesh_updates) {
-            Ok(room) => room,
-            Err(error) => return conclude(recorder, job.on_end.as_mut(), Err(error), summary),
-        };
-        job.observer.on_frame(&study.model().frame);
-        let mut watched =
-            RunObserver { recorder: &mut recorder, user_observer: &mut *job.observer, wear_budget };
-        let (snapshot, course) = from.unzip();
-        let from = snapshot.zip(course.as_ref());
-        let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
-        let mut result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
-        let (shared, clock) = (job.frame.is_some(), Instant::now());
-        let way = catch_panic(plan, || match &mut result {
-            Ok(result) => Continuation::after(result, (plan, &study), (&stage, shared)),
-            Err(_) => Ok(None),
+impl<'p> Segment<'p> {
+    /// First segment of a run: new, or from a checkpoint.
+    ///
+    /// # Errors
+    /// If the simulation cannot be built. Also returns a recorder that writes the summary.
+    fn first(
+        plan: &'p Plan,
+        output: Option<OutputDir>,
+        options: &mut RunOptions<'_>,
+    ) -> std::result::Result<Self, (Box<Recorder<'static>>, SceneError)> {
+        let saved = options.checkpoints.as_mut().and_then(|checkpoints| checkpoints.from.take());
+        let rebuilds = saved.as_ref().map_or_else(RebuildState::default, |saved| RebuildState {
+            frame_growths: saved.checkpoint_data.frame_growths,
+            mesh_updates: saved.checkpoint_data.mesh_updates.clone(),
         });
-        let (way, result) = match way {
-            Ok(Some(Continuation::Stop(why))) => (None, with_warning(result, Some(why))),
-            Ok(way) => (way, result),
-            Err(failure) => (None, failed(result, failure)),
-        };
-        let Some(way) = way else { return conclude(recorder, job.on_end.as_mut(), result, summary) };
-        let grows = matches!(way, Continuation::GrownFrame(_));
-        if !grows {
-            summary.timings.add("moving meshes", clock.elapsed().as_secs_f64());
-        }
-        let (mut parts, surface, frame) =
-            (recorder.into_parts(), study.surface(), study.model().frame.clone());
-        match catch_panic(plan, || job.maker().build_next(plan, (study, way), &stage)) {
-            Ok(next) => {
-                if let Some(places) = next.cell_map {
-                    parts.written = parts.written.transfer_to(&places, next.study.model().frame.n_cells());
-                }
-                let course = next.study.model().flexibility.history();
-                leg = Segment { parts, from: Some((next.snapshot, course)), stage: next.stage };
-                study = next.study;
-            }
+        let records =
+            saved.as_ref().map_or_else(Vec::new, |saved| saved.checkpoint_data.snapshot.records().to_vec());
+        let simulation = match catch_panic(plan, || options.builder().build(plan, &rebuilds)) {
+            Ok(simulation) => simulation,
             Err(failure) => {
-                let result = if grows && failure.error.kind() != ErrorKind::Interrupted {
-                    with_warning(result, Some(format!("the frame is not enlarged: {}", failure.error)))
-                } else {
-                    failed(result, failure)
-                };
-                let recorder = final_recorder(plan, (&frame, surface), parts);
-                return conclude(recorder, job.on_end.as_mut(), result, summary);
+                return Err((Box::new(Recorder::writing_to(output).with_records(records)), failure));
             }
+        };
+        let writer = options
+            .checkpoints
+            .take()
+            .map(|CheckpointSettings { origin, interval, .. }| CheckpointWriter::new(origin, interval));
+        let checkpoint_writer =
+            writer.map(|writer| saved.iter().fold(writer, |writer, saved| saved.keeper(writer)));
+        let (written, from) = match saved.map(|saved| saved.checkpoint_data) {
+            Some(CheckpointData { snapshot, operator_history, written, .. }) => {
+                (written, Some((snapshot, operator_history)))
+            }
+            None => (WrittenFields::default(), None),
+        };
+        Ok(Self {
+            simulation,
+            parts: RecorderParts { output, records, written, checkpoint_writer },
+            from,
+            rebuilds,
+        })
+    }
+
+    /// Next segment of a run after the segment of `simulation`, with the changed frame or meshes.
+    ///
+    /// # Errors
+    /// As [`SimulationBuilder::rebuild`]. Also returns a recorder that writes the remaining output.
+    fn next(
+        plan: &'p Plan,
+        (simulation, change): (Simulation<'p>, Change),
+        mut parts: RecorderParts,
+        (rebuilds, options): (&RebuildState, &mut RunOptions<'_>),
+    ) -> std::result::Result<Self, (FinalParts, SceneError)> {
+        let last = (simulation.model().frame.clone(), simulation.surface());
+        match catch_panic(plan, || options.builder().rebuild(plan, (simulation, change), rebuilds)) {
+            Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map }) => {
+                if let Some(places) = cell_map {
+                    parts.written = parts.written.transfer_to(&places, simulation.model().frame.n_cells());
+                }
+                let from = Some((checkpoint, simulation.model().flexibility.history()));
+                Ok(Self { simulation, parts, from, rebuilds })
+            }
+            Err(failure) => Err((FinalParts { frame: last.0, surface: last.1, parts }, failure)),
         }
     }
 }
 
+/// What remains of a segment whose successor cannot be built.
+struct FinalParts {
+    frame: ContactFrame,
+    surface: SurfaceProperties,
+    parts: RecorderParts,
+}
+
+/// Runs the plan to its end, segment by segment.
+fn run_segments<'p>(
+    plan: &'p Plan,
+    mut segment: Segment<'p>,
+    summary: &mut Summary,
+    options: &mut RunOptions<'_>,
+) -> std::result::Result<u8, SceneError> {
+    let initial = (summary.warnings.clone(), summary.skipped.clone());
+    loop {
+        let Segment { simulation, parts, from, rebuilds } = segment;
+        // Apart from its initial entries, the summary lists the warnings and omitted work of the last segment only, also after an
+        // interruption.
+        summary.warnings = initial.0.iter().chain(&simulation.report.warnings).cloned().collect();
+        summary.skipped = initial.1.iter().chain(&simulation.report.skipped).cloned().collect();
+        fill_from_build(summary, &simulation);
+        summary.mesh_moves = plan.mesh_motion_threshold.map(|_| rebuilds.mesh_updates.count);
+        let mut recorder = segment_recorder(plan, (&simulation, &rebuilds), parts);
+        recorder.progress = Some(Box::new(&mut *options.on_progress));
+        recorder.cancel_flag = Some(options.stop);
+        let wear_budget = match WearBudget::new(plan, &simulation, &rebuilds.mesh_updates) {
+            Ok(wear_budget) => wear_budget,
+            Err(error) => return conclude(recorder, options.on_end.as_mut(), Err(error), summary),
+        };
+        options.observer.on_frame(&simulation.model().frame);
+        let mut observer =
+            RunObserver { recorder: &mut recorder, user_observer: &mut *options.observer, wear_budget };
+        let (checkpoint, history) = from.unzip();
+        let from = checkpoint.zip(history.as_ref());
+        let result = catch_unwind(AssertUnwindSafe(|| simulation.run_from(from, &mut observer)));
+        let result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
+        let (shared, clock) = (options.frame.is_some(), Instant::now());
+        let continuation =
+            catch_panic(plan, || Ok(Continuation::after(result, (plan, &simulation), (&rebuilds, shared))));
+        let (change, result) = match continuation {
+            Ok(Continuation::Rebuild(change, result)) => (change, result),
+            Ok(Continuation::End(result)) => {
+                return conclude(recorder, options.on_end.as_mut(), result, summary);
+            }
+            Err(failure) => {
+                return conclude(recorder, options.on_end.as_mut(), Err(failure.error), summary);
+            }
+        };
+        let grows = matches!(change, Change::GrownFrame(_));
+        if !grows {
+            summary.timings.add("moving meshes", clock.elapsed().as_secs_f64());
+        }
+        let parts = recorder.into_parts();
+        segment = match Segment::next(plan, (simulation, change), parts, (&rebuilds, options)) {
+            Ok(next) => next,
+            Err((last, failure)) => {
+                let result = if grows && failure.error.kind() != ErrorKind::Interrupted {
+                    Ok(result.with_warning(format!("the frame is not enlarged: {}", failure.error)))
+                } else {
+                    result.ended_by(failure.error)
+                };
+                let recorder = final_recorder(plan, (&last.frame, last.surface), last.parts);
+                return conclude(recorder, options.on_end.as_mut(), result, summary);
+            }
+        };
+    }
+}
+
 /// Takes records, times and frame of a built simulation into the summary.
-fn fill_from_build(summary: &mut Summary, study: &Simulation) {
-    summary.condensation.clone_from(&study.report.condensation);
-    summary.boundary_elements.clone_from(&study.report.boundary_elements);
-    summary.truncations.clone_from(&study.report.truncations);
-    summary.near_fields.clone_from(&study.report.near_fields);
-    summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
-    study.report.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
+fn fill_from_build(summary: &mut Summary, simulation: &Simulation) {
+    summary.condensation.clone_from(&simulation.report.condensation);
+    summary.boundary_elements.clone_from(&simulation.report.boundary_elements);
+    summary.truncations.clone_from(&simulation.report.truncations);
+    summary.near_fields.clone_from(&simulation.report.near_fields);
+    summary.frame = simulation.model().frame.grid.as_ref().map(FrameRecord::from);
+    simulation.report.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
 }
 
 /// Recorder of a segment with its output, earlier records and checkpoints.
 fn segment_recorder<'r>(
     plan: &Plan,
-    (study, stage): (&'r Simulation<'_>, &RebuildState),
+    (simulation, rebuilds): (&'r Simulation<'_>, &RebuildState),
     RecorderParts { output, records, written, checkpoint_writer }: RecorderParts,
 ) -> Recorder<'r> {
-    let mut fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
-    (fields.surface, fields.written) = (study.surface(), written);
+    let mut fields = FieldWriter::new(&simulation.model().frame, simulation.outputs(), &plan.output.fields);
+    (fields.surface, fields.written) = (simulation.surface(), written);
     fields.interior_points.clone_from(&plan.interior_requests);
     fields.increment_stride = plan.fields_every;
     let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
     match checkpoint_writer {
         Some(keeper) => {
-            let keeper = keeper.with_rebuilds(stage.frame_growths, &stage.mesh_updates);
-            recorder.with_checkpoints(keeper, study.model().flexibility.as_ref())
+            let keeper = keeper.with_rebuilds(rebuilds.frame_growths, &rebuilds.mesh_updates);
+            recorder.with_checkpoints(keeper, simulation.model().flexibility.as_ref())
         }
         None => recorder,
     }
@@ -294,22 +341,6 @@ fn final_recorder<'r>(
     let mut recorder = Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
     recorder.has_checkpoint_files = parts.checkpoint_writer.is_some_and(|keeper| keeper.has_written());
     recorder
-}
-
-/// Result of a run whose next segment cannot be built. An interruption keeps the results so far.
-fn failed(result: Result<RunResult>, failure: SceneError) -> Result<RunResult> {
-    match failure.error.kind() {
-        ErrorKind::Interrupted => result.map(|result| RunResult { outcome: Outcome::Interrupted, ..result }),
-        _ => Err(failure.error),
-    }
-}
-
-/// Adds a warning to the result.
-fn with_warning(result: Result<RunResult>, warning: Option<String>) -> Result<RunResult> {
-    result.map(|mut result| {
-        result.warnings.extend(warning);
-        result
-    })
 }
 
 /// Completes the summary and writes the remaining output.
