@@ -58,11 +58,11 @@ pub struct ContactState {
     pub gap: Vec<f64>,
     /// Slip, `[2, N]` per path point, mm.
     pub slip: Vec<f64>,
-    /// Wear path |Δg|_i, `[N]` per path point, mm/MPa: wear depth per pressure. Wear adds `slip_repeats` times this path to the
+    /// Wear path |Δg|_i, `[N]` per path point, mm/MPa: wear depth per pressure. Wear adds `implicit_passes` times this path to the
     /// diagonal of S_nn.
     pub wear_path: Vec<f64>,
-    /// Wear depth of one pass through the path points, `[N]`, mm, before multiplication by `slip_repeats`.
-    pub wear_rate: Vec<f64>,
+    /// Wear depth of one pass through the path points, `[N]`, mm, before multiplication by `implicit_passes`.
+    pub wear_per_pass: Vec<f64>,
     /// Scaled slip and normal gap, `[3, N]` per path point, mm.
     pub gradient: Vec<f64>,
 }
@@ -97,7 +97,7 @@ impl ContactState {
             gap: zeros(),
             slip: vec![0.0; 2 * n * ends],
             wear_path: vec![0.0; n * ends],
-            wear_rate: vec![0.0; n],
+            wear_per_pass: vec![0.0; n],
             gradient: zeros(),
         }
     }
@@ -111,7 +111,7 @@ impl ContactState {
 
     /// Projects the scaled tractions onto p >= 0 and |q̂| <= p, by radial return.
     pub(crate) fn project_to_cone(&mut self) {
-        let n = self.wear_rate.len();
+        let n = self.wear_per_pass.len();
         for planes in self.scaled.chunks_exact_mut(3 * n) {
             let (tangential, pressures) = planes.split_at_mut(2 * n);
             let (first, second) = tangential.split_at_mut(n);

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::balance::{BalanceCells, MAX_RIGID_MODES};
 use super::contact_state::ContactState;
 use super::control::{NormalControl, PathPoint, Pressures, SlipReference, TangentialControl};
-use super::scales::{ContactScales, FrictionScaling};
+use super::friction_scaling::FrictionScaling;
+use super::scales::ContactScales;
 use crate::error::Result;
 use crate::flexibility::{Flexibility, TangentialFlexibility};
 use crate::laws::friction::FrictionEllipse;
@@ -41,7 +42,7 @@ pub struct Increment<'a> {
     pub wear_depth: &'a [f64],
     /// Ratio of the gap opened by wear to the wear depth of one pass through the path points: 1, or the number of cycles of an
     /// implicit stage. 0 if wear does not change the gap.
-    pub slip_repeats: f64,
+    pub implicit_passes: f64,
     /// Whether the pressures are unknown.
     pub pressures: Pressures,
     /// Work that the solver may omit.
@@ -213,6 +214,7 @@ impl Increment<'_> {
         }
     }
 
+    /// Computes the gap from the initial gap, the rigid motion and the elastic displacement. [`Self::fill_wear`] adds the wear depth.
     fn fill_gap(&self, it: &mut ContactState) {
         let n = self.n();
         for end in 0..self.path_points.len() {
@@ -289,11 +291,12 @@ impl Increment<'_> {
     }
 
     /// Computes the wear depth dw = Σ p |Δg|_i of one pass through the path points. |Δg|_i is the slip, weighted with the specific
-    /// wear rates and the wear path factor of the cell. Adds the wear depth at the start and `slip_repeats` dw to the normal gap
-    /// (docs/theory-wear.md). dw follows from the unknown pressure and slip, so that wear is implicit.
+    /// wear rates and the wear path factor of the cell. Adds the wear depth at the start and `implicit_passes` dw to the normal gap
+    /// (docs/theory-wear.md). dw follows from the unknown pressure and slip, so that wear is implicit. In rolling `implicit_passes`
+    /// is 0: the wear is spread over a track of unknown length and does not enter the gap.
     fn fill_wear(&self, it: &mut ContactState) {
         let n = self.n();
-        it.wear_rate.fill(0.0);
+        it.wear_per_pass.fill(0.0);
         if let Some(wear) = &self.wear {
             let path_of = wear.path_per_slip();
             for end in 0..self.path_points.len() {
@@ -301,13 +304,14 @@ impl Increment<'_> {
                     let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
                     let path = self.path_factor(i) * path_of(slip);
                     it.wear_path[end * n + i] = path;
-                    it.wear_rate[i] += it.tractions[end * 3 * n + 2 * n + i] * path;
+                    it.wear_per_pass[i] += it.tractions[end * 3 * n + 2 * n + i] * path;
                 }
             }
         }
         for end in 0..self.path_points.len() {
             for i in 0..n {
-                it.gap[end * 3 * n + 2 * n + i] += self.wear_depth[i] + self.slip_repeats * it.wear_rate[i];
+                it.gap[end * 3 * n + 2 * n + i] +=
+                    self.wear_depth[i] + self.implicit_passes * it.wear_per_pass[i];
             }
         }
     }

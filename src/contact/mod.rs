@@ -12,6 +12,7 @@ pub mod balance;
 pub mod certificate;
 mod contact_state;
 mod control;
+mod friction_scaling;
 mod increment;
 pub mod projection;
 mod residual;

@@ -5,7 +5,7 @@
 //! control.
 
 use super::balance::{self, Balance, LossOfEquilibrium, MAX_RIGID_MODES, ProjectionStart, StepSizes};
-use super::scales::FrictionScaling;
+use super::friction_scaling::FrictionScaling;
 use super::{Increment, NormalControl, PathPoint, Pressures, TangentialControl};
 
 /// Whether the tractions can carry the prescribed forces.

@@ -12,7 +12,7 @@ impl Increment<'_> {
     /// Natural residual (docs/theory-contact.md): the largest change of a traction in one local projection step, relative to the
     /// largest pressure. Prescribed forces contribute their relative defects, and the largest value counts.
     ///
-    /// The step size of a pressure is 1 / (S_nn + w), where w is `slip_repeats` times the wear path. The step size of a tangential
+    /// The step size of a pressure is 1 / (S_nn + w), where w is `implicit_passes` times the wear path. The step size of a tangential
     /// traction is `ContactScales::c_tangential`. The residual is 0 for an open state without penetration and NaN if any number is
     /// NaN.
     pub fn natural_residual(&self, it: &ContactState) -> f64 {
@@ -32,7 +32,7 @@ impl Increment<'_> {
                 let p = it.scaled[base + 2 * n + i];
                 let mut rho = p;
                 if !given {
-                    let wear = self.slip_repeats * it.wear_path[end * n + i];
+                    let wear = self.implicit_passes * it.wear_path[end * n + i];
                     let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
                     let star = p - c * it.gap[base + 2 * n + i];
                     rho = if star > 0.0 { star } else { 0.0 * star };

@@ -9,12 +9,13 @@ use crate::evolution::observer::Observer;
 use crate::evolution::step::Step;
 use crate::omitted::OmittableWork;
 
-/// Laws that act in an increment, and the ratio of the gap opened by wear to the wear depth (`slip_repeats`).
+/// Laws that act in an increment, and how its wear opens the gap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ActiveLaws<'f> {
     pub friction: bool,
     pub wear: bool,
-    pub slip_repeats: f64,
+    /// Passes through the path points whose wear opens the gap in this increment ([`Increment::implicit_passes`]).
+    pub implicit_passes: f64,
     /// Factors on the wear path of each cell, `[N]`; `None` stands for 1.
     pub wear_path_factors: Option<&'f [f64]>,
 }
@@ -22,7 +23,7 @@ pub(super) struct ActiveLaws<'f> {
 impl ActiveLaws<'_> {
     /// Laws of a step for an increment whose wear does not change the gap.
     pub fn of(step: &Step) -> Self {
-        Self { friction: step.friction, wear: step.wear, slip_repeats: 0.0, wear_path_factors: None }
+        Self { friction: step.friction, wear: step.wear, implicit_passes: 0.0, wear_path_factors: None }
     }
 }
 
@@ -46,7 +47,7 @@ pub(super) fn increment_problem<'b>(
         wear_path_factors: laws.wear_path_factors,
         scales: prepared.scales(),
         wear_depth,
-        slip_repeats: laws.slip_repeats,
+        implicit_passes: laws.implicit_passes,
         pressures: Pressures::Unknown,
         skip: options.skip,
         path_points,

@@ -71,8 +71,8 @@ impl Run<'_> {
         };
         let end = self.path_point(&loads, reference)?;
         let worn = self.state.wear_depth.clone();
-        let slip_repeats = if step.rolling.is_some() { 0.0 } else { 1.0 };
-        let laws = ActiveLaws { slip_repeats, ..ActiveLaws::of(step) };
+        let implicit_passes = if step.rolling.is_some() { 0.0 } else { 1.0 };
+        let laws = ActiveLaws { implicit_passes, ..ActiveLaws::of(step) };
         let mut problem = increment_problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = ContactState::new(self.prepared.n(), vec![controls.rigid]);
         let (_, floating) = predictor.motions(&self.state);
@@ -90,7 +90,11 @@ impl Run<'_> {
         let (report, checks) =
             solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, self.observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
-        self.state.wear_depth.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += slip_repeats * rate);
+        self.state
+            .wear_depth
+            .iter_mut()
+            .zip(&it.wear_per_pass)
+            .for_each(|(w, rate)| *w += implicit_passes * rate);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
         let mut fields = state::frame_state(&problem, &it, 0, &self.state.wear_depth);
         self.state.set_from(&it, 0);

@@ -225,7 +225,7 @@ const TABLE: &[Row] = &[
     ),
     ("jumps = 4", "amplitude2 = 1.0", 0, &["steps.1.cycles.amplitude2", "path = \"ellipse\""]),
     ("jumps = 4", "path = \"ellipse\"", 0, &["steps.1.cycles.path", "lacks `amplitude2`"]),
-    ("jumps = 4", "increments = true", 0, &["steps.1.cycles.increments", "a number or \"auto\""]),
+    ("jumps = 4", "increments = true", 0, &["steps.1.cycles.increments", "a whole number or \"auto\""]),
     (
         "jumps = 4",
         "increments = \"automatic\"",

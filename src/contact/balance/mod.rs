@@ -13,7 +13,7 @@ mod potential;
 
 use nalgebra::{DMatrix, SVector, SymmetricEigen};
 
-use super::scales::FrictionScaling;
+use super::friction_scaling::FrictionScaling;
 use crate::laws::friction::FrictionEllipse;
 
 /// Largest number of additional rigid modes of an increment. These are at most six modes of unconstrained bodies, or three

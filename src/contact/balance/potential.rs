@@ -324,7 +324,7 @@ impl Balance {
 mod tests {
     use super::super::BalanceConstraint;
     use super::*;
-    use crate::contact::scales::FrictionScaling;
+    use crate::contact::friction_scaling::FrictionScaling;
     use crate::laws::friction::FrictionEllipse;
 
     const N: usize = 12;

@@ -35,7 +35,7 @@ pub(super) fn step_sizes(problem: &Increment, it: &mut ContactState, factor: f64
     let tangential =
         problem.friction_scaling().map_or(0.0, |hat| scales.max_tangential_eigenvalue(operator, areas, &hat));
     StepSizes {
-        normal: factor / (normal + ends * problem.slip_repeats * diagonal),
+        normal: factor / (normal + ends * problem.implicit_passes * diagonal),
         tangential: factor / (ends * tangential),
     }
 }
@@ -155,7 +155,7 @@ fn stop_reason(
     (sliding, normal, residual): (bool, f64, f64),
 ) -> Option<StopReason> {
     if sliding && normal <= tolerance {
-        let n = it.wear_rate.len();
+        let n = it.wear_per_pass.len();
         let contact = it.scaled.chunks(3 * n).all(|planes| planes[2 * n..].iter().any(|p| *p > 0.0));
         return Some(if contact { StopReason::GrossSliding } else { StopReason::ContactLost });
     }

@@ -45,9 +45,9 @@ pub(super) struct SolvedIncrement {
 }
 
 impl IncrementStart {
-    /// Start at the path point `end` of a cycle whose state is evaluated.
+    /// Start at a path point of a cycle whose state is evaluated.
     pub fn at_path_point(cycle: &ContactState, point: usize) -> Self {
-        let n = cycle.wear_rate.len();
+        let n = cycle.wear_per_pass.len();
         let mut contact = ContactState::new(n, vec![cycle.rigid_motion[point]]);
         contact.mode_amplitudes = vec![cycle.mode_amplitudes[point]];
         contact.scaled.copy_from_slice(&cycle.scaled[point * 3 * n..(point + 1) * 3 * n]);

@@ -1,12 +1,12 @@
-//! State of a fretting cycle: its path points, solved together as a closed cycle, and its stick zone. `Run::solve_stage`
-//! (`wear_integrator`) iterates until the stick zone is consistent; `Run::recompute_stick_zone` (`strokes`) finds it anew.
+//! State of a fretting cycle: its path points, solved together as a closed cycle, and its stick zone, which `stick_zone` decides.
 
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{ContactState, SlipReference, Unknowns};
 use crate::evolution::fretting::path::FrettingPath;
 
-/// Largest ratio of slip to amplitude at which a cell counts as sticking.
+/// Largest ratio of slip to amplitude at which a cell counts as sticking. Strokes decide the stick zone by this slip, because their
+/// tractions are less accurate than the margin of [`crate::contact::Increment::sticks`], which tests the zone afterwards.
 pub(super) const STICK_SLIP_SHARE: f64 = 1e-3;
 
 /// Cells that stick through the whole cycle.
@@ -14,7 +14,7 @@ pub(super) const STICK_SLIP_SHARE: f64 = 1e-3;
 pub struct StickZone {
     /// Whether a cell sticks, `[N]`.
     pub mask: Vec<bool>,
-    /// Tangential gap at which the cells of `mask` stick, `[2, N]`, mm.
+    /// Tangential gap at which the cells of `mask` stick, `[2, N]`, mm. The values of the other cells are not used.
     pub gap: Vec<f64>,
 }
 
@@ -80,18 +80,28 @@ impl CycleState {
         }
     }
 
-    /// Stores the solution of a stroke. Cells leave the stick zone if they slip by more than `creep` (mm) or lose contact.
-    pub(super) fn record_increment(&mut self, it: &ContactState, point: usize, creep: f64) {
+    /// Stores the solution `it` of the increment that ends at a path point, and its tangential gap as stick gap.
+    pub(super) fn record_increment(&mut self, it: &ContactState, point: usize) {
         let n = self.stick_zone.mask.len();
         let planes = point * 3 * n..(point + 1) * 3 * n;
         self.contact.scaled[planes.clone()].copy_from_slice(&it.scaled);
         self.contact.tractions[planes].copy_from_slice(&it.tractions);
         self.contact.rigid_motion[point] = it.rigid_motion[0];
         self.contact.mode_amplitudes[point] = it.mode_amplitudes[0];
+        self.stick_zone.gap.copy_from_slice(&it.gap[..2 * n]);
+    }
+
+    /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`. Cells leave the stick zone
+    /// if they slip by more than [`STICK_SLIP_SHARE`] of the amplitude, or lose contact. The first increment after the + reversal
+    /// point starts with all cells: in a periodic cycle one stroke decides, because the other stroke slips back.
+    pub(super) fn remove_slipping_cells(&mut self, it: &ContactState, point: usize) {
+        let (n, creep) = (self.stick_zone.mask.len(), STICK_SLIP_SHARE * self.amplitude());
+        if point == 1 {
+            self.stick_zone.mask.fill(true);
+        }
         for (i, stuck) in self.stick_zone.mask.iter_mut().enumerate() {
             *stuck &= it.scaled[2 * n + i] > 0.0 && it.slip[i].hypot(it.slip[n + i]) <= creep;
         }
-        self.stick_zone.gap.copy_from_slice(&it.gap[..2 * n]);
     }
 
     /// Half of the largest distance between two path points, mm.

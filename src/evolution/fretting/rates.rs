@@ -19,13 +19,14 @@ impl Run<'_> {
         let mut jump = WearJump::new(wear_step, 0.0);
         let progress = ProgressSpan { name: &self.step().name, from: at, to: at };
         let options = self.options;
-        let spec = StageSpec { step_fraction: at, wear_depth: &worn, slip_repeats: 0.0, options: &options };
-        self.solve_stage(spec, wear_step, &mut jump, &progress)?;
+        let spec =
+            StageSpec { step_fraction: at, wear_depth: &worn, implicit_passes: 0.0, options: &options };
+        self.solve_path_points(spec, wear_step, &mut jump, &progress)?;
         if !jump.converged() {
             return self.commit_jump(wear_step, AcceptedJump { jump, rejected: 0, clock });
         }
         wear_step.uncharged_work += jump.work();
-        wear_step.wear_rate.copy_from_slice(&jump.cycle.contact.wear_rate);
+        wear_step.wear_rate.copy_from_slice(&jump.cycle.contact.wear_per_pass);
         wear_step.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
         if cycles.integrator == Integrator::Explicit {
             wear_step.critical_length = self.critical_length(&jump.cycle.contact);

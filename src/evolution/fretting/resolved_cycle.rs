@@ -40,7 +40,7 @@ impl<'a> Run<'a> {
         let reversals = [0, path.reversal_index()]
             .map(|point| state::resultants(&self.prepared, &problem, &cycle.contact, point));
         let wear = CycleWear {
-            rate: cycle.contact.wear_rate.clone(),
+            rate: cycle.contact.wear_per_pass.clone(),
             power: wear_step.dissipation_rate / wear_step.dissipation_factor(),
             drift: 0.0,
             reversals,

@@ -1,5 +1,10 @@
-//! Stick zone of a cycle. [`Run::solve_stage`] solves the path points of the cycle together, and tests whether the zone agrees
-//! with the solution. If not, [`Run::recompute_stick_zone`] solves stroke after stroke, and the path points are solved again.
+//! Stick zone of a cycle: the cells that stick through the whole cycle, and the tangential gap at which they stick.
+//!
+//! [`Run::solve_path_points`] solves the path points of the cycle together with a given zone, and
+//! [`CycleState::has_consistent_stick_zone`] tests whether the zone agrees with the solution. If not,
+//! [`Run::recompute_stick_zone`] solves stroke after stroke; there [`CycleState::remove_slipping_cells`] decides the zone anew, as at
+//! the start of a wear step. A cycle without a consistent zone ends with `StickZoneNotConverged`: `StepController::judge` asks for a
+//! shorter jump, or the run ends (`Divergence::StickZone`).
 
 use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{Increment, SlipReference, SolverOptions, Unknowns};
@@ -58,13 +63,15 @@ impl CycleState {
 }
 
 impl Run<'_> {
-    /// Solves the path points of a cycle, or steady sliding.
+    /// Solves the path points of a cycle together, or steady sliding, and decides the stick zone of the cycle. If the zone disagrees
+    /// with the solution, it is recomputed and the path points are solved again, [`MAX_STICK_PASSES`] times at most. The report of
+    /// `jump` says how it ended. If not converged, the step controller tries a shorter jump, or the record of the jump ends the run.
     ///
     /// # Errors
     /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
-    pub(super) fn solve_stage(
+    pub(super) fn solve_path_points(
         &mut self,
-        StageSpec { step_fraction, wear_depth: worn, slip_repeats, options }: StageSpec,
+        StageSpec { step_fraction, wear_depth: worn, implicit_passes, options }: StageSpec,
         wear_step: &WearStepState,
         jump: &mut WearJump,
         progress: &ProgressSpan,
@@ -83,7 +90,7 @@ impl Run<'_> {
                 }
             };
             let wear_path_factors = jump.wear_factors.as_deref();
-            let laws = ActiveLaws { slip_repeats, wear_path_factors, ..ActiveLaws::of(self.step()) };
+            let laws = ActiveLaws { implicit_passes, wear_path_factors, ..ActiveLaws::of(self.step()) };
             let mut problem = increment_problem(&self.prepared, options, worn, laws, ends);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
@@ -96,6 +103,7 @@ impl Run<'_> {
             jump.solves += 1;
             jump.checks = before.worst(&checks);
             let SlipSource::ClosedPath(path) = &wear_step.slip_source else { return Ok(()) };
+            // Cells that had to stick but would slip can prevent convergence.
             if report.stop == StopReason::Iterations && jump.cycle.release_slipping_cells(&problem) {
                 continue;
             }
@@ -103,12 +111,13 @@ impl Run<'_> {
                 return Ok(());
             }
             let now = self.responses_at_path_points(&jump.cycle, path);
+            // Cells at the edge of the zone alternate between stick and slip, but the responses of the cycle stay the same.
             if is_periodic(&now, &last) {
                 return Ok(());
             }
             last = now;
             let mut depth = worn.to_vec();
-            add(&mut depth, slip_repeats, &jump.cycle.contact.wear_rate);
+            add(&mut depth, implicit_passes, &jump.cycle.contact.wear_per_pass);
             let (report, solves) =
                 self.recompute_stick_zone((path, loads), (&depth, options), &mut jump.cycle, progress)?;
             jump.report = report.clone().with_work_of(&jump.report);
@@ -162,10 +171,8 @@ impl Run<'_> {
                         .evaluate(&mut cycle.contact);
                     return Ok((sum, solves));
                 }
-                if point == 1 {
-                    cycle.stick_zone.mask.fill(true);
-                }
-                cycle.record_increment(&solved.next.contact, point, STICK_SLIP_SHARE * cycle.amplitude());
+                cycle.record_increment(&solved.next.contact, point);
+                cycle.remove_slipping_cells(&solved.next.contact, point);
                 reference = solved.next.reference;
             }
             let found = self.responses_at_path_points(cycle, path);

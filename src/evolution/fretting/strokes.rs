@@ -7,7 +7,7 @@ use crate::contact::{ContactState, PathPoint, SlipReference};
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::cycle_increment::stroke_options;
-use crate::evolution::fretting::cycle_state::{CycleState, STICK_SLIP_SHARE};
+use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::run::{Advance, Run};
@@ -54,10 +54,8 @@ impl Run<'_> {
                 path.set_shift(point, &mut rigid);
                 let (it, report) = self.advance_cycle_increment(path.loads(point, loads), rigid)?;
                 work += SolveWork::of(&report);
-                if point == 1 {
-                    cycle.stick_zone.mask.fill(true);
-                }
-                cycle.record_increment(&it, point, STICK_SLIP_SHARE * cycle.amplitude());
+                cycle.record_increment(&it, point);
+                cycle.remove_slipping_cells(&it, point);
             }
             let found = self.responses_at_path_points(cycle, path);
             if is_periodic(&found, &before) {

@@ -207,7 +207,7 @@ pub(super) struct StageSpec<'s> {
     /// Wear depth from which the wear of the stage starts, `[N]`, mm.
     pub wear_depth: &'s [f64],
     /// Cycles whose wear the stage includes implicitly, or sliding distance in mm.
-    pub slip_repeats: f64,
+    pub implicit_passes: f64,
     pub options: &'s SolverOptions,
 }
 
@@ -216,7 +216,7 @@ impl Run<'_> {
     /// changes.
     ///
     /// # Errors
-    /// As [`Self::solve_stage`].
+    /// As [`Self::solve_path_points`].
     pub(super) fn integrate(
         &mut self,
         JumpSpec { integrator, length, options }: JumpSpec,
@@ -238,10 +238,10 @@ impl Run<'_> {
             let spec = StageSpec {
                 step_fraction: (wear_step.completed + weights.abscissa * length) / self.cycles().count,
                 wear_depth: &worn,
-                slip_repeats: weights.implicit_weight * length,
+                implicit_passes: weights.implicit_weight * length,
                 options: &options,
             };
-            self.solve_stage(spec, wear_step, &mut jump, progress)?;
+            self.solve_path_points(spec, wear_step, &mut jump, progress)?;
             if !jump.converged() {
                 return Ok(jump);
             }
@@ -251,7 +251,7 @@ impl Run<'_> {
             if jump.lost_contact {
                 return Ok(jump);
             }
-            jump.wear_rate.copy_from_slice(&jump.cycle.contact.wear_rate);
+            jump.wear_rate.copy_from_slice(&jump.cycle.contact.wear_per_pass);
             jump.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
             add(&mut jump.wear_depth, weights.solution_weight * length, &jump.wear_rate);
             add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &jump.wear_rate);

@@ -4,10 +4,10 @@
 //! Rows are multiplied by the local stiffness c, so that all rows have the unit of a traction.
 
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
-use super::super::super::scales::FrictionScaling;
 use super::super::super::{ContactState, Increment, Pressures};
 use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
 use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions, perpendicular};
+use crate::contact::friction_scaling::FrictionScaling;
 use crate::flexibility::Flexibility;
 use crate::linalg::gmres::LinearSystem;
 
@@ -116,7 +116,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                     })
                     .sum();
                 for end in 0..problem.path_points.len() {
-                    self.change.gradient[end * 3 * n + 2 * n + cell] += problem.slip_repeats * worn;
+                    self.change.gradient[end * 3 * n + 2 * n + cell] += problem.implicit_passes * worn;
                 }
             }
         }
