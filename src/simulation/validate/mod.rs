@@ -1,12 +1,16 @@
 //! Checks of a plan against its meshes and its frame, before any solve. [`validate`] defines their order.
 
+mod cell_size;
+mod closing_motion;
 pub(crate) mod controls;
 pub(crate) mod fit;
+mod fixed_contact_nodes;
 pub(crate) mod flat_faces;
 mod height_map;
 mod inside;
 mod locking;
 mod periodic;
+mod region_fibre;
 pub(super) mod symmetry_planes;
 
 use crate::error::Warning;
