@@ -44,7 +44,7 @@ use crate::evolution::model::PreparedModel;
 use crate::evolution::observer::{CheckpointEvent, Observer};
 use crate::evolution::omitted::{OperatorOmissions, omitted_contact_work};
 use crate::evolution::records::{FrameState, Outcome};
-pub use crate::evolution::run::{FRAME_EDGE, RunResult};
+pub use crate::evolution::run::{FRAME_EDGE, RunResult, Suspended};
 use crate::evolution::run::{RollbackPoint, Run, RunEnd, Stop};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state::RunState;
@@ -54,7 +54,8 @@ use crate::evolution::warnings::{large_friction_warning, path_dependence_warning
 
 /// Runs the steps in order, starting from the checkpoint `from` of an earlier run if there is one.
 ///
-/// A step that does not converge ends the run; its state is kept, with [`Outcome::NotConverged`].
+/// The run ends early if a step does not converge, the observer cancels it or requests other operators, or contact reaches the edge
+/// of the frame in a wear step. [`RunResult::outcome`] and [`RunResult::suspended`] tell which.
 ///
 /// # Errors
 /// If the model, a step or `from` is invalid, a body cannot be solved, or memory does not suffice. If a number underflows or
@@ -93,8 +94,7 @@ fn run_on_this_thread(
         timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
         fretting_loops: Vec::new(),
         state: FrameState::default(),
-        frame_edge_checkpoint: None,
-        rebuild_checkpoint: None,
+        suspended: None,
     };
     if prepared.ellipse.is_some() {
         result.warnings.extend(path_dependence_warning(&model.friction, steps));

@@ -11,7 +11,7 @@ pub enum CheckpointEvent {
     Entry,
     /// A step ended.
     StepEnd,
-    /// The run ends early.
+    /// The run is interrupted, or a contact problem did not converge.
     Aborted,
     /// The run ends here and resumes with other operators. Contact reaches the edge of the frame in the next jump, or the observer
     /// requests a rebuild.

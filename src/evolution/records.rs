@@ -199,13 +199,13 @@ pub enum Divergence {
     GrossSliding,
     /// The bodies separated under prescribed forces.
     ContactLost,
-    /// The jump in which contact reaches the edge of the frame was not taken.
+    /// The jump in which contact reaches the edge of the frame was not taken. Set by `Run::end`.
     FrameEdge,
     /// The stick zone of a cycle did not converge.
     StickZone,
-    /// The linear equations of a body were not solved.
+    /// The linear equations of a body were not solved. Set by `Summary`.
     LinearSolver,
-    /// The requested accuracy was not reached.
+    /// The requested accuracy was not reached. Set by `adaptive`.
     Accuracy,
 }
 

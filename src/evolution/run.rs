@@ -1,4 +1,13 @@
-//! Run in progress: model, state, results so far and rollback point.
+//! Run in progress: model, state, results so far and rollback point; and how a run ends.
+//!
+//! | early end ([`RunEnd`]) | decided in | outcome | what follows |
+//! |---|---|---|---|
+//! | interrupted | `complete_record`, the loop of a monotone step | `Interrupted` | `orthowear run --resume` |
+//! | diverged | `complete_record` | `NotConverged` | nothing |
+//! | contact at the edge of the frame | `take_jump`, only for jumps that start inside | [`FRAME_EDGE`] | [`Suspended::FrameEdge`]: a larger frame |
+//! | rebuild requested | before each step and jump, by the observer | that so far | [`Suspended::Rebuild`]: other operators |
+//!
+//! `simulation::rebuild::Continuation` decides what follows. Errors end a run without a result.
 
 use crate::contact::SolverOptions;
 use crate::error::{Error, ErrorKind, Result};
@@ -67,10 +76,26 @@ pub struct RunResult {
     pub fretting_loops: Vec<FrettingLoop>,
     /// Fields at the end.
     pub state: FrameState,
-    /// Checkpoint of a run that ends with [`FRAME_EDGE`], from which it resumes on a larger frame ([`RunCheckpoint::transfer_to`]).
-    pub frame_edge_checkpoint: Option<Box<RunCheckpoint>>,
-    /// Checkpoint of a run that the observer ends ([`Observer::wants_rebuild`]), from which it resumes with other operators.
-    pub rebuild_checkpoint: Option<Box<RunCheckpoint>>,
+    /// State from which the run resumes after a change of the model, if it ends for this.
+    pub suspended: Option<Suspended>,
+}
+
+/// State of a run that ends before its last step and resumes after a change of the model ([`RunCheckpoint::transfer_to`]).
+#[derive(Debug, Clone)]
+pub enum Suspended {
+    /// Contact reaches the edge of the frame: the run resumes on a larger frame. The outcome is [`FRAME_EDGE`].
+    FrameEdge(Box<RunCheckpoint>),
+    /// The observer requested other operators ([`Observer::wants_rebuild`]). The outcome is that of the steps so far.
+    Rebuild(Box<RunCheckpoint>),
+}
+
+impl Suspended {
+    /// The checkpoint from which the run resumes.
+    pub fn into_checkpoint(self) -> RunCheckpoint {
+        match self {
+            Self::FrameEdge(checkpoint) | Self::Rebuild(checkpoint) => *checkpoint,
+        }
+    }
 }
 
 impl RunResult {
@@ -157,9 +182,11 @@ impl<'a> Run<'a> {
                 self.result.outcome = FRAME_EDGE;
                 let mut checkpoint = self.checkpoint();
                 checkpoint.discarded_work += untaken_work;
-                self.result.frame_edge_checkpoint = Some(Box::new(checkpoint));
+                self.result.suspended = Some(Suspended::FrameEdge(Box::new(checkpoint)));
             }
-            RunEnd::Rebuild => self.result.rebuild_checkpoint = Some(Box::new(self.checkpoint())),
+            RunEnd::Rebuild => {
+                self.result.suspended = Some(Suspended::Rebuild(Box::new(self.checkpoint())));
+            }
         }
         self.report_checkpoint(match end {
             RunEnd::Interrupted | RunEnd::Diverged(_) => CheckpointEvent::Aborted,
@@ -220,8 +247,7 @@ impl<'a> Run<'a> {
             timings,
             fretting_loops,
             state: _,
-            frame_edge_checkpoint: _,
-            rebuild_checkpoint: _,
+            suspended: _,
         } = result;
         let checkpoint = || {
             let mut formed_cells = prepared.formed_cells();

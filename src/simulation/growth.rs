@@ -65,16 +65,16 @@ impl FrameGrowth {
         Ok(())
     }
 
-    /// Transfers the state to the larger frame of `study` and adds a note. Also returns the new indices of the old cells, `[N]`.
+    /// Transfers the state to the larger frame of `simulation` and adds a note. Also returns the new indices of the old cells, `[N]`.
     ///
     /// # Errors
     /// If the near field of a body changes to or from a half-space, the old cells' gap changes, or a frame is no grid. If the
     /// surfaces are closer outside the old cells than within, or a body cannot be solved.
-    pub fn transfer_to(self, plan: &Plan, study: &Simulation) -> Result<(RunCheckpoint, Vec<usize>)> {
-        let model = study.model();
+    pub fn transfer_to(self, plan: &Plan, simulation: &Simulation) -> Result<(RunCheckpoint, Vec<usize>)> {
+        let model = simulation.model();
         for (index, key) in BODY_KEYS.into_iter().enumerate() {
-            let record = study.report.near_fields.iter().find(|record| record.body == index + 1);
-            if study.has_half_space_near_field(index + 1) != self.half_spaces[index] {
+            let record = simulation.report.near_fields.iter().find(|record| record.body == index + 1);
+            if simulation.has_half_space_near_field(index + 1) != self.half_spaces[index] {
                 let reason = record.and_then(|record| record.reason.as_deref());
                 let why = reason
                     .map_or_else(|| "it would change from the mesh to a half-space".to_owned(), no_place);
@@ -87,11 +87,11 @@ impl FrameGrowth {
             &self.gap,
             &model.initial_gap,
             &places,
-            OWN_LOAD_GAP_TOLERANCE * study.max_gap_of_own_loads(),
+            OWN_LOAD_GAP_TOLERANCE * simulation.max_gap_of_own_loads(),
         )?;
-        let mut snapshot = self.checkpoint.transfer_to(&places, model, &plan.steps, None)?;
-        snapshot.add_warning(note(plan, &snapshot, &before, &now));
-        Ok((snapshot, places))
+        let mut checkpoint = self.checkpoint.transfer_to(&places, model, &plan.steps, None)?;
+        checkpoint.add_warning(note(plan, &checkpoint, &before, &now));
+        Ok((checkpoint, places))
     }
 }
 
@@ -129,8 +129,8 @@ fn ensure_same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f
 }
 
 /// Note on when and to which size the frame was enlarged.
-fn note(plan: &Plan, snapshot: &RunCheckpoint, before: &Grid, now: &Grid) -> String {
-    let after = mesh_motion::position_in_run(plan, snapshot);
+fn note(plan: &Plan, checkpoint: &RunCheckpoint, before: &Grid, now: &Grid) -> String {
+    let after = mesh_motion::position_in_run(plan, checkpoint);
     let [x, y] = now.half_width().map(format_number);
     format!(
         "wear extended the contact to the edge of the frame{after}; the frame was enlarged from {} x {} to {} x {} cells, half_width = [{x}, {y}]. Starting with a frame of this size avoids repeated work",

@@ -24,17 +24,17 @@ pub struct WearBudget {
 }
 
 impl WearBudget {
-    /// Budget of `study` after the mesh motions so far; `None` if its meshes do not move or no longer move.
+    /// Budget of `simulation` after the mesh motions so far; `None` if its meshes do not move or no longer move.
     ///
     /// # Errors
     /// If the contact group of a body is wrong.
-    pub fn new(plan: &Plan, study: &Simulation, moves: &MeshUpdates) -> Result<Option<Self>> {
+    pub fn new(plan: &Plan, simulation: &Simulation, moves: &MeshUpdates) -> Result<Option<Self>> {
         let Some(share) = plan.mesh_motion_threshold.filter(|_| !moves.stopped) else { return Ok(None) };
-        let n = study.model().frame.n_cells();
+        let n = simulation.model().frame.n_cells();
         let mut allowed_depth = vec![f64::INFINITY; n];
         for (index, fe, part) in worn_bodies(plan) {
             let heights = element_height_at_nodes(&fe.mesh, &fe.contact)?;
-            let Some(map) = study.fe_body(index).map(FeBody::map) else { continue };
+            let Some(map) = simulation.fe_body(index).map(FeBody::map) else { continue };
             for (cell, depth) in allowed_depth.iter_mut().enumerate() {
                 let behind = map.row(cell).map(|(node, _)| heights[map.nodes()[node]]);
                 *depth = behind.map(|height| share * height / part).fold(*depth, f64::min);
@@ -60,51 +60,51 @@ impl WearBudget {
 /// State from which a run continues with moved meshes.
 pub struct StiffnessUpdate {
     previous: PreviousModel,
-    snapshot: RunCheckpoint,
+    checkpoint: RunCheckpoint,
 }
 
 impl Simulation<'_> {
-    /// Keeps the data with which a simulation with moved meshes continues from `snapshot`; bodies and operators are dropped.
-    pub fn into_stiffness_update(self, snapshot: RunCheckpoint) -> StiffnessUpdate {
-        StiffnessUpdate { previous: PreviousModel::of(self.model()), snapshot }
+    /// Keeps the data with which a simulation with moved meshes continues from `checkpoint`; bodies and operators are dropped.
+    pub fn into_stiffness_update(self, checkpoint: RunCheckpoint) -> StiffnessUpdate {
+        StiffnessUpdate { previous: PreviousModel::of(self.model()), checkpoint }
     }
 }
 
 impl StiffnessUpdate {
-    /// Transfers the state to the bodies of `study` and adds a note.
+    /// Transfers the state to the bodies of `simulation` and adds a note.
     ///
     /// # Errors
     /// As [`RunCheckpoint::transfer_to`].
-    pub fn transfer_to(self, plan: &Plan, study: &Simulation) -> Result<RunCheckpoint> {
-        let places: Vec<usize> = (0..self.snapshot.n_cells()).collect();
-        let mut snapshot =
-            self.snapshot.transfer_to(&places, study.model(), &plan.steps, Some(&self.previous))?;
-        let deepest = snapshot.wear_depth().iter().copied().fold(0.0, f64::max);
+    pub fn transfer_to(self, plan: &Plan, simulation: &Simulation) -> Result<RunCheckpoint> {
+        let places: Vec<usize> = (0..self.checkpoint.n_cells()).collect();
+        let mut checkpoint =
+            self.checkpoint.transfer_to(&places, simulation.model(), &plan.steps, Some(&self.previous))?;
+        let deepest = checkpoint.wear_depth().iter().copied().fold(0.0, f64::max);
         let moved = worn_bodies(plan).map(|(index, _, part)| {
             format!("{} by up to {} {}", BODY_KEYS[index], format_number(part * deepest), plan.units.length)
         });
         let moved: Vec<String> = moved.collect();
-        snapshot.add_warning(format!(
+        checkpoint.add_warning(format!(
             "the mesh was moved with wear{}: {}",
-            position_in_run(plan, &snapshot),
+            position_in_run(plan, &checkpoint),
             moved.join(", ")
         ));
-        Ok(snapshot)
+        Ok(checkpoint)
     }
 }
 
 /// Warning that the meshes no longer move with wear, with the reason.
-pub fn mesh_not_moved_warning(plan: &Plan, snapshot: &RunCheckpoint, error: &Error) -> String {
+pub fn mesh_not_moved_warning(plan: &Plan, checkpoint: &RunCheckpoint, error: &Error) -> String {
     format!(
         "the mesh is no longer moved with wear{}: {}; the run continues with the last stiffness of the bodies",
-        position_in_run(plan, snapshot),
+        position_in_run(plan, checkpoint),
         error.message()
     )
 }
 
 /// Text for the position of the last increment, for notes.
-pub(super) fn position_in_run(plan: &Plan, snapshot: &RunCheckpoint) -> String {
-    snapshot.records().last().map_or_else(String::new, |last| {
+pub(super) fn position_in_run(plan: &Plan, checkpoint: &RunCheckpoint) -> String {
+    checkpoint.records().last().map_or_else(String::new, |last| {
         let mut text = format!(" after step \"{}\" ({})", last.name, last.increment);
         if last.cycles_done > 0 {
             text.push_str(&format!(", {} cycles", last.cycles_done));

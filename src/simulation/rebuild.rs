@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::error::{ErrorKind, Result};
-use crate::evolution::{RunCheckpoint, RunResult};
+use crate::evolution::{RunCheckpoint, RunResult, Suspended};
 use crate::frame::ContactFrame;
 use crate::output::checkpoint_writer::MeshUpdates;
 use crate::output::recorder::ProgressEvent;
@@ -157,20 +157,13 @@ impl Continuation {
             Ok(result) => result,
             Err(error) => return Self::End(Err(error)),
         };
-        if let Some(checkpoint) = result.frame_edge_checkpoint.take() {
-            let refusal = match shared {
-                true => Some(
-                    "the frame is not enlarged, because all variants of a comparison share one frame"
-                        .to_owned(),
-                ),
-                false => why_not_growable(plan, rebuilds.frame_growths),
-            };
-            return match refusal {
-                Some(why) => Self::End(Ok(result.with_warning(why))),
-                None => Self::Rebuild(Change::GrownFrame(*checkpoint), result),
-            };
-        }
-        let Some(mut checkpoint) = result.rebuild_checkpoint.take() else { return Self::End(Ok(result)) };
+        let mut checkpoint = match result.suspended.take() {
+            None => return Self::End(Ok(result)),
+            Some(Suspended::FrameEdge(checkpoint)) => {
+                return Self::on_larger_frame(plan, *checkpoint, result, (rebuilds, shared));
+            }
+            Some(Suspended::Rebuild(checkpoint)) => checkpoint,
+        };
         match worn_meshes(plan, Some(&simulation.model().frame), checkpoint.wear_depth()) {
             Ok(meshes) => Self::Rebuild(Change::MovedMeshes(*checkpoint, meshes), result),
             Err(failure) if failure.error.kind() == ErrorKind::Interrupted => {
@@ -181,6 +174,25 @@ impl Continuation {
                 checkpoint.add_warning(warning);
                 Self::Rebuild(Change::SameOperators(*checkpoint), result)
             }
+        }
+    }
+
+    /// Continuation on a larger frame, or the end of the run if the frame cannot grow.
+    fn on_larger_frame(
+        plan: &Plan,
+        checkpoint: RunCheckpoint,
+        result: RunResult,
+        (rebuilds, shared): (&RebuildState, bool),
+    ) -> Self {
+        let refusal = match shared {
+            true => Some(
+                "the frame is not enlarged, because all variants of a comparison share one frame".to_owned(),
+            ),
+            false => why_not_growable(plan, rebuilds.frame_growths),
+        };
+        match refusal {
+            Some(why) => Self::End(Ok(result.with_warning(why))),
+            None => Self::Rebuild(Change::GrownFrame(checkpoint), result),
         }
     }
 }

@@ -5,7 +5,7 @@ use orthowear::error::Result;
 use orthowear::evolution::observer::{CheckpointEvent, Observer};
 use orthowear::evolution::records::{FrameState, IncrementRecord, Outcome};
 use orthowear::evolution::step::{Integrator, Step};
-use orthowear::evolution::{FRAME_EDGE, Model, RunCheckpoint, RunResult, run};
+use orthowear::evolution::{FRAME_EDGE, Model, RunCheckpoint, RunResult, Suspended, run};
 use orthowear::laws::wear::WearLaw;
 use serde_json::Value;
 
@@ -23,7 +23,7 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     let options = SolverOptions::default();
     let mut result = solve(&models[0], steps);
     let mut taken = 1;
-    while let Some(snapshot) = result.frame_edge_checkpoint.take() {
+    while let Some(Suspended::FrameEdge(snapshot)) = result.suspended.take() {
         assert_eq!(result.outcome, FRAME_EDGE);
         let places = places(&models[taken - 1], &models[taken]);
         let snapshot = snapshot.transfer_to(&places, &models[taken], steps, None).expect("a state");
@@ -159,11 +159,11 @@ fn states_are_carried_over() {
     run(&models[1], &steps, &options, None, &mut states).expect("a run");
     let entries = stopped.records.len();
     let same = states.0.into_iter().find(|state| state.records().len() == entries).expect("an entry");
-    let snapshot = stopped.frame_edge_checkpoint.expect("a state");
+    let snapshot = stopped.suspended.expect("a state").into_checkpoint();
     let places = places(&models[0], &models[1]);
     let larger = snapshot.clone().transfer_to(&places, &models[1], &steps, None).expect("a state");
     let [before, after, same] =
-        [*snapshot, larger, same].map(|state| serde_json::to_value(state).expect("JSON"));
+        [snapshot, larger, same].map(|state| serde_json::to_value(state).expect("JSON"));
     let (n_before, n) = (16 * 16, 24 * 24);
     let new: Vec<usize> = (0..n).filter(|cell| !places.contains(cell)).collect();
     let fields = [
@@ -211,7 +211,7 @@ fn states_are_carried_over() {
 
 /// Returns whether frames that do not match the checkpoint are refused.
 fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
-    let snapshot = solve(&models[0], steps).frame_edge_checkpoint.expect("a state");
+    let snapshot = solve(&models[0], steps).suspended.expect("a state").into_checkpoint();
     let short = vec![0; 10];
     let beyond = vec![24 * 24; 16 * 16];
     snapshot.clone().transfer_to(&short, &models[1], steps, None).is_err()
@@ -228,11 +228,11 @@ fn each_jump_tried_again_adds_its_work_once() {
         let places = places(&models[0], &models[1]);
         let same: Vec<usize> = (0..models[0].frame.n_cells()).collect();
         let work_after = |tries: usize| {
-            let mut snapshot = solve(&models[0], &steps).frame_edge_checkpoint.expect("a state");
+            let mut snapshot = solve(&models[0], &steps).suspended.expect("a state").into_checkpoint();
             for _ in 1..tries {
                 let again = snapshot.transfer_to(&same, &models[0], &steps, None).expect("a state");
                 let stopped = run(&models[0], &steps, &options, Some(again), &mut Silent).expect("a run");
-                snapshot = stopped.frame_edge_checkpoint.expect("a state");
+                snapshot = stopped.suspended.expect("a state").into_checkpoint();
             }
             let snapshot = snapshot.transfer_to(&places, &models[1], &steps, None).expect("a state");
             let whole = run(&models[1], &steps, &options, Some(snapshot), &mut Silent).expect("a run");

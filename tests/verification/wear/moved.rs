@@ -309,7 +309,7 @@ fn no_cell_slips_by_a_move() {
     let steps: [Step; 3] = [press(2000.0), shift(1e-3, 20.0), step("hold")];
     let (options, mut stops) = (SolverOptions::default(), Stops(Cell::new(0)));
     let stopped = run(&before, &steps, &options, None, &mut stops).expect("a run");
-    let snapshot = *stopped.rebuild_checkpoint.expect("a state");
+    let snapshot = stopped.suspended.expect("a state").into_checkpoint();
     assert_eq!((stopped.outcome, snapshot.records().len()), (Outcome::Converged, 2));
     let places: Vec<usize> = (0..n).collect();
     let carried = snapshot
