@@ -7,30 +7,31 @@ use serde::{Deserialize, Serialize};
 
 use crate::evolution::step::{Cycles, JumpPolicy};
 
-/// Settings of [`StepController`]. An error ratio is the estimated error of a jump divided by the allowed error.
+/// Settings of [`StepController`]. An error ratio is the estimated error of a jump divided by the allowed error. No measurement is
+/// recorded that chose the values.
 pub(super) struct StepControllerSettings {
-    /// Safety factor on the length of the next jump. Not measured: usual in ODE solvers.
+    /// Safety factor on the length of the next jump.
     error_target: f64,
     /// Exponent of the present error: the next length is proportional to (present error ratio)^(-exponent / order). Gustafsson 1991.
     current_error_exponent: f64,
     /// Exponent of the last error: the next length is also proportional to (last error ratio)^(exponent / order), with the accepted
     /// jump before. For the first jump, and after a rejected jump, the present error ratio is used instead. Gustafsson 1991.
     last_error_exponent: f64,
-    /// Largest ratio of the next length to the length of the jump just computed. Not measured.
+    /// Largest ratio of the next length to the length of the jump just computed.
     max_length_growth: f64,
-    /// Smallest ratio of the next length to the length of the jump just computed. Not measured.
+    /// Smallest ratio of the next length to the length of the jump just computed.
     min_length_growth: f64,
-    /// Largest length of controlled explicit jumps, relative to the longest stable jump. Not measured: the estimate of the longest
-    /// stable jump may be a few percent too large.
+    /// Largest length of controlled explicit jumps, relative to the longest stable jump. The estimate of the longest stable
+    /// jump may be a few percent too large.
     explicit_length_share: f64,
     /// Largest growth of the contact radius, and largest change of the stick-zone radius, in a jump, in cells. The larger of this
-    /// limit and `max_radius_growth_share` counts. Not measured.
+    /// limit and `max_radius_growth_share` counts.
     max_radius_growth_cells: f64,
-    /// The same limit as a share of the contact radius. Not measured.
+    /// The same limit as a share of the contact radius.
     max_radius_growth_share: f64,
-    /// Largest number of rejected trials of a jump. Not measured: twelve halvings shorten a jump 4096 times.
+    /// Largest number of rejected trials of a jump. Twelve halvings shorten a jump 4096 times.
     pub max_trials: usize,
-    /// Iterations per stage after which a shorter jump is tried, if one is possible. Not measured.
+    /// Iterations per stage after which a shorter jump is tried, if one is possible.
     max_trial_iterations: usize,
 }
 

@@ -6,15 +6,13 @@ use crate::contact::{ContactState, SlipReference, SolverOptions};
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::fretting::settings::STICK_ZONE;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::run::Run;
 
-/// Smallest tolerance of the natural residual for strokes that only determine the stick zone.
-const STROKE_TOLERANCE: f64 = 1e-6;
-
 /// Solver options for strokes that only determine the stick zone.
 pub(super) fn stroke_options(options: &SolverOptions) -> SolverOptions {
-    SolverOptions { tolerance: options.tolerance.max(STROKE_TOLERANCE), ..*options }
+    SolverOptions { tolerance: options.tolerance.max(STICK_ZONE.stroke_tolerance), ..*options }
 }
 
 /// Slip reference and initial guess of the next increment.

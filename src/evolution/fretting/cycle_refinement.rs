@@ -8,29 +8,13 @@ use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::cycle_wear::{CycleWear, relative_rms_difference, volume_difference};
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::{CycleSlip, PathCorrection};
+use crate::evolution::fretting::settings::REFINEMENT;
 use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem};
 use crate::evolution::run::Run;
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
-
-/// Largest number of increments per stroke, unless four times the coupled increments are more.
-const MAX_STROKE_INCREMENTS: usize = 64;
-
-/// Least number of increments of a resolved cycle, as a multiple of the increments of the coupled cycle.
-const MIN_REFINEMENT: usize = 4;
-
-/// Ratio of the increments of a second resolved cycle to the increments of the first. The coupled cycle stays uncorrected only if
-/// its wear volume agrees with both resolved cycles.
-const CONFIRMING_REFINEMENT: usize = 4;
-
-/// Largest relative change of the tangential force at a reversal point by the last refinement. Measured with a pin that slides at
-/// 15 to 75 degrees to the fibre. With 8 increments the wear was right to 1e-3, but the force across the stroke was 15 % too small.
-const MAX_FORCE_CHANGE: f64 = 0.01;
-
-/// Relative accuracy with which a resolved cycle measures the error of the coupled cycle if it does not correct this error.
-const MEASUREMENT_TOLERANCE_SHARE: f64 = 0.1;
 
 /// Resolved cycle whose wear changes little with more increments.
 pub(super) struct RefinedCycle {
@@ -85,7 +69,7 @@ impl Refinement<'_> {
 
     /// Largest number of increments per stroke.
     fn max_increments(&self) -> usize {
-        MAX_STROKE_INCREMENTS.max(4 * self.closed.increments)
+        REFINEMENT.max_increments.max(4 * self.closed.increments)
     }
 
     /// First number of increments per stroke, after the resolved cycle `before`.
@@ -96,7 +80,7 @@ impl Refinement<'_> {
 
     /// Returns whether a cycle has enough increments to be compared with the coupled cycle.
     fn is_refined(&self, increments: usize) -> bool {
-        increments >= MIN_REFINEMENT * self.closed.increments
+        increments >= REFINEMENT.min_refinement * self.closed.increments
     }
 
     /// Returns whether the wear volumes of two cycles agree within the tolerance.
@@ -114,7 +98,11 @@ impl Refinement<'_> {
     fn next_ratio(&self, increments: usize, first: Option<&Resolution>) -> usize {
         let confirms = self.may_agree()
             && first.is_some_and(|(at, wear)| increments == *at && self.agree(&self.coupled.wear, wear));
-        if confirms { CONFIRMING_REFINEMENT.min(self.max_increments() / increments).max(2) } else { 2 }
+        if confirms {
+            REFINEMENT.confirming_refinement.min(self.max_increments() / increments).max(2)
+        } else {
+            2
+        }
     }
 
     /// Compares the cycle `now` of `increments` per stroke with the coarser cycle `last`. `first` is the first refined cycle.
@@ -126,18 +114,18 @@ impl Refinement<'_> {
     ) -> Convergence {
         let (corrects, most) = (self.settings.correction != Correction::Never, self.max_increments());
         let change = relative_rms_difference(&now.rate, &last.rate, self.areas);
-        let measured = MEASUREMENT_TOLERANCE_SHARE
+        let measured = REFINEMENT.measurement_tolerance_share
             * relative_rms_difference(&self.coupled.wear.rate, &now.rate, self.areas);
         let tolerance =
             if corrects { self.settings.tolerance } else { self.settings.tolerance.max(measured) };
         let near = self.may_agree() && self.agree(&self.coupled.wear, now);
-        let confirming = |at: &usize| most.min(CONFIRMING_REFINEMENT * at);
+        let confirming = |at: &usize| most.min(REFINEMENT.confirming_refinement * at);
         let confirmed = |(at, wear): &Resolution| {
             increments >= confirming(at) && self.agree(&self.coupled.wear, wear) && self.agree(wear, now)
         };
         let agrees_with_coupled = near && first.is_some_and(confirmed);
         let is_open = near && first.is_none_or(|(at, _)| increments < confirming(at));
-        let settled = !corrects || now.force_change(last) <= MAX_FORCE_CHANGE;
+        let settled = !corrects || now.force_change(last) <= REFINEMENT.max_force_change;
         // At least two refinements are required, because the first alone may change little by chance.
         let suffices = self.is_refined(increments)
             && !is_open

@@ -3,10 +3,8 @@
 use crate::contact::{ContactState, Increment};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path_correction::CycleSlip;
+use crate::evolution::fretting::settings::REFINEMENT;
 use crate::evolution::run::Run;
-
-/// Lower bound on the share of a stroke in which slip spreads over the contact.
-const MIN_FIRST_INCREMENT_SHARE: f64 = 0.02;
 
 impl Run<'_> {
     /// Computes slip and elastic lag between the path points of `cycle`, which must be evaluated with `problem`.
@@ -33,7 +31,7 @@ impl Run<'_> {
                     f64::max(found.slip_spread_share, if stroke > 0.0 { lag / stroke } else { 1.0 });
             }
         }
-        found.slip_spread_share = found.slip_spread_share.clamp(MIN_FIRST_INCREMENT_SHARE, 1.0);
+        found.slip_spread_share = found.slip_spread_share.clamp(REFINEMENT.min_slip_spread_share, 1.0);
         found.lag = if slips > 0.0 { lags / slips } else { f64::INFINITY };
         found
     }

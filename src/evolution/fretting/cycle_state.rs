@@ -4,10 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::{ContactState, SlipReference, Unknowns};
 use crate::evolution::fretting::path::FrettingPath;
-
-/// Largest ratio of slip to amplitude at which a cell counts as sticking. Strokes decide the stick zone by this slip, because their
-/// tractions are less accurate than the margin of [`crate::contact::Increment::sticks`], which tests the zone afterwards.
-pub(super) const STICK_SLIP_SHARE: f64 = 1e-3;
+use crate::evolution::fretting::settings::STICK_ZONE;
 
 /// Cells that stick through the whole cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -92,10 +89,10 @@ impl CycleState {
     }
 
     /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`. Cells leave the stick zone
-    /// if they slip by more than [`STICK_SLIP_SHARE`] of the amplitude, or lose contact. The first increment after the + reversal
-    /// point starts with all cells: in a periodic cycle one stroke decides, because the other stroke slips back.
+    /// if they slip by more than `stick_slip_share` of the amplitude, or lose contact. The first increment after the + reversal point
+    /// starts with all cells: in a periodic cycle one stroke decides, because the other stroke slips back.
     pub(super) fn remove_slipping_cells(&mut self, it: &ContactState, point: usize) {
-        let (n, creep) = (self.stick_zone.mask.len(), STICK_SLIP_SHARE * self.amplitude());
+        let (n, creep) = (self.stick_zone.mask.len(), STICK_ZONE.stick_slip_share * self.amplitude());
         if point == 1 {
             self.stick_zone.mask.fill(true);
         }

@@ -1,14 +1,8 @@
 //! Wear of one cycle, and comparison of the wear of two cycles.
 
 use crate::evolution::field_measures::{root_mean_square, volume};
+use crate::evolution::fretting::settings::CORRECTION;
 use crate::evolution::records::Resultants;
-
-/// Smallest wear of a cell, relative to the largest, for which the cell has an individual factor. Both wear depths follow from the
-/// coupled path points.
-const NEGLIGIBLE_WEAR_SHARE: f64 = 1e-6;
-
-/// Largest factor on the wear of a cell.
-const MAX_WEAR_FACTOR: f64 = 4.0;
 
 /// Wear of one cycle.
 #[derive(Clone)]
@@ -69,12 +63,12 @@ pub(super) fn wear_factors(wear: &[f64], coupled: &[f64], areas: &[f64]) -> (Vec
     if all <= 0.0 || all_coupled <= 0.0 {
         return (vec![1.0; wear.len()], 0.0);
     }
-    let least = NEGLIGIBLE_WEAR_SHARE * coupled.iter().copied().fold(0.0, f64::max);
+    let least = CORRECTION.negligible_wear_share * coupled.iter().copied().fold(0.0, f64::max);
     let factor = |(wear, coupled): (&f64, &f64)| {
         if *coupled > least {
-            (wear / coupled).min(MAX_WEAR_FACTOR)
+            (wear / coupled).min(CORRECTION.max_wear_factor)
         } else {
-            (all / all_coupled).min(MAX_WEAR_FACTOR)
+            (all / all_coupled).min(CORRECTION.max_wear_factor)
         }
     };
     let factors: Vec<f64> = wear.iter().zip(coupled).map(factor).collect();

@@ -5,17 +5,12 @@ use crate::evolution::fretting::cycle_increment::{
     CycleIncrement, IncrementStart, SolvedIncrement, stroke_options,
 };
 use crate::evolution::fretting::cycle_state::CycleState;
+use crate::evolution::fretting::settings::REFINEMENT;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::increment_solve::ProgressSpan;
 use crate::evolution::records::FrettingLoop;
 use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::step::{ClosedPath, CycleMotion};
-
-/// Least number of increments per stroke.
-const MIN_LOOP_INCREMENTS: usize = 16;
-
-/// Number of cycles until the loop no longer depends on its initial state. Only the last cycle is reported.
-const LOOP_CYCLES: usize = 2;
 
 impl Run<'_> {
     /// Resolves the cycle at the current wear depth and records its fretting loop. The state of the run does not change.
@@ -29,7 +24,7 @@ impl Run<'_> {
         else {
             return Ok(());
         };
-        let increments = MIN_LOOP_INCREMENTS.div_ceil(closed.increments) * closed.increments;
+        let increments = REFINEMENT.min_loop_increments.div_ceil(closed.increments) * closed.increments;
         let path = coupled_path.refined(&ClosedPath { increments, ..*closed }, 1.0);
         let half = coupled_path.reversal_index();
         let (loads, _) = self.loads_at(wear_step, wear_step.completed / cycles.count);
@@ -46,7 +41,7 @@ impl Run<'_> {
             dissipation: 0.0,
             points: Vec::new(),
         };
-        for _ in 0..LOOP_CYCLES {
+        for _ in 0..REFINEMENT.loop_cycles {
             (found.dissipation, found.points) = (0.0, Vec::new());
             for point in
                 (increments + 1..=2 * increments).map(|point| point % (2 * increments)).chain(1..=increments)

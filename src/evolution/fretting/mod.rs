@@ -24,6 +24,7 @@ mod path_correction;
 mod rates;
 mod resolved_cycle;
 mod resolved_cycle_warnings;
+mod settings;
 mod stick_zone;
 pub(super) mod strokes;
 mod wear_integrator;

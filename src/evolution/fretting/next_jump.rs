@@ -7,6 +7,7 @@ use crate::contact::solver::StopReason;
 use crate::error::{Error, Result, warning};
 use crate::evolution::fretting::cycle_state::StickZone;
 use crate::evolution::fretting::jump_record::AcceptedJump;
+use crate::evolution::fretting::settings::WEAR_STEP;
 use crate::evolution::fretting::wear_integrator::{JumpSpec, WearJump};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::given_warnings::StepWarning;
@@ -16,13 +17,6 @@ use crate::evolution::solve_work::SolveWork;
 use crate::evolution::step::{Integrator, JumpPolicy, Normal};
 use crate::evolution::step_controller::{PlannedTrial, STEP_CONTROLLER, TrialMeasures};
 use crate::geometry::format_short;
-
-/// Ratio of wear depth to approach below which errors are negligible.
-const NEGLIGIBLE_DEPTH_SHARE: f64 = 1e-3;
-
-/// Ratio of the largest pressure to its value at the start of the step, below which wear at a fixed approach has ended. The
-/// remaining overlap is proportional to the pressure. Smaller pressures are lost in the rounding of the gap.
-const WORN_OUT_PRESSURE_RATIO: f64 = 1e-6;
 
 impl Run<'_> {
     /// Computes the next jump and commits it.
@@ -115,7 +109,8 @@ impl Run<'_> {
         let still = matches!(self.controls.normal, Normal::Approach(_)) && self.step().normal.is_none();
         still
             && wear_step.initial_peak_pressure > 0.0
-            && wear_step.cycle.peak_pressure() <= WORN_OUT_PRESSURE_RATIO * wear_step.initial_peak_pressure
+            && wear_step.cycle.peak_pressure()
+                <= WEAR_STEP.worn_out_pressure_ratio * wear_step.initial_peak_pressure
     }
 
     /// Warns, once per step, of a jump accepted with `ratio` times the allowed error after the largest number of longer
@@ -193,7 +188,7 @@ impl Run<'_> {
         };
         let (before, after) = (deepest(0.0), deepest(1.0));
         let approach = self.prepared.approach_of(&self.state.rigid_motion, &self.state.mode_amplitudes);
-        let negligible = NEGLIGIBLE_DEPTH_SHARE * approach.abs();
+        let negligible = WEAR_STEP.negligible_depth_share * approach.abs();
         let all = after + negligible;
         let share = 0.5 * ((after - before) / all + jump.length / cycles.count);
         jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))

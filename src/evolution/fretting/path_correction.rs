@@ -2,19 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::evolution::fretting::settings::CORRECTION;
 use crate::evolution::records::Resultants;
 use crate::evolution::step::{Correction, ResolvedCycleSettings};
 use crate::frame::grid::extend_field;
-
-/// Largest relative change of a factor by extrapolation to the middle of a jump.
-const MAX_FACTOR_EXTRAPOLATION: f64 = 0.1;
-
-/// Growth of the ratio of elastic lag to slip after which a cycle that needed no correction is resolved again.
-const RECHECK_LAG_GROWTH: f64 = 2.0;
-
-/// Factor of change of the normal force after which a cycle is resolved again, because the elastic lag then takes another share of
-/// the stroke.
-const RECHECK_FORCE_RATIO: f64 = 2.0;
 
 /// Result of a resolved cycle: correction and error of the wear that the coupled path points give.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -113,8 +104,10 @@ impl PathCorrection {
     pub fn extrapolated_factors(&self, done: f64, length: f64) -> Vec<f64> {
         let ahead = done + 0.5 * length - self.at_cycle;
         let factor = |(found, slope): (&f64, &f64)| {
-            (found + slope * ahead)
-                .clamp((1.0 - MAX_FACTOR_EXTRAPOLATION) * found, (1.0 + MAX_FACTOR_EXTRAPOLATION) * found)
+            (found + slope * ahead).clamp(
+                (1.0 - CORRECTION.max_factor_extrapolation) * found,
+                (1.0 + CORRECTION.max_factor_extrapolation) * found,
+            )
         };
         self.measured_factors.iter().zip(&self.factor_rate).map(factor).collect()
     }
@@ -141,13 +134,14 @@ impl PathCorrection {
         changed: impl Fn(&[f64]) -> f64,
     ) -> bool {
         let ratio = normal_force / self.normal_force;
-        let unloaded = !(1.0 / RECHECK_FORCE_RATIO..=RECHECK_FORCE_RATIO).contains(&ratio);
+        let unloaded =
+            !(1.0 / CORRECTION.recheck_force_ratio..=CORRECTION.recheck_force_ratio).contains(&ratio);
         match used.correction {
             Correction::Never => false,
             _ if unloaded => true,
             _ if self.corrects => changed(&self.slip) > used.tolerance,
             _ if slip.full_slip != self.full_slip => true,
-            _ if slip.full_slip => slip.lag > RECHECK_LAG_GROWTH * self.lag_ratio,
+            _ if slip.full_slip => slip.lag > CORRECTION.recheck_lag_growth * self.lag_ratio,
             _ => changed(&self.slip) > used.tolerance,
         }
     }

@@ -11,17 +11,11 @@ use crate::evolution::fretting::cycle_wear::{
 };
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::{PathCorrection, ReversalCorrection};
+use crate::evolution::fretting::settings::CORRECTION;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::run::Run;
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, ResolvedCycleSettings};
-
-/// Estimated change of the wear volume until the tractions are steady, relative to its change from one cycle to the next.
-const DRIFT_ERROR_FACTOR: f64 = 4.0;
-
-/// Relative difference between the tangential forces of prescribed increments and of the resolved cycle, above which a warning is
-/// given.
-const MIN_REPORTED_FORCE_DIFFERENCE: f64 = 0.02;
 
 impl<'a> Run<'a> {
     /// Closed path whose cycles the current step resolves, and settings of the resolved cycles; `None` if it does not.
@@ -112,7 +106,7 @@ impl<'a> Run<'a> {
             self.warn_of_unresolved_wear(wear_step, (unresolved_wear_fraction, settings.tolerance));
         } else if difference.max(relative_rms_difference(&coupled.wear.rate, &refined.wear.rate, areas))
             > settings.tolerance
-            || coupled.wear.force_change(&refined.wear) > MIN_REPORTED_FORCE_DIFFERENCE
+            || coupled.wear.force_change(&refined.wear) > CORRECTION.min_reported_force_difference
         {
             self.warn_of_increments(
                 (refinement.closed.increments, settings.tolerance),
@@ -160,8 +154,9 @@ impl<'a> Run<'a> {
         let [all, resolved, last_volume] = [rate, &wear.rate, &last].map(|rate| volume(rate, areas));
         let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
         let remaining = (0..n).map(|i| over_all((rate[i] - wear.rate[i]).abs() + last[i].abs()));
-        let volume =
-            over_all((all - resolved).abs() + last_volume.abs() + DRIFT_ERROR_FACTOR * wear.drift.abs());
+        let volume = over_all(
+            (all - resolved).abs() + last_volume.abs() + CORRECTION.drift_error_factor * wear.drift.abs(),
+        );
         PathCorrection {
             corrects: false,
             factors: vec![1.0; n],
@@ -223,7 +218,8 @@ impl PathCorrection {
         areas: &[f64],
     ) -> Self {
         let volume = volume(&wear.rate, areas);
-        let drift = if volume > 0.0 { DRIFT_ERROR_FACTOR * wear.drift.abs() / volume } else { 0.0 };
+        let drift =
+            if volume > 0.0 { CORRECTION.drift_error_factor * wear.drift.abs() / volume } else { 0.0 };
         let factor_rate = match &before {
             Some(before) if self.at_cycle > before.at_cycle => {
                 let change = factors.iter().zip(&before.measured_factors);

@@ -11,23 +11,21 @@ use crate::contact::{Increment, SlipReference, SolverOptions, Unknowns};
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::cycle_increment::{CycleIncrement, IncrementStart, stroke_options};
-use crate::evolution::fretting::cycle_state::{CycleState, STICK_SLIP_SHARE};
+use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path::FrettingPath;
-use crate::evolution::fretting::strokes::{MAX_SETTLING_CYCLES, is_periodic};
+use crate::evolution::fretting::settings::STICK_ZONE;
+use crate::evolution::fretting::strokes::is_periodic;
 use crate::evolution::fretting::wear_integrator::add;
 use crate::evolution::fretting::wear_integrator::{StageSpec, WearJump};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::run::Run;
 
-/// Largest number of solutions of a stage, with strokes between them to update the stick zone.
-const MAX_STICK_PASSES: usize = 8;
-
 impl CycleState {
     /// Releases cells of the stick zone that slip at a path point of a state that did not converge. Returns whether there were any.
     pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
         let (n, points, creep) =
-            (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
+            (problem.n(), problem.path_points.len(), STICK_ZONE.stick_slip_share * self.amplitude());
         let mut any = false;
         for i in 0..n {
             let slips = |point: usize| {
@@ -47,7 +45,7 @@ impl CycleState {
     /// that starts to stick needs new strokes, because its stick gap depends on the history.
     pub fn has_consistent_stick_zone(&self, problem: &Increment) -> bool {
         let (n, points, creep) =
-            (problem.n(), problem.path_points.len(), STICK_SLIP_SHARE * self.amplitude());
+            (problem.n(), problem.path_points.len(), STICK_ZONE.stick_slip_share * self.amplitude());
         (0..n).all(|i| {
             let mut sticks = (0..points).map(|point| problem.sticks(&self.contact, point, i));
             let creeps = |point: usize| {
@@ -64,7 +62,7 @@ impl CycleState {
 
 impl Run<'_> {
     /// Solves the path points of a cycle together, or steady sliding, and decides the stick zone of the cycle. If the zone disagrees
-    /// with the solution, it is recomputed and the path points are solved again, [`MAX_STICK_PASSES`] times at most. The report of
+    /// with the solution, it is recomputed and the path points are solved again, `max_passes` times at most. The report of
     /// `jump` says how it ended. If not converged, the step controller tries a shorter jump, or the record of the jump ends the run.
     ///
     /// # Errors
@@ -82,7 +80,7 @@ impl Run<'_> {
             jump.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
         }
         let mut last: Vec<[f64; 2]> = Vec::new();
-        for _ in 0..MAX_STICK_PASSES {
+        for _ in 0..STICK_ZONE.max_passes {
             let ends = match &wear_step.slip_source {
                 SlipSource::ClosedPath(path) => self.path_points(path, loads, &jump.cycle)?,
                 SlipSource::Sliding(slip) => {
@@ -153,7 +151,7 @@ impl Run<'_> {
         let mut solves = 0;
         let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
         let mut before: Vec<[f64; 2]> = Vec::new();
-        for _ in 0..MAX_SETTLING_CYCLES {
+        for _ in 0..STICK_ZONE.max_settling_cycles {
             for point in (half + 1..path.len() + 1).map(|point| point % path.len()).chain(1..half + 1) {
                 let start =
                     IncrementStart { reference, ..IncrementStart::at_path_point(&cycle.contact, point) };

@@ -9,6 +9,7 @@ use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::cycle_increment::stroke_options;
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::fretting::settings::STICK_ZONE;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::run::{Advance, Run};
 use crate::evolution::solve_work::SolveWork;
@@ -16,18 +17,12 @@ use crate::evolution::state;
 use crate::evolution::step::Drive;
 use crate::omitted::OmittableWork;
 
-/// Largest number of cycles without wear that are solved until a cycle is periodic.
-pub(super) const MAX_SETTLING_CYCLES: usize = 10;
-/// Largest change of the responses from one cycle to the next for which the cycle counts as periodic, relative to their range.
-const PERIODIC_TOLERANCE: f64 = 1e-3;
-
-/// Returns whether the responses at the path points equal the responses in the previous cycle, within `PERIODIC_TOLERANCE` of their
-/// range.
+/// Returns whether the responses at the path points equal the responses in the previous cycle, within `periodic_tolerance` of their range.
 pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
     let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
     let range = found.iter().map(|a| apart(a, &found[0])).fold(0.0, f64::max);
-    found.len() == before.len() && change <= PERIODIC_TOLERANCE * range
+    found.len() == before.len() && change <= STICK_ZONE.periodic_tolerance * range
 }
 
 impl Run<'_> {
@@ -43,7 +38,7 @@ impl Run<'_> {
         cycle.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
         let half = path.reversal_index();
         let mut before: Vec<[f64; 2]> = Vec::new();
-        for number in 0..MAX_SETTLING_CYCLES {
+        for number in 0..STICK_ZONE.max_settling_cycles {
             let up = if number == 0 { path.len()..path.len() + 1 } else { half + 1..path.len() + 1 };
             for point in up.map(|point| point % path.len()).chain(1..half + 1) {
                 let mut rigid = [
@@ -64,8 +59,9 @@ impl Run<'_> {
             before = found;
         }
         self.result.warnings.push(format!(
-            "step \"{}\": after {MAX_SETTLING_CYCLES} cycles without wear the tractions have not reached a steady-state cycle; the reversal points of the last cycle are used",
-            self.step().name
+            "step \"{}\": after {} cycles without wear the tractions have not reached a steady-state cycle; the reversal points of the last cycle are used",
+            self.step().name,
+            STICK_ZONE.max_settling_cycles
         ));
         Ok(work)
     }

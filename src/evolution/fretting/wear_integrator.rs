@@ -13,6 +13,7 @@ use crate::contact::solver::{SolveReport, StopReason};
 use crate::error::Result;
 use crate::evolution::field_measures::{root_mean_square, volume};
 use crate::evolution::fretting::cycle_state::CycleState;
+use crate::evolution::fretting::settings::WEAR_STEP;
 use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem};
 use crate::evolution::run::Run;
@@ -22,17 +23,6 @@ use crate::evolution::step::Integrator;
 
 /// γ of the L-stable two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-
-/// Largest share of the contact area that the second stage of SDIRK2 may lose. A jump that loses more is too long: wear widens
-/// contacts, so that only single cells at the edge open.
-const MAX_LOST_CONTACT_SHARE: f64 = 0.05;
-
-/// Ratio of the reported error of the wear volume to the embedded estimate. In the reference scene with a tilt of 90 degrees, the
-/// embedded estimate contains a fifth to a third of the error (docs/theory-wear.md).
-const VOLUME_ERROR_FACTOR: f64 = 2.0;
-
-/// Weight of the square root in the error budget of the Euler methods, for cells that come into contact.
-const MIN_ERROR_BUDGET_SHARE: f64 = 0.1;
 
 /// Stage of an integrator at the wear depth w_stage = w + `implicit_weight` ΔN F(w_stage), with w the depth before the stage. The
 /// stage adds `solution_weight` ΔN F(w_stage) to the wear of the jump.
@@ -101,7 +91,11 @@ impl Integrator {
     /// is `share`. A multiple of sqrt(share) is its lower bound, because short jumps also have errors in cells that come into
     /// contact.
     pub(super) fn error_budget(self, share: f64) -> f64 {
-        if self == Self::Sdirk2 { share.sqrt() } else { share.max(MIN_ERROR_BUDGET_SHARE * share.sqrt()) }
+        if self == Self::Sdirk2 {
+            share.sqrt()
+        } else {
+            share.max(WEAR_STEP.min_error_budget_share * share.sqrt())
+        }
     }
 
     /// Order p of the integrator: the error of a jump grows as length^(p + 1), so the error divided by the length grows as
@@ -247,7 +241,8 @@ impl Run<'_> {
             }
             jump.reaches_frame_edge |= state::touches_edge(&self.prepared, &jump.cycle.contact.scaled);
             jump.lost_contact = number > 0
-                && self.lost_contact_share(&touched, &jump.cycle.contact.scaled) > MAX_LOST_CONTACT_SHARE;
+                && self.lost_contact_share(&touched, &jump.cycle.contact.scaled)
+                    > WEAR_STEP.max_lost_contact_share;
             if jump.lost_contact {
                 return Ok(jump);
             }
@@ -260,7 +255,7 @@ impl Run<'_> {
         let areas = &self.prepared.model.frame.areas;
         let touching = self.cells_in_contact(&jump.cycle.contact.scaled);
         jump.depth_error = root_mean_square(&jump.error_field, areas, |i| touching[i]);
-        jump.volume_error = VOLUME_ERROR_FACTOR * volume(&jump.error_field, areas).abs();
+        jump.volume_error = WEAR_STEP.volume_error_factor * volume(&jump.error_field, areas).abs();
         Ok(jump)
     }
 

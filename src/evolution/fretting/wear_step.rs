@@ -10,6 +10,7 @@ use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{ActiveControls, PrescribedLoads};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::fretting::settings::WEAR_STEP;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::observer::CheckpointEvent;
 use crate::evolution::run::{Advance, Run, RunEnd};
@@ -18,12 +19,6 @@ use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, CycleMotion, JumpPolicy};
 use crate::evolution::step_controller::StepController;
 use crate::geometry::format_short;
-
-/// Largest wear depth that the first controlled jump aims at, relative to the approach.
-const FIRST_JUMP_DEPTH_SHARE: f64 = 0.05;
-
-/// Smallest ratio of jump tolerance to solver tolerance without a warning. Below it the contact solutions dominate the error.
-const MIN_TOLERANCE_RATIO: f64 = 10.0;
 
 impl Run<'_> {
     /// Runs the remaining jumps of a step of fretting cycles or steady sliding.
@@ -127,7 +122,7 @@ impl Run<'_> {
     /// Warns of a tolerance of the wear that the contact solutions are too inaccurate for.
     fn warn_of_small_jump_tolerance(&mut self) {
         if let JumpPolicy::Tolerance(tolerance) = self.cycles().jumps
-            && tolerance < MIN_TOLERANCE_RATIO * self.options.tolerance
+            && tolerance < WEAR_STEP.min_tolerance_ratio * self.options.tolerance
         {
             self.result.warnings.push(format!(
                 "step \"{}\": wear.tolerance = {tolerance:e} is too small for the accuracy of the contact solution (solver.tolerance = {:e}): jumps become shorter, but not more accurate. Increase wear.tolerance, or decrease solver.tolerance",
@@ -178,7 +173,7 @@ impl Run<'_> {
         let approach = self.prepared.approach_of(&rigid_motion[0], &mode_amplitudes[0]).abs();
         // At zero approach there is no reference depth: the first trial jump covers all cycles.
         let first = if fastest > 0.0 && approach > 0.0 {
-            (FIRST_JUMP_DEPTH_SHARE * approach / fastest).min(cycles.count)
+            (WEAR_STEP.first_jump_depth_share * approach / fastest).min(cycles.count)
         } else {
             cycles.count
         };

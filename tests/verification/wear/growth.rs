@@ -173,8 +173,8 @@ fn states_are_carried_over() {
         ("/state/elastic", false),
         ("/state/slip_reference", false),
         ("/progress/WearStep/cycle/contact/scaled", true),
-        ("/progress/WearStep/cycle/stick_mask", true),
-        ("/progress/WearStep/cycle/stick_gap", false),
+        ("/progress/WearStep/cycle/stick_zone/mask", true),
+        ("/progress/WearStep/cycle/stick_zone/gap", false),
         ("/progress/WearStep/wear_rate", true),
     ];
     for (name, nothing) in fields {
@@ -189,7 +189,7 @@ fn states_are_carried_over() {
                 assert_eq!(a, b, "{name}: plane {plane} of cell {cell}");
             }
             // The stick gap of new cells does not matter, because they do not stick.
-            for &cell in new.iter().filter(|_| !name.ends_with("/stick_gap")) {
+            for &cell in new.iter().filter(|_| !name.ends_with("/stick_zone/gap")) {
                 let [a, b] = [&carried, &wanted].map(|field| field[plane * n + cell]);
                 assert!(!nothing || (a == 0.0 && b == 0.0), "{name}: plane {plane} of cell {cell}");
                 assert!((a - b).abs() <= 1e-7 * largest, "{name}: plane {plane} of cell {cell}: {a} {b}");

@@ -1,0 +1,120 @@
+//! Settings of wear steps. Where a setting names no measurement, none is recorded that chose its value.
+
+/// Settings of the stick zone and of the strokes that decide it.
+pub(super) struct StickZoneSettings {
+    /// Largest ratio of slip to amplitude at which a cell counts as sticking. Strokes decide the stick zone by this slip, because
+    /// their tractions are less accurate than the margin of [`crate::contact::Increment::sticks`], which tests the zone afterwards.
+    pub stick_slip_share: f64,
+    /// Largest number of solutions of a stage, with strokes between them to update the stick zone.
+    pub max_passes: usize,
+    /// Largest number of cycles without wear that are solved until a cycle is periodic.
+    pub max_settling_cycles: usize,
+    /// Largest change of the responses from one cycle to the next for which the cycle counts as periodic, relative to their range.
+    pub periodic_tolerance: f64,
+    /// Smallest tolerance of the natural residual for strokes that only determine the stick zone.
+    pub stroke_tolerance: f64,
+}
+
+pub(super) const STICK_ZONE: StickZoneSettings = StickZoneSettings {
+    stick_slip_share: 1e-3,
+    max_passes: 8,
+    max_settling_cycles: 10,
+    periodic_tolerance: 1e-3,
+    stroke_tolerance: 1e-6,
+};
+
+/// Settings of wear steps and of the integration of jumps.
+pub(super) struct WearStepSettings {
+    /// Largest wear depth that the first controlled jump aims at, relative to the approach.
+    pub first_jump_depth_share: f64,
+    /// Smallest ratio of jump tolerance to solver tolerance without a warning. Below it the contact solutions dominate the error.
+    pub min_tolerance_ratio: f64,
+    /// Ratio of wear depth to approach below which errors are negligible.
+    pub negligible_depth_share: f64,
+    /// Ratio of the largest pressure to its value at the start of the step, below which wear at a fixed approach has ended. The
+    /// remaining overlap is proportional to the pressure. Smaller pressures are lost in the rounding of the gap.
+    pub worn_out_pressure_ratio: f64,
+    /// Largest share of the contact area that the second stage of SDIRK2 may lose. A jump that loses more is too long: wear widens
+    /// contacts, so that only single cells at the edge open.
+    pub max_lost_contact_share: f64,
+    /// Ratio of the reported error of the wear volume to the embedded estimate. In the reference scene with a tilt of 90 degrees,
+    /// the embedded estimate contains a fifth to a third of the error (docs/theory-wear.md).
+    pub volume_error_factor: f64,
+    /// Weight of the square root in the error budget of the Euler methods, for cells that come into contact.
+    pub min_error_budget_share: f64,
+}
+
+pub(super) const WEAR_STEP: WearStepSettings = WearStepSettings {
+    first_jump_depth_share: 0.05,
+    min_tolerance_ratio: 10.0,
+    negligible_depth_share: 1e-3,
+    worn_out_pressure_ratio: 1e-6,
+    max_lost_contact_share: 0.05,
+    volume_error_factor: 2.0,
+    min_error_budget_share: 0.1,
+};
+
+/// Settings of the refinement of resolved cycles.
+pub(super) struct RefinementSettings {
+    /// Largest number of increments per stroke, unless four times the coupled increments are more.
+    pub max_increments: usize,
+    /// Least number of increments of a resolved cycle, as a multiple of the increments of the coupled cycle.
+    pub min_refinement: usize,
+    /// Ratio of the increments of a second resolved cycle to the increments of the first. The coupled cycle stays uncorrected only
+    /// if its wear volume agrees with both resolved cycles.
+    pub confirming_refinement: usize,
+    /// Largest relative change of the tangential force at a reversal point by the last refinement. Measured with a pin that slides
+    /// at 15 to 75 degrees to the fibre. With 8 increments the wear was right to 1e-3, but the force across the stroke was 15 % too
+    /// small.
+    pub max_force_change: f64,
+    /// Relative accuracy with which a resolved cycle measures the error of the coupled cycle if it does not correct this error.
+    pub measurement_tolerance_share: f64,
+    /// Lower bound on the share of a stroke in which slip spreads over the contact.
+    pub min_slip_spread_share: f64,
+    /// Least number of increments per stroke of a fretting loop.
+    pub min_loop_increments: usize,
+    /// Number of cycles until a fretting loop no longer depends on its initial state. Only the last cycle is reported.
+    pub loop_cycles: usize,
+}
+
+pub(super) const REFINEMENT: RefinementSettings = RefinementSettings {
+    max_increments: 64,
+    min_refinement: 4,
+    confirming_refinement: 4,
+    max_force_change: 0.01,
+    measurement_tolerance_share: 0.1,
+    min_slip_spread_share: 0.02,
+    min_loop_increments: 16,
+    loop_cycles: 2,
+};
+
+/// Settings of the correction of the wear by resolved cycles.
+pub(super) struct CorrectionSettings {
+    /// Smallest wear of a cell, relative to the largest, for which the cell has an individual factor. Both wear depths follow from
+    /// the coupled path points.
+    pub negligible_wear_share: f64,
+    /// Largest factor on the wear of a cell.
+    pub max_wear_factor: f64,
+    /// Largest relative change of a factor by extrapolation to the middle of a jump.
+    pub max_factor_extrapolation: f64,
+    /// Growth of the ratio of elastic lag to slip after which a cycle that needed no correction is resolved again.
+    pub recheck_lag_growth: f64,
+    /// Factor of change of the normal force after which a cycle is resolved again, because the elastic lag then takes another share
+    /// of the stroke.
+    pub recheck_force_ratio: f64,
+    /// Estimated change of the wear volume until the tractions are steady, relative to its change from one cycle to the next.
+    pub drift_error_factor: f64,
+    /// Relative difference between the tangential forces of prescribed increments and of the resolved cycle, above which a warning
+    /// is given.
+    pub min_reported_force_difference: f64,
+}
+
+pub(super) const CORRECTION: CorrectionSettings = CorrectionSettings {
+    negligible_wear_share: 1e-6,
+    max_wear_factor: 4.0,
+    max_factor_extrapolation: 0.1,
+    recheck_lag_growth: 2.0,
+    recheck_force_ratio: 2.0,
+    drift_error_factor: 4.0,
+    min_reported_force_difference: 0.02,
+};
