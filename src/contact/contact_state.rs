@@ -41,8 +41,7 @@ impl Unknowns {
 }
 
 /// Tractions, rigid motions and the fields derived from them. The buffers are allocated once and reused.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(from = "Unknowns", into = "Unknowns")]
+#[derive(Debug, Clone)]
 pub struct ContactState {
     /// Scaled (hatted) tractions, `[3, N]` per path point, MPa.
     pub scaled: Vec<f64>,
@@ -67,9 +66,9 @@ pub struct ContactState {
     pub gradient: Vec<f64>,
 }
 
-impl From<Unknowns> for ContactState {
+impl From<&Unknowns> for ContactState {
     /// Creates a state from unknowns. The state must be evaluated afterwards.
-    fn from(unknowns: Unknowns) -> Self {
+    fn from(unknowns: &Unknowns) -> Self {
         let ends = unknowns.rigid_motion.len();
         let mut it = Self::new(unknowns.scaled.len() / (3 * ends), unknowns.rigid_motion.clone());
         unknowns.restore_into(&mut it);

@@ -47,7 +47,7 @@ pub struct CycleState {
 impl From<&CycleUnknowns> for CycleState {
     /// Creates a cycle from its unknowns. The contact must be evaluated afterwards.
     fn from(cycle: &CycleUnknowns) -> Self {
-        Self { contact: cycle.contact.clone().into(), stick_zone: cycle.stick_zone.clone() }
+        Self { contact: (&cycle.contact).into(), stick_zone: cycle.stick_zone.clone() }
     }
 }
 
