@@ -17,7 +17,7 @@ use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::error::{Error, Result};
 use orthowear::evolution::observer::Observer;
 use orthowear::evolution::records::{FrameState, IncrementRecord};
-use orthowear::evolution::step::{Normal, Step};
+use orthowear::evolution::step::{Normal, Step, StepKind};
 use orthowear::evolution::{Model, run};
 use orthowear::fem::{FeSpec, HexFormulation, Support};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
@@ -113,9 +113,8 @@ fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
         increments: 1,
         friction: false,
         wear: false,
-        cycles: None,
+        kind: StepKind::Monotone,
         history_row: None,
-        rolling: None,
     };
     let result = run(&model, &[press], &SolverOptions::default(), None, &mut Silent)?;
     match result.records.first() {

@@ -1,6 +1,6 @@
 //! Levels of refinement and their settings.
 
-use crate::evolution::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
+use crate::evolution::step::{ClosedPath, Correction, JumpPolicy, Step, StepKind};
 use crate::frame::GapShape;
 use crate::scene::plan::{AccuracyPlan, BodyPlan, FramePlan, Plan};
 use crate::scene::spec::accuracy::RefinementParameter;
@@ -91,10 +91,11 @@ impl RefinementLadder {
         let cycles = plan
             .steps
             .iter()
-            .filter_map(|step| step.cycles)
+            .filter_map(|step| step.kind.cycles())
             .fold(f64::INFINITY, |least, cycles| least.min(cycles.count));
+        let paths = plan.steps.iter().filter_map(|step| step.kind.closed_path());
         let increments_per_stroke =
-            plan.steps.iter().filter_map(refinable_path).map(|closed| closed.increments).max().unwrap_or(0);
+            paths.filter(|path| is_refinable(path)).map(|path| path.increments).max().unwrap_or(0);
         let has_own_tolerances =
             ["solver.tolerance", "solver.compression_tolerance"].map(|key| plan.document.get(key).is_some());
         let mut ladder = Self {
@@ -120,13 +121,14 @@ impl RefinementLadder {
                     .any(|near| near.is_condensed());
             }
         }
-        let monotone = |step: &&Step| step.cycles.is_none() && step.rolling.is_none();
+        let monotone = |step: &&Step| matches!(step.kind, StepKind::Monotone);
         let by_path =
             plan.steps.iter().filter(monotone).any(|step| plan.has_friction(step) || plan.has_wear(step));
         ladder.is_refined[1] =
             (by_path || increments_per_stroke > 0) && !kept(RefinementParameter::Increments);
-        ladder.is_refined[2] = plan.steps.iter().any(|step| step.cycles.is_some() && plan.has_wear(step))
-            && !kept(RefinementParameter::Jumps);
+        ladder.is_refined[2] =
+            plan.steps.iter().any(|step| step.kind.cycles().is_some() && plan.has_wear(step))
+                && !kept(RefinementParameter::Jumps);
         Ok(ladder)
     }
 
@@ -228,29 +230,27 @@ impl RefinementLadder {
             plan.fields_every = levels.increments();
         }
         for step in &mut plan.steps {
-            if let (Some(closed), true) = (refinable_path(step), increments) {
-                let finer = ClosedPath { increments: closed.increments * levels.increments(), ..closed };
-                step.cycles =
-                    step.cycles.map(|cycles| Cycles { motion: CycleMotion::ClosedPath(finer), ..cycles });
-            }
-            match &mut step.cycles {
-                Some(cycles) if jumps && step.wear => {
-                    let share = self.relative * 0.25f64.powi(levels.jumps as i32);
-                    cycles.jumps = match cycles.jumps {
-                        JumpPolicy::Number(number) => JumpPolicy::Number(
-                            (number << levels.jumps).min(cycles.count as usize).max(number),
-                        ),
-                        JumpPolicy::Tolerance(_) => JumpPolicy::Tolerance(share),
-                    };
-                    if let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) =
-                        &mut cycles.motion
-                    {
-                        // Resolved cycles do not warn about errors here, because the accuracy search estimates them itself.
-                        (used.tolerance, used.error_warning) = (share, f64::INFINITY);
-                    }
+            match &mut step.kind {
+                StepKind::Monotone if increments => step.increments *= levels.increments(),
+                StepKind::Fretting { path, .. } if increments && is_refinable(path) => {
+                    path.increments *= levels.increments();
                 }
-                None if increments && step.rolling.is_none() => step.increments *= levels.increments(),
                 _ => {}
+            }
+            if let Some(cycles) = step.kind.cycles_mut().filter(|_| jumps && step.wear) {
+                let share = self.relative * 0.25f64.powi(levels.jumps as i32);
+                cycles.jumps = match cycles.jumps {
+                    JumpPolicy::Number(number) => {
+                        JumpPolicy::Number((number << levels.jumps).min(cycles.count as usize).max(number))
+                    }
+                    JumpPolicy::Tolerance(_) => JumpPolicy::Tolerance(share),
+                };
+                if let StepKind::Fretting { path: ClosedPath { resolved_cycles: Some(used), .. }, .. } =
+                    &mut step.kind
+                {
+                    // Resolved cycles do not warn about errors here, because the accuracy search estimates them itself.
+                    (used.tolerance, used.error_warning) = (share, f64::INFINITY);
+                }
             }
         }
         plan
@@ -281,16 +281,9 @@ impl RefinementLadder {
     }
 }
 
-/// Closed path whose increments may be refined; `None` for `increments = "auto"`, where resolved cycles correct the wear instead.
-fn refinable_path(step: &Step) -> Option<ClosedPath> {
-    match step.cycles?.motion {
-        CycleMotion::ClosedPath(closed)
-            if closed.resolved_cycles.is_none_or(|used| used.correction != Correction::Always) =>
-        {
-            Some(closed)
-        }
-        _ => None,
-    }
+/// Whether the increments of a closed path may be refined. With `increments = "auto"`, resolved cycles correct the wear instead.
+fn is_refinable(path: &ClosedPath) -> bool {
+    path.resolved_cycles.is_none_or(|used| used.correction != Correction::Always)
 }
 
 /// Numbers of cells along x and y in the scene, divided by the smaller number. If only one direction has a single cell and no
@@ -322,7 +315,7 @@ pub(super) fn cells(plan: &Plan) -> Option<[usize; 2]> {
 
 /// Tolerance or number of jumps of the first step with cycles.
 pub(super) fn jumps(plan: &Plan) -> Option<f64> {
-    plan.steps.iter().find_map(|step| step.cycles).map(|cycles| match cycles.jumps {
+    plan.steps.iter().find_map(|step| step.kind.cycles()).map(|cycles| match cycles.jumps {
         JumpPolicy::Number(number) => number as f64,
         JumpPolicy::Tolerance(tolerance) => tolerance,
     })

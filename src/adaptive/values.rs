@@ -1,7 +1,7 @@
 //! Values whose accuracy is requested.
 
 use crate::evolution::records::IncrementRecord;
-use crate::evolution::step::{CycleMotion, Drive, Normal, Step, Tangential};
+use crate::evolution::step::{Drive, Normal, Step, Tangential};
 use crate::laws::wear::WearLaw;
 use crate::scene::plan::Plan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
@@ -55,10 +55,7 @@ impl ForceControls {
     fn after(self, step: &Step) -> Self {
         let normal_force = step.normal.map_or(self.normal_force, |normal| matches!(normal, Normal::Force(_)));
         let held = step.tangential.map_or(self.tangential_force, |held| matches!(held, Tangential::Force(_)));
-        let driven = step.cycles.and_then(|cycles| match cycles.motion {
-            CycleMotion::ClosedPath(closed) => Some(closed.drive == Drive::Force),
-            CycleMotion::Sliding { .. } => None,
-        });
+        let driven = step.kind.closed_path().map(|path| path.drive == Drive::Force);
         Self { normal_force, tangential_force: driven.unwrap_or(held) }
     }
 }

@@ -12,7 +12,7 @@ use crate::adaptive::AccuracySearch;
 use crate::error::exit;
 use crate::estimate::{RunEstimate, estimate};
 use crate::evolution::step::{
-    Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt,
+    ClosedPath, Correction, Drive, JumpPolicy, Normal, Spin, Step, StepKind, Tangential, Tilt,
 };
 use crate::geometry::format_direction;
 use crate::laws::friction::FrictionLaw;
@@ -244,55 +244,49 @@ fn describe_controls(step: &Step) -> String {
         Some(Spin::Moment(moment)) => parts.push(format!("spin moment {moment}")),
         None => {}
     }
-    if let Some(cycles) = &step.cycles {
-        parts.push(describe_cycles(cycles));
-    }
-    if let Some(rolling) = &step.rolling {
-        parts.push(format!(
+    match &step.kind {
+        StepKind::Monotone => {}
+        StepKind::Rolling(rolling) => parts.push(format!(
             "rolling along {} degrees with creepage ({}, {}), spin {}",
             90 * u32::from(rolling.quarter_turns),
             five_digits(rolling.creepage[0]),
             five_digits(rolling.creepage[1]),
             five_digits(rolling.spin)
-        ));
+        )),
+        StepKind::Fretting { path, cycles } => parts.push(describe_cycles(path, cycles.count)),
+        StepKind::Sliding { angle, cycles } => {
+            parts.push(format!("steady sliding over {} at {:.1} degrees", cycles.count, angle.to_degrees()))
+        }
     }
     if parts.is_empty() { "unchanged".to_owned() } else { parts.join(", ") }
 }
 
-/// Text on the motion of the cycles.
-fn describe_cycles(cycles: &Cycles) -> String {
-    match &cycles.motion {
-        CycleMotion::Sliding { angle } => {
-            format!("steady sliding over {} at {:.1} degrees", cycles.count, angle.to_degrees())
+/// Text on `count` cycles on a closed path.
+fn describe_cycles(closed: &ClosedPath, count: f64) -> String {
+    let [along, left] = closed.amplitude;
+    let path = if left == 0.0 {
+        format!("+-{along}")
+    } else {
+        format!("an ellipse with semi-axes {along} x {left}")
+    };
+    let of = if closed.drive == Drive::Force { " of the tangential force" } else { "" };
+    let mut text = format!("{count} cycles of {path}{of} at {:.1} degrees", closed.angle.to_degrees());
+    let correction = closed.resolved_cycles.map(|used| used.correction);
+    match correction {
+        Some(Correction::Always | Correction::WhereNeeded) => {
+            text.push_str(", increments per stroke as needed");
         }
-        CycleMotion::ClosedPath(closed) => {
-            let [along, left] = closed.amplitude;
-            let path = if left == 0.0 {
-                format!("+-{along}")
-            } else {
-                format!("an ellipse with semi-axes {along} x {left}")
-            };
-            let of = if closed.drive == Drive::Force { " of the tangential force" } else { "" };
-            let mut text =
-                format!("{} cycles of {path}{of} at {:.1} degrees", cycles.count, closed.angle.to_degrees());
-            let correction = closed.resolved_cycles.map(|used| used.correction);
-            match correction {
-                Some(Correction::Always | Correction::WhereNeeded) => {
-                    text.push_str(", increments per stroke as needed");
-                }
-                _ if closed.increments > 1 => {
-                    text.push_str(&format!(", {} increments per stroke", closed.increments));
-                }
-                _ => {}
-            }
-            text
+        _ if closed.increments > 1 => {
+            text.push_str(&format!(", {} increments per stroke", closed.increments));
         }
+        _ => {}
     }
+    text
 }
 
 /// Text on the increments or wear jumps of a step.
 fn describe_increments(step: &Step) -> String {
-    let mut text = match &step.cycles {
+    let mut text = match step.kind.cycles() {
         Some(cycles) => match cycles.jumps {
             JumpPolicy::Number(jumps) => format!("{jumps} jumps"),
             JumpPolicy::Tolerance(tolerance) => {

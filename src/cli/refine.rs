@@ -147,7 +147,7 @@ fn keep_steps_to_run(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
             let names: Vec<&str> = plan.steps.iter().map(|step| step.name.as_str()).collect();
             Error::input(format!("the scene has no step `{name}`; its steps are {}", names.join(", ")))
         })?,
-        None => match plan.steps.iter().position(|step| step.cycles.is_some()) {
+        None => match plan.steps.iter().position(|step| step.kind.cycles().is_some()) {
             None => plan.steps.len() - 1,
             Some(0) => {
                 return Err(Error::input(format!(

@@ -59,10 +59,10 @@ pub(super) fn of_steps(
 
 /// Number of contact problems of a step.
 pub(super) fn contact_problems(step: &Step) -> usize {
-    match &step.cycles {
+    match step.kind.cycles() {
         None => step.increments,
         // The path points of a cycle are solved together, and each counts as one contact problem.
-        Some(cycles) => cycles.n_path_points() * cycles.expected_solves(step.wear),
+        Some(cycles) => step.kind.n_path_points() * cycles.expected_solves(step.wear),
     }
 }
 

@@ -48,7 +48,7 @@ pub use crate::evolution::run::{FRAME_EDGE, RunResult, Suspended};
 use crate::evolution::run::{RollbackPoint, Run, RunEnd, Stop};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state::RunState;
-use crate::evolution::step::{Normal, Step};
+use crate::evolution::step::{Normal, Step, StepKind};
 pub use crate::evolution::transfer::PreviousModel;
 use crate::evolution::warnings::{large_friction_warning, path_dependence_warning};
 
@@ -163,9 +163,10 @@ impl Run<'_> {
             {
                 return self.end(RunEnd::Rebuild);
             }
-            let advanced = match &step.cycles {
-                None => self.run_monotone_step(),
-                Some(_) => self.run_wear_step(),
+            let advanced = match &step.kind {
+                StepKind::Monotone => self.run_increments(),
+                StepKind::Rolling(_) => self.run_rolling_step(),
+                StepKind::Fretting { .. } | StepKind::Sliding { .. } => self.run_wear_step(),
             };
             if let Err(Stop::Error(error)) = advanced {
                 return Err(error);

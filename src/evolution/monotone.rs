@@ -1,4 +1,4 @@
-//! Monotone steps: load increments from the state before the step to the prescribed loads.
+//! Monotone and rolling steps: load increments from the state before the step to the prescribed loads.
 
 use std::time::Instant;
 
@@ -23,8 +23,8 @@ impl Run<'_> {
         LoadPath::new(self.step(), self.controls, start, &self.prepared)
     }
 
-    /// Runs the remaining increments of a monotone step.
-    pub(super) fn run_monotone_step(&mut self) -> Advance {
+    /// Runs the remaining increments of a monotone or rolling step.
+    pub(super) fn run_increments(&mut self) -> Advance {
         let step = self.step();
         let mut ramp = match &self.progress {
             StepProgress::Monotone(ramp) => ramp.clone(),
@@ -49,10 +49,6 @@ impl Run<'_> {
             self.progress = StepProgress::Monotone(ramp.clone());
             self.record_rollback_point(CheckpointEvent::Entry)?;
         }
-        if step.rolling.is_some() {
-            self.controls.tangential =
-                Tangential::Shift([self.state.rigid_motion[0], self.state.rigid_motion[1]]);
-        }
         Ok(())
     }
 
@@ -65,13 +61,13 @@ impl Run<'_> {
         let clock = Instant::now();
         self.check_controls()?;
         let loads = self.effective_loads(controls.loads);
-        let reference = match &step.rolling {
+        let reference = match step.kind.rolling() {
             None => SlipReference::Previous(self.state.slip_reference.clone()),
             Some(rolling) => SlipReference::Upstream(self.upstream(rolling, number)?),
         };
         let end = self.path_point(&loads, reference)?;
         let worn = self.state.wear_depth.clone();
-        let implicit_passes = if step.rolling.is_some() { 0.0 } else { 1.0 };
+        let implicit_passes = if step.kind.rolling().is_some() { 0.0 } else { 1.0 };
         let laws = ActiveLaws { implicit_passes, ..ActiveLaws::of(step) };
         let mut problem = increment_problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = ContactState::new(self.prepared.n(), vec![controls.rigid]);
@@ -79,7 +75,7 @@ impl Run<'_> {
         it.mode_amplitudes = vec![self.prepared.with_rotation(floating, controls.turn)];
         if self.options.skip.allows(OmittableWork::ColdStarts) {
             predictor.extrapolate_tractions(&self.state, &problem, &mut it);
-            if step.rolling.is_none() {
+            if step.kind.rolling().is_none() {
                 predictor.note(&self.state);
             }
         }
@@ -101,7 +97,7 @@ impl Run<'_> {
         let approach = self.prepared.approach(&it, 0);
         let certificate = state::certificate(&checks, approach, balance);
         let mut record = self.new_record((number, approach), &values, (&it, certificate), clock);
-        if let Some(rolling) = &step.rolling {
+        if let Some(rolling) = step.kind.rolling() {
             self.per_distance(rolling, &mut fields.slip);
             record.rolling = Some(self.add_rolling_wear(rolling, number, &it)?);
         } else {
@@ -118,7 +114,7 @@ impl Run<'_> {
     /// Refuses a tangential force or a spin moment that nothing can balance: without friction, or in rolling.
     fn check_controls(&self) -> Result<()> {
         let step = self.step();
-        let rolls = step.rolling.is_some();
+        let rolls = step.kind.rolling().is_some();
         if self.has_friction() && !rolls {
             return Ok(());
         }
@@ -159,7 +155,7 @@ impl Run<'_> {
                 loads.moment[2] = None;
             }
         }
-        if self.step().rolling.is_some() {
+        if self.step().kind.rolling().is_some() {
             // The creepages prescribe slip and spin of body 2.
             (loads.tangential, loads.moment[2]) = (TangentialControl::Shift, None);
         }

@@ -3,7 +3,7 @@
 use crate::contact::solver::solves_windows;
 use crate::contact::{Method, SolverOptions};
 use crate::evolution::model::Model;
-use crate::evolution::step::{CycleMotion, Spin, Step, Tilt};
+use crate::evolution::step::{Spin, Step, StepKind, Tilt};
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::omitted::{OmittableWork, OmittedWork};
@@ -58,7 +58,7 @@ pub fn omitted_contact_work(
     let turned = steps
         .iter()
         .any(|step| matches!(step.tilt, Some(Tilt::Moment(_))) || matches!(step.spin, Some(Spin::Moment(_))));
-    let rubs = |step: &Step| step.friction && (wearless || !step.wear) && step.cycles.is_none();
+    let rubs = |step: &Step| step.friction && (wearless || !step.wear) && step.kind.cycles().is_none();
     if operator.uncoupled && !frictionless && !turned && steps.iter().any(rubs) {
         skipped.push(OmittedWork::new(
             OmittableWork::NormalComponents,
@@ -73,7 +73,8 @@ pub fn omitted_contact_work(
             "iterations use coarser cells and a window around the contact; each result is checked on the whole frame",
         ));
     }
-    let follows = steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.cycles.is_some());
+    let follows =
+        steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.kind.cycles().is_some());
     if follows && options.skip.allows(OmittableWork::ColdStarts) {
         skipped.push(OmittedWork::new(
             OmittableWork::ColdStarts,
@@ -95,10 +96,8 @@ pub fn omitted_contact_work(
 
 /// Returns whether the step solves at most half as many cycles as it covers.
 fn jumps(step: &Step) -> bool {
-    step.cycles.as_ref().is_some_and(|cycles| {
-        let closed = matches!(cycles.motion, CycleMotion::ClosedPath(_));
-        closed && cycles.expected_solves(step.wear) as f64 <= 0.5 * cycles.count
-    })
+    matches!(&step.kind, StepKind::Fretting { cycles, .. }
+        if cycles.expected_solves(step.wear) as f64 <= 0.5 * cycles.count)
 }
 
 /// Names of steps in quotes, separated by commas.

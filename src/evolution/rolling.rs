@@ -3,8 +3,8 @@
 use crate::contact::{ContactState, Upstream};
 use crate::error::{Error, Result};
 use crate::evolution::records::RollingRecord;
-use crate::evolution::run::Run;
-use crate::evolution::step::Rolling;
+use crate::evolution::run::{Advance, Run};
+use crate::evolution::step::{Rolling, Tangential};
 use crate::frame::ContactFrame;
 
 impl Rolling {
@@ -67,6 +67,14 @@ impl Rolling {
 }
 
 impl Run<'_> {
+    /// Runs the remaining increments of a rolling step. Later steps continue from the tangential displacement at its end.
+    pub(super) fn run_rolling_step(&mut self) -> Advance {
+        self.run_increments()?;
+        self.controls.tangential =
+            Tangential::Shift([self.state.rigid_motion[0], self.state.rigid_motion[1]]);
+        Ok(())
+    }
+
     /// Upstream cells and rigid slip of increment `number` of a rolling step.
     pub(super) fn upstream(&self, rolling: &Rolling, number: usize) -> Result<Upstream> {
         rolling.upstream(&self.prepared.model.frame, number as f64 / self.step().increments as f64)

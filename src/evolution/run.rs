@@ -155,7 +155,7 @@ impl<'a> Run<'a> {
 
     /// Cycles of the current step, which must be a wear step.
     pub(super) fn cycles(&self) -> &'a Cycles {
-        self.step().cycles.as_ref().expect("a wear step has cycles")
+        self.step().kind.cycles().expect("a wear step has cycles")
     }
 
     /// Adds a warning unless the current step has one of this kind already.
@@ -293,7 +293,7 @@ impl<'a> Run<'a> {
             fretting_loops,
             discarded_work,
         } = snapshot;
-        let is_wear_step = steps.get(step_index).map(|step| step.cycles.is_some());
+        let is_wear_step = steps.get(step_index).map(|step| step.kind.cycles().is_some());
         let fits = match progress {
             StepProgress::NotStarted => true,
             StepProgress::Monotone(_) => is_wear_step == Some(false),

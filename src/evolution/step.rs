@@ -44,28 +44,14 @@ pub enum Spin {
 pub struct Cycles {
     /// Number of cycles, or distance of steady sliding in mm.
     pub count: f64,
-    /// Motion in each cycle.
-    pub motion: CycleMotion,
     /// Number or lengths of the jumps.
     pub jumps: JumpPolicy,
     /// Time integration of the wear over a jump.
     pub integrator: Integrator,
 }
 
-/// Motion of body 2 in a cycle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum CycleMotion {
-    /// Back and forth on a line, or around an ellipse, about the position or force at the start of the step.
-    ClosedPath(ClosedPath),
-    /// Steady sliding in one direction.
-    Sliding {
-        /// Angle from the frame's x to the direction of sliding, radians.
-        angle: f64,
-    },
-}
-
-/// Closed path of displacements or tangential forces about their values at the start of the step. It starts at the + reversal
-/// point.
+/// Closed path of displacements or tangential forces about their values at the start of the step: back and forth on a line, or
+/// around an ellipse. It starts at the + reversal point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedPath {
     /// Quantity that follows the path.
@@ -118,16 +104,6 @@ pub enum Drive {
 const TYPICAL_CONTROLLED_JUMPS: usize = 6;
 
 impl Cycles {
-    /// Largest displacement of body 2 from its position at the start of the step, mm; 0 for steady sliding, `None` if forces are
-    /// prescribed.
-    pub fn reach(&self) -> Option<f64> {
-        match &self.motion {
-            CycleMotion::ClosedPath(closed) if closed.drive == Drive::Force => None,
-            CycleMotion::ClosedPath(closed) => Some(closed.amplitude[0].max(closed.amplitude[1])),
-            CycleMotion::Sliding { .. } => Some(0.0),
-        }
-    }
-
     /// Expected number of contact solutions: all stages of all jumps, and the first strokes before them.
     pub fn expected_solves(&self, wear: bool) -> usize {
         let jumps = match self.jumps {
@@ -137,14 +113,6 @@ impl Cycles {
         };
         let stages = if self.integrator == Integrator::Sdirk2 { 2 } else { 1 };
         2 + stages * jumps
-    }
-
-    /// Number of path points of a cycle, which a stage solves together.
-    pub fn n_path_points(&self) -> usize {
-        match &self.motion {
-            CycleMotion::ClosedPath(closed) => 2 * closed.increments,
-            CycleMotion::Sliding { .. } => 1,
-        }
     }
 }
 
@@ -220,6 +188,72 @@ pub enum Integrator {
     Explicit,
 }
 
+/// Kind of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StepKind {
+    /// Load increments from the loads before the step to the loads of the step.
+    Monotone,
+    /// Steady rolling, in load increments.
+    Rolling(Rolling),
+    /// Wear by many fretting cycles on a closed path, in jumps.
+    Fretting {
+        /// Path of each cycle.
+        path: ClosedPath,
+        /// Number of cycles, jumps and time integration.
+        cycles: Cycles,
+    },
+    /// Wear by steady sliding in one direction, in jumps.
+    Sliding {
+        /// Angle from the frame's x to the direction of sliding, radians.
+        angle: f64,
+        /// Sliding distance, jumps and time integration.
+        cycles: Cycles,
+    },
+}
+
+impl StepKind {
+    /// Cycles of fretting or steady sliding.
+    pub fn cycles(&self) -> Option<&Cycles> {
+        match self {
+            Self::Fretting { cycles, .. } | Self::Sliding { cycles, .. } => Some(cycles),
+            Self::Monotone | Self::Rolling(_) => None,
+        }
+    }
+
+    /// As [`Self::cycles`], mutable.
+    pub fn cycles_mut(&mut self) -> Option<&mut Cycles> {
+        match self {
+            Self::Fretting { cycles, .. } | Self::Sliding { cycles, .. } => Some(cycles),
+            Self::Monotone | Self::Rolling(_) => None,
+        }
+    }
+
+    /// Rolling of a rolling step.
+    pub fn rolling(&self) -> Option<&Rolling> {
+        if let Self::Rolling(rolling) = self { Some(rolling) } else { None }
+    }
+
+    /// Closed path of fretting cycles.
+    pub fn closed_path(&self) -> Option<&ClosedPath> {
+        if let Self::Fretting { path, .. } = self { Some(path) } else { None }
+    }
+
+    /// Largest displacement of body 2 on a closed path from its position at the start of the step, mm; 0 for other kinds, `None` if
+    /// forces are prescribed.
+    pub fn reach(&self) -> Option<f64> {
+        match self.closed_path() {
+            Some(path) if path.drive == Drive::Force => None,
+            Some(path) => Some(path.amplitude[0].max(path.amplitude[1])),
+            None => Some(0.0),
+        }
+    }
+
+    /// Number of path points that a stage solves together; 1 without a closed path.
+    pub fn n_path_points(&self) -> usize {
+        self.closed_path().map_or(1, |path| 2 * path.increments)
+    }
+}
+
 /// Position of a step among the load points of a history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HistoryRow {
@@ -248,12 +282,10 @@ pub struct Step {
     pub friction: bool,
     /// Whether wear acts in this step.
     pub wear: bool,
-    /// Fretting cycles or steady sliding instead of a monotone step.
-    pub cycles: Option<Cycles>,
+    /// Kind of the step.
+    pub kind: StepKind,
     /// Load point of a history; numbers of increments continue from the previous load point.
     pub history_row: Option<HistoryRow>,
-    /// Steady rolling instead of a monotone step.
-    pub rolling: Option<Rolling>,
 }
 
 #[cfg(test)]

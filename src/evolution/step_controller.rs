@@ -221,7 +221,7 @@ impl StepController {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evolution::step::{CycleMotion, Integrator};
+    use crate::evolution::step::Integrator;
 
     /// Truth: if the error is a power of the length, the lengths converge to a constant. In this limit the growth factor
     /// error_target ratio^((last_error_exponent - current_error_exponent) / order) is 1.
@@ -284,8 +284,7 @@ mod tests {
     }
 
     fn cycles(jumps: JumpPolicy) -> Cycles {
-        let motion = CycleMotion::Sliding { angle: 0.0 };
-        Cycles { count: 10.0, motion, jumps, integrator: Integrator::Sdirk2 }
+        Cycles { count: 10.0, jumps, integrator: Integrator::Sdirk2 }
     }
 
     fn position(completed: f64, jumps_done: usize) -> StepPosition {

@@ -1,7 +1,7 @@
 //! Warnings that follow from the model and its steps before the first increment.
 
 use crate::evolution::omitted::quoted_names;
-use crate::evolution::step::Step;
+use crate::evolution::step::{Step, StepKind};
 use crate::flexibility::Flexibility;
 use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 
@@ -26,8 +26,7 @@ pub(super) fn large_friction_warning(
 /// Warning about frictional steps in one increment, because the number of increments is part of the load path.
 pub(super) fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
     // A history prescribes its load path, and a steady state does not depend on the path.
-    let by_path =
-        |step: &&Step| step.cycles.is_none() && step.history_row.is_none() && step.rolling.is_none();
+    let by_path = |step: &&Step| matches!(step.kind, StepKind::Monotone) && step.history_row.is_none();
     let frictional = steps.iter().filter(|step| step.friction).filter(by_path);
     let single: Vec<&str> =
         frictional.filter(|step| step.increments == 1).map(|step| step.name.as_str()).collect();

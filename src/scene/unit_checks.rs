@@ -163,10 +163,9 @@ fn check_contact_size(plan: &Plan, notes: &mut Vec<String>) {
     let approach = plan.max_prescribed_approach().unwrap_or(0.0);
     let Some([half, cell]) = frame_half_width_and_cell(plan) else { return };
     let unit = &plan.units.length;
-    let slides = plan.steps.iter().filter_map(|step| match (step.tangential, &step.cycles) {
-        (Some(Tangential::Shift([x, y])), _) => Some(x.hypot(y)),
-        (_, Some(cycles)) => cycles.reach(),
-        _ => None,
+    let slides = plan.steps.iter().filter_map(|step| match step.tangential {
+        Some(Tangential::Shift([x, y])) => Some(x.hypot(y)),
+        _ => step.kind.reach(),
     });
     let slide = slides.fold(0.0, f64::max);
     if slide > 20.0 * half {

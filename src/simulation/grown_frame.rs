@@ -64,7 +64,7 @@ pub(super) fn no_grid() -> Error {
 
 /// Omitted work for the cells that frame growth may add.
 pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
-    let wears = plan.steps.iter().any(|step| step.cycles.is_some() && plan.has_wear(step));
+    let wears = plan.steps.iter().any(|step| step.kind.cycles().is_some() && plan.has_wear(step));
     (wears && why_not_growable(plan, 0).is_none()).then(|| {
         let why = "they are added when wear extends the contact to the edge of the frame (frame.grow)";
         OmittedWork::new(None, "cells outside the frame", why)

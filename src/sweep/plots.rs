@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::evolution::step::CycleMotion;
+use crate::evolution::step::StepKind;
 use crate::output::plot::axis::Scale;
 use crate::output::plot::chart::{Chart, Series};
 use crate::output::plot::heat_map::HeatMap;
@@ -219,12 +219,12 @@ impl StudyPlots<'_> {
                 let series = self.family(Some(family), &choice, |choice| {
                     self.run(choice).map_or(Vec::new(), |run| run.curve(&quantity.path))
                 });
-                let (x, scale) = match self.sweep.motions.get(&quantity.step) {
-                    Some(CycleMotion::ClosedPath(_)) => ("cycles".to_owned(), Scale::Linear),
-                    Some(CycleMotion::Sliding { .. }) => {
+                let (x, scale) = match self.sweep.step_kinds.get(&quantity.step) {
+                    Some(StepKind::Fretting { .. }) => ("cycles".to_owned(), Scale::Linear),
+                    Some(StepKind::Sliding { .. }) => {
                         (format!("distance slid, {}", self.sweep.units.length), Scale::Linear)
                     }
-                    None => ("increment".to_owned(), Scale::Whole),
+                    _ => ("increment".to_owned(), Scale::Whole),
                 };
                 let title = self.title(quantity, &[family], &choice);
                 self.add_chart(&mut panels, quantity, title, (x, scale), series);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::evolution::step::CycleMotion;
+use crate::evolution::step::StepKind;
 use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::document::Document;
@@ -59,8 +59,8 @@ pub struct Sweep {
     pub notes: Vec<String>,
     /// The runs: all combinations that `require` does not omit, with the last axis varying fastest.
     pub runs: Vec<RunSpec>,
-    /// Motion of the steps with wear jumps, by step name. It determines the abscissa of their curves.
-    pub motions: BTreeMap<String, CycleMotion>,
+    /// Kinds of the steps with wear jumps, by step name. They determine the abscissa of the curves.
+    pub step_kinds: BTreeMap<String, StepKind>,
     /// The plan of the first run.
     pub first: Plan,
     /// Cache of the meshes of all scenes.
@@ -118,7 +118,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
     let scene_diagnostics = reader.scene_diagnostics();
-    let SceneReader { study_diagnostics: mut mistakes, first, motions, .. } = reader;
+    let SceneReader { study_diagnostics: mut mistakes, first, step_kinds, .. } = reader;
     mistakes.extend(output_mistakes);
     let (Some(first), true) = (first, mistakes.is_empty() && scene_diagnostics.is_none()) else {
         let study = (!mistakes.is_empty()).then(|| Diagnostics::new(&document, mistakes));
@@ -142,7 +142,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
         left_out,
         notes,
         runs,
-        motions,
+        step_kinds,
         first,
         meshes,
     })

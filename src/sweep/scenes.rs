@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use crate::evolution::step::{CycleMotion, Step};
+use crate::evolution::step::StepKind;
 use crate::linalg::memory::MemoryLimit;
 use crate::scene::document::Location;
 use crate::scene::plan::Plan;
@@ -28,14 +28,14 @@ pub(super) struct SceneReader<'a> {
     /// The plan of the first run.
     pub first: Option<Plan>,
     steps: BTreeSet<String>,
-    /// Motion of the steps with wear jumps, by step name.
-    pub motions: BTreeMap<String, CycleMotion>,
+    /// Kinds of the steps with wear jumps, by step name.
+    pub step_kinds: BTreeMap<String, StepKind>,
 }
 
 impl<'a> SceneReader<'a> {
     /// A reader that has not read any scene.
     pub fn new(document: &'a Document, scene: &'a Path, meshes: &'a MeshCache) -> Self {
-        let (steps, motions) = (BTreeSet::new(), BTreeMap::new());
+        let (steps, step_kinds) = (BTreeSet::new(), BTreeMap::new());
         Self {
             document,
             scene,
@@ -46,7 +46,7 @@ impl<'a> SceneReader<'a> {
             n_runs: 0,
             first: None,
             steps,
-            motions,
+            step_kinds,
         }
     }
 
@@ -56,8 +56,8 @@ impl<'a> SceneReader<'a> {
         match scene::read_with_meshes(self.scene, overrides, self.meshes) {
             Ok(plan) => {
                 self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
-                let motion = |step: &Step| Some((step.name.clone(), step.cycles?.motion));
-                self.motions.extend(plan.steps.iter().filter_map(motion));
+                let wear_steps = plan.steps.iter().filter(|step| step.kind.cycles().is_some());
+                self.step_kinds.extend(wear_steps.map(|step| (step.name.clone(), step.kind)));
                 let memory = plan.memory_limit;
                 if let Some(first) = &self.first {
                     // If the scene gives no memory limit, all runs have the default limit of the first plan.

@@ -8,7 +8,7 @@ use orthowear::error::Result;
 use orthowear::evolution::observer::Observer;
 use orthowear::evolution::records::{FrameState, IncrementRecord};
 use orthowear::evolution::step::{
-    ClosedPath, CycleMotion, Cycles, Drive, Integrator, JumpPolicy, Normal, Step, Tangential,
+    ClosedPath, Cycles, Drive, Integrator, JumpPolicy, Normal, Step, StepKind, Tangential,
 };
 use orthowear::evolution::{Model, RunResult, run};
 use orthowear::frame::ContactFrame;
@@ -151,9 +151,8 @@ pub fn step(name: &str) -> Step {
         increments: 1,
         friction: true,
         wear: true,
-        cycles: None,
+        kind: StepKind::Monotone,
         history_row: None,
-        rolling: None,
     }
 }
 
@@ -175,22 +174,21 @@ pub fn shift(distance: f64, angle: f64) -> Step {
 
 /// Fretting cycles along x in equal jumps.
 pub fn fretting(count: u64, amplitude: f64, jumps: usize, integrator: Integrator) -> Step {
-    let motion = CycleMotion::ClosedPath(ClosedPath {
+    let path = ClosedPath {
         drive: Drive::Shift,
         amplitude: [amplitude, 0.0],
         angle: 0.0,
         increments: 1,
         resolved_cycles: None,
-    });
-    let (count, jumps) = (count as f64, JumpPolicy::Number(jumps));
-    let cycles = Cycles { count, motion, jumps, integrator };
-    Step { cycles: Some(cycles), ..step("fretting") }
+    };
+    let cycles = Cycles { count: count as f64, jumps: JumpPolicy::Number(jumps), integrator };
+    Step { kind: StepKind::Fretting { path, cycles }, ..step("fretting") }
 }
 
 /// The closed path of a fretting step.
 pub fn path_of(step: &mut Step) -> &mut ClosedPath {
-    match step.cycles.as_mut().map(|cycles| &mut cycles.motion) {
-        Some(CycleMotion::ClosedPath(closed)) => closed,
+    match &mut step.kind {
+        StepKind::Fretting { path, .. } => path,
         _ => panic!("no closed path"),
     }
 }

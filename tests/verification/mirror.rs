@@ -3,7 +3,7 @@
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::Model;
 use orthowear::evolution::records::Outcome;
-use orthowear::evolution::step::{Integrator, Rolling, Step};
+use orthowear::evolution::step::{Integrator, Rolling, Step, StepKind};
 use orthowear::laws::friction::FrictionLaw;
 
 use crate::common::{
@@ -92,6 +92,6 @@ fn rolling() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.6, 32), sphere(10.0));
     model.friction = FrictionLaw::Coulomb { mu: 0.3 };
     let rolling = Rolling { quarter_turns: 0, creepage: [2e-3, 0.0], spin: 0.0, distance: 1.0 };
-    let steps = [press(800.0), Step { rolling: Some(rolling), ..step("roll") }];
+    let steps = [press(800.0), Step { kind: StepKind::Rolling(rolling), ..step("roll") }];
     is_own_image(&model, &steps, 1, SOLVED);
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::Outcome;
-use orthowear::evolution::step::{Rolling, Step};
+use orthowear::evolution::step::{Rolling, Step, StepKind};
 use orthowear::evolution::{Model, RunResult};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
@@ -15,7 +15,8 @@ use crate::common::{half_spaces, im7, press, rectangle, relative, solve, solve_w
 use crate::periodic::repeated;
 
 fn roll(quarter_turns: u8, creepage: [f64; 2], spin: f64) -> Step {
-    Step { rolling: Some(Rolling { quarter_turns, creepage, spin, distance: 1.0 }), ..step("roll") }
+    let rolling = Rolling { quarter_turns, creepage, spin, distance: 1.0 };
+    Step { kind: StepKind::Rolling(rolling), ..step("roll") }
 }
 
 /// Relative radius of two equal steel cylinders, mm.
@@ -199,7 +200,7 @@ fn wear_per_rolled_distance() {
     model.wear = WearLaw::Energy { k };
     let (creepage, spin, distance) = ([2e-3, 1e-3], 2e-3, 40.0);
     let mut rolling = roll(0, creepage, spin);
-    rolling.rolling = Some(Rolling { quarter_turns: 0, creepage, spin, distance });
+    rolling.kind = StepKind::Rolling(Rolling { quarter_turns: 0, creepage, spin, distance });
     let result = converged(&model, &[press(300.0), rolling]);
     let (before, record) = (&result.records[0], &result.records[1]);
     let force = record.tangential_force;

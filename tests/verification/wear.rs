@@ -184,7 +184,7 @@ fn nothing_is_left_to_wear() {
     let mut model = sphere_on_frp(0.0, 1.6, 16);
     model.wear = frp_wear(0.0);
     let mut cycles = fretting(1_000_000_000, 0.08, 1, Integrator::Sdirk2);
-    cycles.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-2);
+    cycles.kind.cycles_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-2);
     let smooth = Step { friction: false, name: "smooth".into(), ..fretting(10, 0.08, 1, Integrator::Sdirk2) };
     let result = solve(&model, &[indent(0.02), cycles]);
     assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);

@@ -3,7 +3,7 @@
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::evolution::Model;
 use orthowear::evolution::records::Outcome;
-use orthowear::evolution::step::{Rolling, Spin, Step, Tangential, Tilt};
+use orthowear::evolution::step::{Rolling, Spin, Step, StepKind, Tangential, Tilt};
 use orthowear::omitted::AllowedOmissions;
 
 use crate::common::{
@@ -118,7 +118,11 @@ fn rolling_on_a_window_is_rolling_on_the_frame() {
         let mut model = half_spaces(&steel(), Some(&steel()), (0.6, cells), sphere(10.0));
         model.friction = orthowear::laws::friction::FrictionLaw::Coulomb { mu: 0.3 };
         let rolling = Rolling { quarter_turns: 0, creepage: [2e-3, 1e-3], spin: 0.0, distance: 1.0 };
-        same(&model, &[press(800.0), Step { rolling: Some(rolling), ..step("roll") }], Method::Newton);
+        same(
+            &model,
+            &[press(800.0), Step { kind: StepKind::Rolling(rolling), ..step("roll") }],
+            Method::Newton,
+        );
     }
 }
 

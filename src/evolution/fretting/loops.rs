@@ -10,7 +10,7 @@ use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::increment_solve::ProgressSpan;
 use crate::evolution::records::FrettingLoop;
 use crate::evolution::run::{Advance, Run, RunEnd};
-use crate::evolution::step::{ClosedPath, CycleMotion};
+use crate::evolution::step::ClosedPath;
 
 impl Run<'_> {
     /// Resolves the cycle at the current wear depth and records its fretting loop. The state of the run does not change.
@@ -19,8 +19,8 @@ impl Run<'_> {
     /// As [`Self::solve_cycle_increment`].
     pub(super) fn record_fretting_loop(&mut self, wear_step: &WearStepState) -> Advance {
         let (step, cycles) = (self.step(), self.cycles());
-        let (SlipSource::ClosedPath(coupled_path), CycleMotion::ClosedPath(closed)) =
-            (&wear_step.slip_source, &cycles.motion)
+        let (SlipSource::ClosedPath(coupled_path), Some(closed)) =
+            (&wear_step.slip_source, step.kind.closed_path())
         else {
             return Ok(());
         };

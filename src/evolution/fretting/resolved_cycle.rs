@@ -15,12 +15,12 @@ use crate::evolution::fretting::settings::CORRECTION;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::run::Run;
 use crate::evolution::state;
-use crate::evolution::step::{ClosedPath, Correction, CycleMotion, ResolvedCycleSettings};
+use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
 
 impl<'a> Run<'a> {
     /// Closed path whose cycles the current step resolves, and settings of the resolved cycles; `None` if it does not.
     fn resolved_path(&self) -> Option<(&'a ClosedPath, ResolvedCycleSettings)> {
-        let CycleMotion::ClosedPath(closed) = &self.cycles().motion else { return None };
+        let closed = self.step().kind.closed_path()?;
         let wears = self.step().wear && self.prepared.specific_wear_rate.is_some();
         let settings = closed.resolved_cycles.filter(|_| wears)?;
         (settings.correction == Correction::Always || self.has_friction()).then_some((closed, settings))

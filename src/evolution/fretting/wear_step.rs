@@ -16,7 +16,7 @@ use crate::evolution::observer::CheckpointEvent;
 use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
-use crate::evolution::step::{ClosedPath, Correction, CycleMotion, JumpPolicy};
+use crate::evolution::step::{ClosedPath, Correction, JumpPolicy, StepKind};
 use crate::evolution::step_controller::StepController;
 use crate::geometry::format_short;
 
@@ -61,8 +61,7 @@ impl Run<'_> {
 
     /// Warns of an estimated error of the wear volume above the tolerance, at the end of a step.
     fn warn_of_wear_error(&mut self) {
-        let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) = self.cycles().motion
-        else {
+        let Some(ClosedPath { resolved_cycles: Some(used), .. }) = self.step().kind.closed_path() else {
             return;
         };
         let Some(record) = self.result.records.last().filter(|record| record.worn_volume > 0.0) else {
@@ -134,17 +133,18 @@ impl Run<'_> {
     /// Wear step before its first strokes.
     fn new_wear_step(&self) -> WearStepState {
         let (cycles, n, center) = (self.cycles(), self.prepared.n(), self.state.rigid_motion);
-        let (cycle, slip_source) = match &cycles.motion {
-            CycleMotion::ClosedPath(closed) => {
+        let (cycle, slip_source) = match &self.step().kind {
+            StepKind::Fretting { path: closed, .. } => {
                 let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
                 let path = FrettingPath::new(closed, [center[0], center[1]], [x, y]);
                 (CycleState::new(n, &path, center), SlipSource::ClosedPath(path))
             }
-            CycleMotion::Sliding { angle } => {
+            StepKind::Sliding { angle, .. } => {
                 let mut cycle = CycleState::for_sliding(n, center);
                 cycle.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
                 (cycle, SlipSource::Sliding(self.slip_per_length(*angle)))
             }
+            StepKind::Monotone | StepKind::Rolling(_) => unreachable!("a wear step has cycles"),
         };
         WearStepState {
             cycle: cycle.into(),

@@ -3,8 +3,9 @@
 use super::laws::{Laws, lacks_friction};
 use super::resolver::Resolver;
 use crate::evolution::step::{
-    ClosedPath, Correction, CycleMotion, Cycles, Drive, JumpPolicy, ResolvedCycleSettings,
+    ClosedPath, Correction, Cycles, Drive, JumpPolicy, ResolvedCycleSettings, StepKind,
 };
+use crate::scene::spec::frame::PositiveCount;
 use crate::scene::spec::step::{
     AutoKeyword, CyclePath, Cycles as Keys, Sliding, Step as StepKeys, StrokeIncrements,
 };
@@ -13,9 +14,15 @@ use crate::scene::spec::step::{
 const DEFAULT_ELLIPSE_INCREMENTS: usize = 8;
 
 /// Resolves the cycles or the sliding of the step at `key`.
-pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option<&Laws>) -> Option<Cycles> {
+pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option<&Laws>) -> Option<StepKind> {
     let before = r.diagnostics.len();
-    let (count, motion, jumps) = match (&step.cycles, &step.sliding) {
+    let cycles_in_jumps = |count: f64, jumps: Option<PositiveCount>| {
+        let integration = laws?.integration;
+        let tolerance = JumpPolicy::Tolerance(integration.tolerance.0);
+        let jumps = jumps.map_or(tolerance, |jumps| JumpPolicy::Number(jumps.0));
+        Some(Cycles { count, jumps, integrator: integration.integrator })
+    };
+    let kind = match (&step.cycles, &step.sliding) {
         (Some(cycles), sliding) => {
             if sliding.is_some() {
                 let message = "a step has either `cycles` or `sliding`, not both";
@@ -28,7 +35,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
             }
             reject_other_controls(r, key, "cycles", step);
             let tolerance = laws.map(|laws| laws.integration.tolerance.0);
-            let closed = closed_cycle(r, &format!("{key}.cycles"), cycles, tolerance);
+            let path = closed_cycle(r, &format!("{key}.cycles"), cycles, tolerance);
             check_force_amplitude(r, key, (step, cycles), laws);
             if let Some(jumps) = cycles.jumps
                 && jumps.0 as u64 > cycles.count
@@ -37,19 +44,15 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
                 let mend = "a wear jump covers at least one cycle: jumps <= count";
                 r.report(&format!("{key}.cycles.jumps"), message, "more jumps than cycles", mend);
             }
-            (cycles.count as f64, CycleMotion::ClosedPath(closed?), cycles.jumps)
+            StepKind::Fretting { path: path?, cycles: cycles_in_jumps(cycles.count as f64, cycles.jumps)? }
         }
         (None, Some(Sliding { distance, angle, jumps })) => {
             reject_other_controls(r, key, "sliding", step);
-            (distance.0, CycleMotion::Sliding { angle: angle.to_radians() }, *jumps)
+            StepKind::Sliding { angle: angle.to_radians(), cycles: cycles_in_jumps(distance.0, *jumps)? }
         }
         (None, None) => return None,
     };
-    let integration = laws?.integration;
-    let jumps =
-        jumps.map_or(JumpPolicy::Tolerance(integration.tolerance.0), |jumps| JumpPolicy::Number(jumps.0));
-    let cycles = Cycles { count, motion, jumps, integrator: integration.integrator };
-    (r.diagnostics.len() == before).then_some(cycles)
+    (r.diagnostics.len() == before).then_some(kind)
 }
 
 /// Resolves the path of a cycle.

@@ -3,7 +3,7 @@
 use super::laws::{Laws, lacks_friction};
 use super::load_points::LoadPoint;
 use super::resolver::Resolver;
-use crate::evolution::step::{Spin, Step, Tangential};
+use crate::evolution::step::{Spin, Step, StepKind, Tangential};
 use crate::scene::document::TomlValue;
 use crate::scene::spec::step::Step as Keys;
 
@@ -62,7 +62,7 @@ fn load_states(step: &Step) -> [LoadState; 2] {
     let tangential = match step.tangential {
         Some(Tangential::Force(force)) if force != [0.0; 2] => LoadState::Active,
         Some(_) => LoadState::Released,
-        None if step.cycles.is_some() || step.rolling.is_some() => LoadState::Released,
+        None if !matches!(step.kind, StepKind::Monotone) => LoadState::Released,
         None => LoadState::Unspecified,
     };
     let spin = match step.spin {
@@ -115,7 +115,7 @@ pub(super) fn check_inherited_loads(
                 holder = None;
                 continue;
             };
-            if let Some(from) = holder.filter(|_| step.rolling.is_some()) {
+            if let Some(from) = holder.filter(|_| step.kind.rolling().is_some()) {
                 let message = format!(
                     "the {what} of step \"{}\" is still active, but in rolling the tangential forces follow from the creepages",
                     from.name

@@ -5,7 +5,7 @@ use super::friction_loads::{self, NumberedStep};
 use super::laws::{Laws, lacks_friction};
 use super::load_points;
 use super::resolver::Resolver;
-use crate::evolution::step::{HistoryRow, Normal, Spin, Step, Tangential, Tilt};
+use crate::evolution::step::{HistoryRow, Normal, Spin, Step, StepKind, Tangential, Tilt};
 use crate::scene::document::Location;
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
@@ -64,7 +64,8 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     if r.diagnostics.len() != before {
         return vec![(i, None)];
     }
-    let plain = Step { cycles, rolling, ..step_without_history(&keys, i) };
+    let kind = cycles.or(rolling.map(StepKind::Rolling)).unwrap_or(StepKind::Monotone);
+    let plain = Step { kind, ..monotone_step(&keys, i) };
     let Some(points) = points else { return vec![(i, Some(plain))] };
     let count = points.len();
     let steps: Vec<Step> = (points.iter().enumerate())
@@ -88,7 +89,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
 }
 
 /// The step of the keys, without history, cycles and rolling.
-fn step_without_history(keys: &Keys, i: usize) -> Step {
+fn monotone_step(keys: &Keys, i: usize) -> Step {
     Step {
         name: keys.name.clone().unwrap_or_else(|| format!("step {}", i + 1)),
         normal: keys.approach.map(Normal::Approach).or(keys.normal_force.map(Normal::Force)),
@@ -101,9 +102,8 @@ fn step_without_history(keys: &Keys, i: usize) -> Step {
         increments: keys.increments.0,
         friction: keys.friction,
         wear: keys.wear,
-        cycles: None,
+        kind: StepKind::Monotone,
         history_row: None,
-        rolling: None,
     }
 }
 

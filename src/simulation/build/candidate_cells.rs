@@ -5,7 +5,7 @@
 //! contact. This estimate is no strict bound. The solver checks each state in the other cells and forms missing rows.
 
 use crate::coupling::Coupling;
-use crate::evolution::step::{Cycles, Normal, Step, Tangential};
+use crate::evolution::step::{Normal, Step, Tangential};
 use crate::frame::{ContactFrame, GapShape};
 use crate::omitted::{OmittableWork, OmittedWork};
 use crate::scene::plan::{BodyPlan, Plan, PrescribedDisplacement};
@@ -90,7 +90,7 @@ fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
         Some(Tangential::Shift([x, y])) => x.hypot(y),
         None => 0.0,
     };
-    Some(before + shift + step.cycles.as_ref().map_or(Some(0.0), Cycles::reach)?)
+    Some(before + shift + step.kind.reach()?)
 }
 
 /// Whether every meshed body is constrained, and undeformed without contact.

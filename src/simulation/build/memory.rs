@@ -111,7 +111,7 @@ fn has_tangential_unknowns(plan: &Plan) -> bool {
 }
 
 fn has_cycles(plan: &Plan) -> bool {
-    plan.steps.iter().any(|step| step.cycles.is_some())
+    plan.steps.iter().any(|step| step.kind.cycles().is_some())
 }
 
 /// Bytes of the tables of half-space operators on grids, which do not scale with the cells.

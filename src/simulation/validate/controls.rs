@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::body::rigid_body_modes::{have_common_motion, relative_motion, unconstrained_translations};
 use crate::coupling::Coupling;
 use crate::error::Error;
-use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
+use crate::evolution::step::{Drive, Normal, Spin, Step, StepKind, Tangential, Tilt};
 use crate::fem::RigidBodyModes;
 use crate::frame::ContactFrame;
 use crate::scene::plan::{MeshedBodyPlan, Plan};
@@ -197,10 +197,10 @@ fn displacement_along_free_direction(
             },
         ));
     }
-    let (key, moved) = match &step.cycles.as_ref()?.motion {
-        CycleMotion::ClosedPath(closed) if closed.drive == Drive::Shift => ("cycles", closed.offsets()),
-        CycleMotion::ClosedPath(_) => return None,
-        CycleMotion::Sliding { angle } => ("sliding", vec![[angle.cos(), angle.sin()]]),
+    let (key, moved) = match &step.kind {
+        StepKind::Fretting { path, .. } if path.drive == Drive::Shift => ("cycles", path.offsets()),
+        StepKind::Sliding { angle, .. } => ("sliding", vec![[angle.cos(), angle.sin()]]),
+        _ => return None,
     };
     let moves = moved.iter().any(|[x, y]| along(Vector3::new(*x, *y, 0.0)));
     moves.then_some((key, "move the supports of the other body"))

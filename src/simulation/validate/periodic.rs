@@ -1,7 +1,7 @@
 //! Checks that gap and steps of a plan suit a periodic frame.
 
 use crate::error::{Error, Warning};
-use crate::evolution::step::Normal;
+use crate::evolution::step::{Normal, StepKind};
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::format_number;
 use crate::scene::plan::Plan;
@@ -37,8 +37,8 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Warning>, S
 fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
     let wears = plan.wear.specific_rate(plan.friction.ellipse()).is_some();
     for (index, step) in plan.steps.iter().enumerate() {
-        let slides = step.tangential.is_some() || step.spin.is_some() || step.cycles.is_some();
-        if wears && (slides || step.rolling.is_some()) {
+        let loaded = step.tangential.is_some() || step.spin.is_some();
+        if wears && (loaded || !matches!(step.kind, StepKind::Monotone)) {
             break;
         }
         let Some(Normal::Approach(approach)) = step.normal else { continue };

@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use crate::error::Error;
-use crate::evolution::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
+use crate::evolution::step::{Drive, Normal, Spin, Step, StepKind, Tangential, Tilt};
 use crate::fem::symmetry_component;
 use crate::frame::ContactFrame;
 use crate::frame::symmetry::SymmetryNodes;
@@ -356,15 +356,16 @@ fn control_across_plane(step: &Step, normal: &Vector3<f64>) -> Option<(&'static 
         }
         _ => {}
     }
-    match &step.cycles.as_ref()?.motion {
-        CycleMotion::ClosedPath(closed) => {
-            let moves = closed.offsets().iter().any(|[x, y]| along(*x, *y, 0.0));
-            let what = if closed.drive == Drive::Shift { "moves body 2" } else { "prescribes a force" };
+    match &step.kind {
+        StepKind::Fretting { path, .. } => {
+            let moves = path.offsets().iter().any(|[x, y]| along(*x, *y, 0.0));
+            let what = if path.drive == Drive::Shift { "moves body 2" } else { "prescribes a force" };
             moves.then_some(("cycles", what))
         }
-        CycleMotion::Sliding { angle } => {
+        StepKind::Sliding { angle, .. } => {
             along(angle.cos(), angle.sin(), 0.0).then_some(("sliding", "moves body 2"))
         }
+        StepKind::Monotone | StepKind::Rolling(_) => None,
     }
 }
 
@@ -383,25 +384,17 @@ mod tests {
             increments: 1,
             friction: true,
             wear: false,
-            cycles: None,
+            kind: StepKind::Monotone,
             history_row: None,
-            rolling: None,
         }
     }
 
-    fn cycles(motion: CycleMotion) -> Option<Cycles> {
-        let jumps = JumpPolicy::Number(1);
-        Some(Cycles { count: 1.0, motion, jumps, integrator: Integrator::Explicit })
-    }
+    const CYCLES: Cycles =
+        Cycles { count: 1.0, jumps: JumpPolicy::Number(1), integrator: Integrator::Explicit };
 
-    fn closed(drive: Drive, angle: f64) -> CycleMotion {
-        CycleMotion::ClosedPath(ClosedPath {
-            drive,
-            amplitude: [1.0, 0.0],
-            angle,
-            increments: 1,
-            resolved_cycles: None,
-        })
+    fn fretting(drive: Drive, angle: f64) -> StepKind {
+        let path = ClosedPath { drive, amplitude: [1.0, 0.0], angle, increments: 1, resolved_cycles: None };
+        StepKind::Fretting { path, cycles: CYCLES }
     }
 
     /// Truth: a plane is preserved by motions and forces without a component along its normal. Rotations and moments preserve it
@@ -419,14 +412,14 @@ mod tests {
             (Step { tilt: Some(Tilt::Moment([1.0, 1.0])), ..step() }, "moment"),
             (Step { spin: Some(Spin::Twist(1.0)), ..step() }, "twist"),
             (Step { spin: Some(Spin::Moment(1.0)), ..step() }, "spin_moment"),
-            (Step { cycles: cycles(closed(Drive::Shift, 0.5)), ..step() }, "cycles"),
-            (Step { cycles: cycles(closed(Drive::Force, 0.5)), ..step() }, "cycles"),
-            (Step { cycles: cycles(CycleMotion::Sliding { angle: 0.5 }), ..step() }, "sliding"),
+            (Step { kind: fretting(Drive::Shift, 0.5), ..step() }, "cycles"),
+            (Step { kind: fretting(Drive::Force, 0.5), ..step() }, "cycles"),
+            (Step { kind: StepKind::Sliding { angle: 0.5, cycles: CYCLES }, ..step() }, "sliding"),
         ];
         for (step, key) in cases {
             assert_eq!(control_across_plane(&step, &y).map(|found| found.0), Some(key));
         }
-        let keeps = Step { cycles: cycles(closed(Drive::Shift, 0.0)), ..step() };
+        let keeps = Step { kind: fretting(Drive::Shift, 0.0), ..step() };
         assert_eq!(control_across_plane(&keeps, &y), None);
         let inclined = Vector3::new(0.0, 0.6, 0.8);
         assert_eq!(control_across_plane(&step(), &inclined).map(|found| found.0), Some("approach"));

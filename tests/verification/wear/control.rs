@@ -12,7 +12,7 @@ use crate::common::{
 /// Cycles of the reference scene in jumps with error control.
 fn controlled(tolerance: f64) -> Step {
     let mut step = fretting(100_000, 0.08, 1, Integrator::Sdirk2);
-    step.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(tolerance);
+    step.kind.cycles_mut().expect("cycles").jumps = JumpPolicy::Tolerance(tolerance);
     step
 }
 
@@ -80,7 +80,7 @@ fn jumps_fill_the_cycles() {
     assert_eq!(lengths.iter().sum::<f64>(), 100_000.0);
     assert!(lengths.iter().all(|length| length.fract() == 0.0), "{lengths:?}");
     let mut explicit = controlled(1e-2);
-    explicit.cycles.as_mut().expect("cycles").integrator = Integrator::Explicit;
+    explicit.kind.cycles_mut().expect("cycles").integrator = Integrator::Explicit;
     let run = reference_scene(0.0, 16, explicit);
     let jumps: Vec<_> = run.records.iter().filter_map(|record| record.jump).collect();
     let critical = jumps[0].critical_length.expect("explicit jumps have one");
@@ -92,7 +92,7 @@ fn jumps_fill_the_cycles() {
 fn tolerances_finer_than_contacts_are_solved() {
     for (tolerance, warned) in [(1e-12, true), (1e-2, false)] {
         let mut cycles = controlled(tolerance);
-        cycles.cycles.as_mut().expect("cycles").count = 2.0;
+        cycles.kind.cycles_mut().expect("cycles").count = 2.0;
         let run = reference_scene(0.0, 16, cycles);
         let found = run
             .warnings

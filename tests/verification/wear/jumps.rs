@@ -46,7 +46,7 @@ fn rubbed_sphere(i: f64, frame: (f64, usize), radius: f64) -> Model {
 
 fn controlled(count: u64, amplitude: f64, tolerance: f64) -> Step {
     let mut step = fretting(count, amplitude, 1, Integrator::Sdirk2);
-    step.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(tolerance);
+    step.kind.cycles_mut().expect("cycles").jumps = JumpPolicy::Tolerance(tolerance);
     step
 }
 
@@ -73,7 +73,7 @@ fn contact_at_an_approach_of_zero_wears_through_all_cycles() {
 fn fretting_without_contact_converges_without_wear() {
     for jumps in [JumpPolicy::Tolerance(1e-3), JumpPolicy::Number(2)] {
         let mut cycles = controlled(10, 0.002, 1e-3);
-        cycles.cycles.as_mut().expect("cycles").jumps = jumps;
+        cycles.kind.cycles_mut().expect("cycles").jumps = jumps;
         let result = solve(&rubbed_sphere(1e-8, (0.4, 16), 10.0), &[indent(-0.001), cycles]);
         assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
         let last = result.records.last().expect("records");
@@ -114,7 +114,7 @@ fn steps_in_the_air_are_noted_once() {
 fn a_cycle_may_be_too_long_for_an_explicit_jump() {
     let run_with = |jumps: JumpPolicy| {
         let mut step = controlled(10, 0.01, 1e-3);
-        let cycles = step.cycles.as_mut().expect("cycles");
+        let cycles = step.kind.cycles_mut().expect("cycles");
         (cycles.jumps, cycles.integrator) = (jumps, Integrator::Explicit);
         let steps = [indent(0.005), step];
         let model = rubbed_sphere(1e-3, (1.0, 16), 50.0);

@@ -123,7 +123,7 @@ fn limit_of_fretting_under_force() {
     // c / a0 = (1 - Q / (mu P))^(1/3) = 1/2.
     let mut cycles = fretting(2_000_000, 0.875 * 0.5 * force, 1, Integrator::Sdirk2);
     path_of(&mut cycles).drive = Drive::Force;
-    cycles.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-2);
+    cycles.kind.cycles_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-2);
     let run = solve(&model, &[press(force), Step { name: "fretting".into(), ..cycles }]);
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
     let record = run.records.last().expect("records");
@@ -149,7 +149,7 @@ fn stick_zone_that_moves() {
     model.friction = FrictionLaw::Coulomb { mu };
     model.wear = WearLaw::Archard { i: 6e-7 };
     let mut cycles = fretting(20_000, amplitude, 1, Integrator::Sdirk2);
-    cycles.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(3e-3);
+    cycles.kind.cycles_mut().expect("cycles").jumps = JumpPolicy::Tolerance(3e-3);
     let lifted = Step { name: "fretting".into(), normal: Some(Normal::Approach(0.0061)), ..cycles };
     let run = solve(&model, &[indent(0.01), lifted]);
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);

@@ -120,7 +120,7 @@ fn nothing_is_resolved_without_wear() {
 #[test]
 fn controlled_jumps_with_resolved_cycles() {
     let mut cycles = fretting(100_000, 0.08, 1, Integrator::Sdirk2);
-    cycles.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-3);
+    cycles.kind.cycles_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-3);
     let found = reference_scene(90.0, cycles, 1, always(1e-3));
     let together = reference_scene(90.0, fretting(100_000, 0.08, 16, Integrator::Sdirk2), 8, None);
     let volume = |run: &RunResult| run.records.last().expect("records").worn_volume;

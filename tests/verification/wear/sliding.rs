@@ -5,7 +5,7 @@ use std::sync::Arc;
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
 use orthowear::evolution::records::Outcome;
-use orthowear::evolution::step::{CycleMotion, Cycles, Integrator, JumpPolicy, Normal, Step};
+use orthowear::evolution::step::{Cycles, Integrator, JumpPolicy, Normal, Step, StepKind};
 use orthowear::evolution::{Model, RunResult};
 use orthowear::flexibility::Flexibility;
 use orthowear::flexibility::per_cell::PerCell;
@@ -18,9 +18,8 @@ use crate::common::{half_spaces, relative, solve, sphere, step};
 
 /// Sliding along a direction in degrees.
 fn slide(distance: f64, angle: f64, jumps: JumpPolicy, integrator: Integrator) -> Step {
-    let motion = CycleMotion::Sliding { angle: angle.to_radians() };
-    let cycles = Cycles { count: distance, motion, jumps, integrator };
-    Step { cycles: Some(cycles), ..step("slide") }
+    let cycles = Cycles { count: distance, jumps, integrator };
+    Step { kind: StepKind::Sliding { angle: angle.to_radians(), cycles }, ..step("slide") }
 }
 
 pub(super) fn slide_to(distance: f64, tolerance: f64) -> Step {
