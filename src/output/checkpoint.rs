@@ -290,13 +290,14 @@ mod tests {
         assert!(error.exit_code() == 2 && error.to_string().contains("another build"), "{error}");
         let path = dir.path().join(FILES[0]);
         let mut bytes = fs::read(&path).unwrap();
-        bytes[16] = 9;
+        let other = FORMAT + 1;
+        bytes[16..20].copy_from_slice(&other.to_le_bytes());
         let end = bytes.len() - CHECKSUM_BYTES;
         let checksum = Sha256::digest(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum);
         fs::write(&path, bytes).unwrap();
         let error = read(dir.path()).unwrap_err().to_string();
-        assert!(error.contains("format 9"), "{error}");
+        assert!(error.contains(&format!("format {other}")), "{error}");
     }
 
     /// Truth: a failed write (here: to a full device) leaves the existing checkpoint intact. Temporary files of killed runs are
