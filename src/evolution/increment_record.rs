@@ -16,25 +16,32 @@ use crate::evolution::state;
 /// Grids with fewer cells across may be too coarse to show the gap between the contact and the edge of the frame.
 const MIN_CELLS_ACROSS: usize = 12;
 
+/// Solved increment or jump that a record describes.
+pub(super) struct SolvedState<'s> {
+    /// Number of the increment or jump in its step, from 1.
+    pub number: usize,
+    /// Approach, mm.
+    pub approach: f64,
+    pub values: &'s Resultants,
+    pub contact: &'s ContactState,
+    pub certificate: Certificate,
+    /// Start of the computation.
+    pub clock: Instant,
+}
+
 impl Run<'_> {
     /// Record of a solved state, without the values that [`Run::complete_record`] fills.
-    pub(super) fn new_record(
-        &self,
-        (number, approach): (usize, f64),
-        values: &Resultants,
-        (it, certificate): (&ContactState, Certificate),
-        clock: Instant,
-    ) -> IncrementRecord {
+    pub(super) fn new_record(&self, solved: SolvedState) -> IncrementRecord {
         let record = IncrementRecord {
             name: self.step().name.clone(),
-            increment: number,
-            approach,
-            contact_touches_edge: state::touches_edge(&self.prepared, &it.scaled),
-            certificate,
-            seconds: clock.elapsed().as_secs_f64(),
+            increment: solved.number,
+            approach: solved.approach,
+            contact_touches_edge: state::touches_edge(&self.prepared, &solved.contact.scaled),
+            certificate: solved.certificate,
+            seconds: solved.clock.elapsed().as_secs_f64(),
             ..IncrementRecord::default()
         };
-        record.with_resultants(values)
+        record.with_resultants(solved.values)
     }
 
     /// Fills wear, work and convergence of a record, and adds warnings. `Err` if the run ends with this record.

@@ -6,6 +6,7 @@ use crate::contact::{ContactState, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
 use crate::evolution::checkpoint::{MonotoneProgress, StepProgress};
 use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
+use crate::evolution::increment_record::SolvedState;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::observer::CheckpointEvent;
 use crate::evolution::predictor::Predictor;
@@ -96,7 +97,8 @@ impl Run<'_> {
         self.state.set_from(&it, 0);
         let approach = self.prepared.approach(&it, 0);
         let certificate = state::certificate(&checks, approach, balance);
-        let mut record = self.new_record((number, approach), &values, (&it, certificate), clock);
+        let solved = SolvedState { number, approach, values: &values, contact: &it, certificate, clock };
+        let mut record = self.new_record(solved);
         if let Some(rolling) = step.kind.rolling() {
             self.per_distance(rolling, &mut fields.slip);
             record.rolling = Some(self.add_rolling_wear(rolling, number, &it)?);

@@ -36,7 +36,7 @@ pub(super) enum Change {
 /// Continuation of a run after a segment.
 pub(super) enum Continuation {
     /// With a change, after the result so far.
-    Rebuild(Change, RunResult),
+    Rebuild(Box<Change>, RunResult),
     /// The run ends.
     End(Result<RunResult>),
 }
@@ -165,14 +165,14 @@ impl Continuation {
             Some(Suspended::Rebuild(checkpoint)) => checkpoint,
         };
         match worn_meshes(plan, Some(&simulation.model().frame), checkpoint.wear_depth()) {
-            Ok(meshes) => Self::Rebuild(Change::MovedMeshes(*checkpoint, meshes), result),
+            Ok(meshes) => Self::Rebuild(Box::new(Change::MovedMeshes(*checkpoint, meshes)), result),
             Err(failure) if failure.error.kind() == ErrorKind::Interrupted => {
                 Self::End(result.ended_by(failure.error))
             }
             Err(failure) => {
                 let warning = mesh_motion::mesh_not_moved_warning(plan, &checkpoint, &failure.error);
                 checkpoint.add_warning(warning);
-                Self::Rebuild(Change::SameOperators(*checkpoint), result)
+                Self::Rebuild(Box::new(Change::SameOperators(*checkpoint)), result)
             }
         }
     }
@@ -192,7 +192,7 @@ impl Continuation {
         };
         match refusal {
             Some(why) => Self::End(Ok(result.with_warning(why))),
-            None => Self::Rebuild(Change::GrownFrame(checkpoint), result),
+            None => Self::Rebuild(Box::new(Change::GrownFrame(checkpoint)), result),
         }
     }
 }

@@ -216,7 +216,7 @@ impl<'p> Segment<'p> {
         (simulation, change): (Simulation<'p>, Change),
         mut parts: RecorderParts,
         (rebuilds, options): (&RebuildState, &mut RunOptions<'_>),
-    ) -> std::result::Result<Self, (FinalParts, SceneError)> {
+    ) -> std::result::Result<Self, (Box<FinalParts>, SceneError)> {
         let last = (simulation.model().frame.clone(), simulation.surface());
         match catch_panic(plan, || options.builder().rebuild(plan, (simulation, change), rebuilds)) {
             Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map }) => {
@@ -226,7 +226,7 @@ impl<'p> Segment<'p> {
                 let from = Some((checkpoint, simulation.model().flexibility.history()));
                 Ok(Self { simulation, parts, from, rebuilds })
             }
-            Err(failure) => Err((FinalParts { frame: last.0, surface: last.1, parts }, failure)),
+            Err(failure) => Err((Box::new(FinalParts { frame: last.0, surface: last.1, parts }), failure)),
         }
     }
 }
@@ -272,7 +272,7 @@ fn run_segments<'p>(
         let continuation =
             catch_panic(plan, || Ok(Continuation::after(result, (plan, &simulation), (&rebuilds, shared))));
         let (change, result) = match continuation {
-            Ok(Continuation::Rebuild(change, result)) => (change, result),
+            Ok(Continuation::Rebuild(change, result)) => (*change, result),
             Ok(Continuation::End(result)) => {
                 return conclude(recorder, options.on_end.as_mut(), result, summary);
             }

@@ -24,10 +24,9 @@ pub(super) struct IncrementStart {
     pub contact: ContactState,
 }
 
-/// Increment of a cycle, which ends at the path point `point`.
-pub(super) struct CycleIncrement<'c> {
+/// Strokes of a cycle at one wear depth, to be solved increment by increment.
+pub(super) struct Strokes<'c> {
     pub path: &'c FrettingPath,
-    pub point: usize,
     /// Loads other than the cyclic motion.
     pub loads: PrescribedLoads,
     /// Wear depth, `[N]`, mm.
@@ -54,17 +53,18 @@ impl IncrementStart {
 }
 
 impl Run<'_> {
-    /// Solves one increment of a cycle from `start`.
+    /// Solves the increment of a cycle from `start` to the path point `point`.
     ///
     /// # Errors
     /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
     pub(super) fn solve_cycle_increment(
         &mut self,
-        increment: CycleIncrement,
+        strokes: &Strokes,
+        point: usize,
         start: IncrementStart,
         progress: &ProgressSpan,
     ) -> Result<SolvedIncrement> {
-        let CycleIncrement { path, point, loads, wear_depth, options } = increment;
+        let &Strokes { path, loads, wear_depth, options } = strokes;
         let (laws, n) = (ActiveLaws::of(self.step()), self.prepared.n());
         let reference = SlipReference::Previous(start.reference);
         let path_point = self.path_point(&path.loads(point, loads), reference)?;

@@ -3,7 +3,7 @@
 use crate::contact::solver::StopReason;
 use crate::error::Result;
 use crate::evolution::field_measures::volume;
-use crate::evolution::fretting::cycle_increment::{CycleIncrement, IncrementStart, stroke_options};
+use crate::evolution::fretting::cycle_increment::{IncrementStart, Strokes, stroke_options};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::cycle_wear::{CycleWear, relative_rms_difference, volume_difference};
 use crate::evolution::fretting::path::FrettingPath;
@@ -228,6 +228,7 @@ impl Run<'_> {
         let (loads, _) = self.loads_at(wear_step, part);
         let (worn, options) = (self.state.wear_depth.clone(), stroke_options(&self.options));
         let progress = ProgressSpan { name: &step.name, from: part, to: part };
+        let strokes = Strokes { path: &path, loads, wear_depth: &worn, options: &options };
         let (n, areas) = (worn.len(), refinement.areas);
         let mut wear =
             CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0, reversals: Default::default() };
@@ -238,14 +239,7 @@ impl Run<'_> {
         let round = (1..=2 * increments).map(|point| (point, true));
         for (point, counts) in up.chain(round) {
             let pressures = here.contact.tractions[2 * n..].to_vec();
-            let increment = CycleIncrement {
-                path: &path,
-                point: point % (2 * increments),
-                loads,
-                wear_depth: &worn,
-                options: &options,
-            };
-            let solved = self.solve_cycle_increment(increment, here, &progress)?;
+            let solved = self.solve_cycle_increment(&strokes, point % (2 * increments), here, &progress)?;
             wear_step.uncharged_work += SolveWork::of(&solved.report);
             if solved.report.stop != StopReason::Converged {
                 if solved.report.stop != StopReason::Interrupted {

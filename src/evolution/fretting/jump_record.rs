@@ -6,6 +6,7 @@ use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::fretting::wear_integrator::WearJump;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
+use crate::evolution::increment_record::SolvedState;
 use crate::evolution::records::{Divergence, JumpRecord, Resultants};
 use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::solve_work::SolveWork;
@@ -131,7 +132,9 @@ impl Run<'_> {
         self.state.set_from(it, half);
         let certificate = state::certificate(&jump.checks, approach, balance);
         let values = mean_of_reversal_points(&reversals);
-        let mut record = self.new_record((number, approach), &values, (it, certificate), *clock);
+        let solved =
+            SolvedState { number, approach, values: &values, contact: it, certificate, clock: *clock };
+        let mut record = self.new_record(solved);
         record.stroke_ends = matches!(wear_step.slip_source, SlipSource::ClosedPath(_)).then_some(reversals);
         record.jump = Some(accepted.record(wear_step));
         if let Some(resolved) = &mut wear_step.path_correction {

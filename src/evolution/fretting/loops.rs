@@ -1,9 +1,7 @@
 //! Fretting loops: cycles resolved into many increments, without wear.
 
 use crate::contact::solver::StopReason;
-use crate::evolution::fretting::cycle_increment::{
-    CycleIncrement, IncrementStart, SolvedIncrement, stroke_options,
-};
+use crate::evolution::fretting::cycle_increment::{IncrementStart, SolvedIncrement, Strokes, stroke_options};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::settings::REFINEMENT;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
@@ -34,6 +32,7 @@ impl Run<'_> {
             ..IncrementStart::at_path_point(&CycleState::from(&wear_step.cycle).contact, half)
         };
         let (worn, options) = (self.state.wear_depth.clone(), stroke_options(&self.options));
+        let strokes = Strokes { path: &path, loads, wear_depth: &worn, options: &options };
         let progress = ProgressSpan { name: "fretting loop", from: 0.0, to: 0.0 };
         let mut found = FrettingLoop {
             name: step.name.clone(),
@@ -46,10 +45,8 @@ impl Run<'_> {
             for point in
                 (increments + 1..=2 * increments).map(|point| point % (2 * increments)).chain(1..=increments)
             {
-                let increment =
-                    CycleIncrement { path: &path, point, loads, wear_depth: &worn, options: &options };
                 let SolvedIncrement { next, report, checks } =
-                    self.solve_cycle_increment(increment, start, &progress)?;
+                    self.solve_cycle_increment(&strokes, point, start, &progress)?;
                 if report.stop != StopReason::Converged {
                     if report.stop == StopReason::Interrupted {
                         return Err(RunEnd::Interrupted.into());

@@ -108,10 +108,7 @@ impl<'a> Run<'a> {
             > settings.tolerance
             || coupled.wear.force_change(&refined.wear) > CORRECTION.min_reported_force_difference
         {
-            self.warn_of_increments(
-                (refinement.closed.increments, settings.tolerance),
-                (&refined, &coupled.wear),
-            );
+            self.warn_of_increments(refinement, &refined);
         }
         let at = |point: usize| {
             ReversalCorrection::between(&refined.wear.reversals[point], &coupled.wear.reversals[point])

@@ -1,8 +1,8 @@
 //! Warnings about resolved cycles.
 
 use crate::evolution::field_measures::volume;
-use crate::evolution::fretting::cycle_refinement::{RefinedCycle, percent};
-use crate::evolution::fretting::cycle_wear::{CycleWear, relative_rms_difference};
+use crate::evolution::fretting::cycle_refinement::{RefinedCycle, Refinement, percent};
+use crate::evolution::fretting::cycle_wear::relative_rms_difference;
 use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::run::Run;
 
@@ -30,12 +30,9 @@ impl Run<'_> {
     }
 
     /// Warns that the prescribed number of increments per stroke misses the tolerance.
-    pub(super) fn warn_of_increments(
-        &mut self,
-        (increments, tolerance): (usize, f64),
-        (refined, coupled): (&RefinedCycle, &CycleWear),
-    ) {
-        let areas = &self.prepared.model.frame.areas;
+    pub(super) fn warn_of_increments(&mut self, refinement: &Refinement, refined: &RefinedCycle) {
+        let (coupled, areas) = (&refinement.coupled.wear, refinement.areas);
+        let (increments, tolerance) = (refinement.closed.increments, refinement.settings.tolerance);
         let [all, resolved] = [&coupled.rate, &refined.wear.rate].map(|rate| volume(rate, areas));
         let of_strokes = if increments == 1 { "increment" } else { "increments" };
         let by = if resolved > 0.0 {

@@ -7,12 +7,10 @@
 //! shorter jump, or the run ends (`Divergence::StickZone`).
 
 use crate::contact::solver::{SolveReport, StopReason};
-use crate::contact::{Increment, SlipReference, SolverOptions, Unknowns};
+use crate::contact::{Increment, SlipReference, Unknowns};
 use crate::error::Result;
-use crate::evolution::controls::PrescribedLoads;
-use crate::evolution::fretting::cycle_increment::{CycleIncrement, IncrementStart, stroke_options};
+use crate::evolution::fretting::cycle_increment::{IncrementStart, Strokes, stroke_options};
 use crate::evolution::fretting::cycle_state::CycleState;
-use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::settings::STICK_ZONE;
 use crate::evolution::fretting::strokes::is_periodic;
 use crate::evolution::fretting::wear_integrator::add;
@@ -116,8 +114,8 @@ impl Run<'_> {
             last = now;
             let mut depth = worn.to_vec();
             add(&mut depth, implicit_passes, &jump.cycle.contact.wear_per_pass);
-            let (report, solves) =
-                self.recompute_stick_zone((path, loads), (&depth, options), &mut jump.cycle, progress)?;
+            let strokes = Strokes { path, loads, wear_depth: &depth, options };
+            let (report, solves) = self.recompute_stick_zone(&strokes, &mut jump.cycle, progress)?;
             jump.report = report.clone().with_work_of(&jump.report);
             jump.solves += solves;
             if report.stop != StopReason::Converged {
@@ -129,21 +127,21 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Solves strokes at the wear depth `worn` (`[N]`, mm) until the cycle is periodic, and updates stick zone and stick gap. If a
-    /// stroke does not converge, the path points keep their coupled solution and the report gives the reason. Also returns the
-    /// number of solves.
+    /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If a stroke does not converge, the path points
+    /// keep their coupled solution and the report gives the reason. Also returns the number of solves.
     ///
     /// # Errors
     /// As [`Self::solve_cycle_increment`].
-    pub(in crate::evolution) fn recompute_stick_zone(
+    fn recompute_stick_zone(
         &mut self,
-        (path, loads): (&FrettingPath, PrescribedLoads),
-        (worn, options): (&[f64], &SolverOptions),
+        strokes: &Strokes,
         cycle: &mut CycleState,
         progress: &ProgressSpan,
     ) -> Result<(SolveReport, usize)> {
-        let half = path.reversal_index();
-        let options = stroke_options(options);
+        let half = strokes.path.reversal_index();
+        let options = stroke_options(strokes.options);
+        let strokes = &Strokes { options: &options, ..*strokes };
+        let (path, loads, worn) = (strokes.path, strokes.loads, strokes.wear_depth);
         // A span that ends below the fraction 1 skips the check of the operator, which would repeat in every stroke.
         let progress = &ProgressSpan { name: progress.name, from: progress.from, to: progress.from };
         let coupled = (Unknowns::from_state(&cycle.contact), cycle.stick_zone.clone());
@@ -155,8 +153,7 @@ impl Run<'_> {
             for point in (half + 1..path.len() + 1).map(|point| point % path.len()).chain(1..half + 1) {
                 let start =
                     IncrementStart { reference, ..IncrementStart::at_path_point(&cycle.contact, point) };
-                let increment = CycleIncrement { path, point, loads, wear_depth: worn, options: &options };
-                let solved = self.solve_cycle_increment(increment, start, progress)?;
+                let solved = self.solve_cycle_increment(strokes, point, start, progress)?;
                 solves += 1;
                 sum = solved.report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
@@ -169,8 +166,8 @@ impl Run<'_> {
                         .evaluate(&mut cycle.contact);
                     return Ok((sum, solves));
                 }
-                cycle.record_increment(&solved.next.contact, point);
                 cycle.remove_slipping_cells(&solved.next.contact, point);
+                cycle.record_increment(&solved.next.contact, point);
                 reference = solved.next.reference;
             }
             let found = self.responses_at_path_points(cycle, path);

@@ -10,6 +10,7 @@ use crate::evolution::fretting::cycle_increment::stroke_options;
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::settings::STICK_ZONE;
+use crate::evolution::increment_record::SolvedState;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::run::{Advance, Run};
 use crate::evolution::solve_work::SolveWork;
@@ -49,8 +50,8 @@ impl Run<'_> {
                 path.set_shift(point, &mut rigid);
                 let (it, report) = self.advance_cycle_increment(path.loads(point, loads), rigid)?;
                 work += SolveWork::of(&report);
-                cycle.record_increment(&it, point);
                 cycle.remove_slipping_cells(&it, point);
+                cycle.record_increment(&it, point);
             }
             let found = self.responses_at_path_points(cycle, path);
             if is_periodic(&found, &before) {
@@ -113,12 +114,13 @@ impl Run<'_> {
         self.state.set_from(&it, 0);
         let approach = self.prepared.approach(&it, 0);
         let certificate = state::certificate(&checks, approach, balance);
-        let mut record = self.new_record((1, approach), &values, (&it, certificate), clock);
+        let solved = SolvedState { number: 1, approach, values: &values, contact: &it, certificate, clock };
+        let mut record = self.new_record(solved);
         let converged = self.complete_record(&mut record, &report, (&checks, options.tolerance));
         self.warn_of_spin_moment(converged);
-        if let Err(point) = converged {
+        if let Err(end) = converged {
             self.deliver(record, fields)?;
-            return Err(point.into());
+            return Err(end.into());
         }
         Ok((it, report))
     }
