@@ -14,8 +14,8 @@ pub struct StateChecks {
     /// Largest max(|q|_μ - p, 0), divided by the largest pressure. |q|_μ is the magnitude of the scaled tangential traction.
     pub max_cone_violation: f64,
     /// Σ A |p g_n| / E with the elastic energy E. If E <= 1e-12 E_0, E_0 replaces E, where E_0 = ½ Σ A p² S_nn is the energy of
-    /// cells that deform independently. E is zero, for example, if flat surfaces touch everywhere on a periodic frame: the uniform
-    /// pressure causes no deformation.
+    /// cells that deform independently. E is zero, for example, if flat surfaces touch everywhere on a frame that is periodic in
+    /// both directions: the uniform pressure causes no deformation.
     pub normal_gap_energy: f64,
     /// Σ A (p |Δg|*_μ + q·Δg), divided by the denominator of `normal_gap_energy`. |Δg|*_μ is the slip scaled by the friction
     /// coefficients.
@@ -95,7 +95,7 @@ fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
 pub enum TangentialGap {
     /// The tangential gap includes the displacement caused by the pressures.
     Complete,
-    /// The tangential gap omits the displacement caused by the pressures, because no output uses it.
+    /// The tangential gap omits the displacement caused by the pressures: no output uses it, or wear has removed the pressures.
     Skip,
 }
 

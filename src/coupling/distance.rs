@@ -9,14 +9,15 @@ use crate::geometry::Point;
 const MIN_FACING_COSINE: f64 = 0.5;
 
 /// Minimum cosine n_I.n, relative to the largest, of cells that determine the first touch if less steep cells leave an overlap. It
-/// is also the minimum cosine of cells for which a distance from a plane is defined.
+/// is also the minimum cosine itself of cells that may face a plane.
 pub const MIN_STEEP_COSINE: f64 = 0.05;
 
-/// Allowed overlap of the meshed bodies, as a share of the cells' mean side. Flat faces differ from the curved surface by less than
-/// this overlap.
+/// Allowed overlap of the meshed bodies, as a share of the cells' mean side. It allows for the difference between flat faces and
+/// the curved surface.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 
-/// Possible error of a curved shape that is fitted to straight edges, as a share of the largest sagitta.
+/// Part of the possible error of a curved shape that is fitted to a straight edge, as a share of the larger sagitta for the two
+/// ends of the edge. The disagreement of the ends is added.
 const CURVED_SHAPE_ERROR: f64 = 0.01;
 
 /// Safety factor on the interpolation error of curved edges.
@@ -38,17 +39,19 @@ pub struct MeshedGap {
 /// Mean distance of the undeformed surfaces over each cell, along its normal, with body 2 at the first touch. A surface `None` is
 /// the plane through the global origin normal to the frame's n.
 ///
-/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). The motion to the first touch is the
-/// minimum of d / n_I.n over the points of all cells that face n ([`first_touch`]). d is the distance at a point.
+/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). The motion to the first touch is against
+/// n, by the minimum of d / n_I.n over the points of the cells that face n (`MIN_FACING_COSINE`, then `MIN_STEEP_COSINE` if an
+/// overlap remains). d is the distance at a point.
 ///
 /// For a condensed mesh, the heights are means over its flat faces, because displacements of its contact surface are averaged with
-/// the same shape functions. If the displaced mesh follows a curved surface, its nodes lie on this surface. A body with the near
-/// field of a half-space has the mean heights of the curved surface ([`MeshedSurface::curved_gap`]).
+/// the same shape functions. If the body deforms to a curved surface, its nodes lie on this surface and its faces are flat, too, so
+/// that the errors of the faces of both bodies cancel. A body with the near field of a half-space has the mean heights of the
+/// curved surface ([`MeshedSurface::curved_gap`]).
 ///
 /// # Errors
-/// If the meshed bodies overlap by more than the error of curved faces. If the motion to the first touch does not remove an overlap
-/// of the curved surfaces (interference fit). If no motion along n separates the bodies, no cell faces n, or a plane is opposite to
-/// cells that do not face it.
+/// If body 2 must move away from body 1 by more than a tenth of the mean cell side to the first touch. If the motion to the first
+/// touch does not remove an overlap of the curved surfaces (interference fit). If no motion along n separates the bodies, no cell
+/// faces n, or a plane is opposite to cells that do not face it.
 pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]) -> Result<MeshedGap> {
     let n = frame.axes.normal();
     let cosines = frame.triads.map(|triad| triad.normal().dot(&n)).into_vec();
@@ -152,8 +155,8 @@ fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
 
 /// Possible error of a curved surface between the nodes of its mesh, mm.
 ///
-/// A quadratic interpolation of a circle over an edge of length h with sagitta s has the error 4 s^3 / (3 h^2). Curvatures that are
-/// fitted to flat faces are less certain.
+/// A quadratic interpolation of a circle over an edge of length h with sagitta s has an error of at most s^3 / h^2; a third is
+/// added. Curvatures that are fitted to flat faces are less certain.
 fn shape_error(surface: &MeshedSurface) -> f64 {
     let edges = edge_sagittas(&surface.mesh, &surface.faces).into_iter().flatten().flatten();
     let flat = edges.map(|edge| edge.disagreement() + CURVED_SHAPE_ERROR * edge.largest());
@@ -172,7 +175,8 @@ fn shape_error(surface: &MeshedSurface) -> f64 {
     flat.chain(curved.map(|error| SHAPE_ERROR_MARGIN * error)).fold(0.0, f64::max)
 }
 
-/// Refuses cells that are perpendicular to a plane or face away from it, because they have no distance from the plane.
+/// Refuses cells that are nearly perpendicular to a plane or face away from it, because their distance from the plane is uncertain
+/// or undefined.
 fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
     let Some(cell) = cosines.iter().position(|cosine| *cosine < MIN_STEEP_COSINE) else { return Ok(()) };
     let x = frame.centers[cell];

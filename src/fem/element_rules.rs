@@ -69,7 +69,7 @@ macro_rules! solids {
 }
 
 // The stiffness rules are exact for elements with a constant Jacobian. On other elements they have enough points for full rank, and
-// integrate the terms of a constant strain exactly.
+// integrate ∫ B dV exactly, hence the nodal forces of a constant stress.
 solids! {
     Hex8, 8, hex8: corners(), hexahedron(4);
     Hex20, 20, hex20: hexahedron(3), hexahedron(4);

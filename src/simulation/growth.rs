@@ -30,7 +30,7 @@ pub struct FrameGrowth {
     pub gap: Vec<f64>,
     /// Whether the near field of each body on that frame is a half-space.
     pub half_spaces: [bool; 2],
-    /// State before the cycle jump in which the contact reached the edge.
+    /// State before the jump that would bring the contact to the edge.
     pub checkpoint: RunCheckpoint,
 }
 

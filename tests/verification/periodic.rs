@@ -63,8 +63,8 @@ fn pressures(result: &RunResult) -> &[f64] {
 }
 
 /// Truth: catalogue case `hertz-line` for a load P' per length. p0 = 2 P' / (π a), a = sqrt(4 P' R / (π E*)). The catalogue's
-/// tolerance is 1e-2, and cells of a / 50 give 1e-3. The kernel vanishes at a distance w, the half-width of the frame. Hence the
-/// approach is δ = (2 P' / π E*) (ln(2 w / a) + 1/2), from ∫ p ln|x| = P' (ln(a / 2) - 1/2) (Johnson 1985, ch. 2).
+/// tolerance is 1e-2, and cells of about a / 47 give 1e-3. The kernel vanishes at a distance w, the half-width of the frame. Hence
+/// the approach is δ = (2 P' / π E*) (ln(2 w / a) + 1/2), from ∫ p ln|x| = P' (ln(a / 2) - 1/2) (Johnson 1985, ch. 2).
 #[test]
 fn hertz_line() {
     let (width, load) = (0.5, 500.0);
@@ -121,9 +121,9 @@ fn wavy_1d_westergaard() {
     }
 }
 
-/// Truth: if the mean pressure p̄ exceeds p*, contact is complete. Then p = p̄ + p* cos(2 π x / λ), to 1e-10 for any number of cells.
-/// The approach equals the amplitude Δ of the wave of length λ. On CFRP p* = 2 π Δ / W_nn (catalogue case `aniso-sinusoidal-load`).
-/// W_nn is the Green's function's symbol in the direction of the wave.
+/// Truth: if the mean pressure p̄ exceeds p*, contact is complete. Then p = p̄ + p* cos(2 π x / λ), to 1e-10 for any number of
+/// cells. The approach equals the amplitude Δ of the wave of length λ. p* = 2 π Δ / (λ W_nn), with λ = 1 mm (on CFRP: catalogue
+/// case `aniso-sinusoidal-load`). W_nn is the Green's function's symbol in the direction of the wave.
 #[test]
 fn complete_contact_is_exact() {
     let options = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
@@ -142,10 +142,11 @@ fn complete_contact_is_exact() {
     }
 }
 
-/// Truth: a frame much larger than the contact is not affected by its periodic images. The gap of the sphere is r² / (2 R). The
-/// nearest images at the distance L change its coefficient 1 / (2 R) by P / (π E* L³), about 2e-3 of the coefficient. Both grids
-/// have the same cells. Cell tractions are constant on the open frame and smooth on the periodic one. This changes the peak by less
-/// than 5e-3 with 16 cells along the contact.
+/// Truth: a frame much larger than the contact is not affected by its periodic images. The gap of the sphere is r² / (2 R). With
+/// two periodic directions the four nearest images at the distance L change its coefficient 1 / (2 R) by P / (π E* L³), about 2e-3
+/// of the coefficient; with one direction, the two images change it by at most twice as much. Both grids have the same cells.
+/// Tractions are constant over the cells along open directions, and smooth along periodic ones. This changes the peak by less than
+/// 5e-3 with about 35 cells along the contact.
 #[test]
 fn large_frames_agree_with_open_ones() {
     let (load, gap) = (60.0, sphere(50.0));

@@ -26,8 +26,9 @@ impl PolygonMoments {
         Self { order, rule: gauss_legendre(order / 2 + 1) }
     }
 
-    /// Moments ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, in the order of [`powers`], `[n_moments]`. Values with a > b also represent
-    /// (b, a) and are doubled: 2 Re, -2 Im. Corners are counter-clockwise.
+    /// Moments ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, in the order of [`powers`], `[n_moments]`. A moment m with a > b also stands
+    /// for its conjugate (b, a): it gives the values 2 Re m and -2 Im m, the factors of Re c and Im c in c m + c̄ m̄. Corners are
+    /// counter-clockwise.
     ///
     /// For order k, the triangle of the origin and an edge contributes 2 area / (k + 2) times the mean of the integrand along the
     /// edge.

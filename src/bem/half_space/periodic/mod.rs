@@ -4,8 +4,8 @@
 //! harmonic of the grid has its exact admittance W(m) / κ. In an open direction tractions are constant over the cells.
 //!
 //! A uniform load has no finite displacement relative to infinity. With two periodic directions, the mean displacement is zero.
-//! With one periodic direction, the mean traction along it is a line load. The displacement due to this load is zero at a distance
-//! of half the frame width.
+//! With one periodic direction, the mean traction of each row of cells in this direction acts as a line load. The logarithmic part
+//! of its displacement is zero at a distance of half the frame width.
 //!
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
@@ -54,7 +54,8 @@ pub struct PeriodicFlexibility {
 }
 
 impl PeriodicFlexibility {
-    /// Computes the symbol: in closed form for a frame that is periodic in both directions, otherwise by a transform per harmonic.
+    /// Computes the symbol: in closed form for a frame that is periodic in both directions, otherwise for each harmonic of the
+    /// periodic direction by a sum over aliases, with transforms if the kernel does not decay within the padded cells.
     ///
     /// `cells`: numbers along x and y; `spacing`: sides of a cell, mm; `periodic`: whether the frame is periodic along x and along
     /// y.
