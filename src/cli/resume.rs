@@ -2,12 +2,15 @@
 
 use super::options::RunArgs;
 
-/// Command that resumes a run with the same settings.
-pub(super) fn resume_command(arguments: &RunArgs) -> String {
+/// Command that resumes a run with the same settings. With `other_limit`, the user replaces SIZE by a larger limit of the memory.
+pub(super) fn resume_command(arguments: &RunArgs, other_limit: bool) -> String {
     let mut words = vec!["orthowear run".to_owned(), shell_quoted(&arguments.scene.scene.to_string_lossy())];
     words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))));
-    let limit = arguments.scene.max_memory;
-    words.extend(limit.map(|limit| format!("--max-memory {}", shell_quoted(&limit.to_string()))));
+    if other_limit {
+        words.push("--max-memory SIZE".to_owned());
+    } else if let Some(limit) = arguments.scene.max_memory {
+        words.push(format!("--max-memory {}", shell_quoted(&limit.to_string())));
+    }
     words.extend(arguments.out.iter().map(|out| format!("--out {}", shell_quoted(&out.to_string_lossy()))));
     words.push("--resume".to_owned());
     words.join(" ")

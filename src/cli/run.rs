@@ -66,8 +66,14 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
         ));
         let unfinished = matches!(summary.status, Status::Interrupted | Status::Failed);
         if unfinished && checkpoint::are_in(&directory) {
-            let when = if code == exit::RESOURCES { ", once memory and disk space suffice" } else { "" };
-            to_stdout(&format!("to resume{when}: {}\n", resume::resume_command(arguments)));
+            let lacking = code == exit::RESOURCES;
+            let has_limit =
+                arguments.scene.max_memory.is_some() || plan.document.get("solver.memory_limit").is_some();
+            let when = if lacking { ", once memory and disk space suffice" } else { "" };
+            to_stdout(&format!(
+                "to resume{when}: {}\n",
+                resume::resume_command(arguments, lacking && has_limit)
+            ));
         }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");

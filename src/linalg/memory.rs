@@ -95,19 +95,22 @@ impl MemoryLimit {
         )))
     }
 
-    /// Text for the user on how to raise the limit to at least `total` bytes.
+    /// Text for the user on how to raise the limit beyond `total` bytes, which later parts of the run may exceed. Empty if the machine
+    /// has less memory available.
     fn how_to_raise(&self, total: u128) -> String {
-        let least = format!("\"{} MiB\"", total.div_ceil(1 << 20));
+        if share_of_available(100.0).is_some_and(|available| total > available.into()) {
+            return String::new();
+        }
+        let least =
+            format!("beyond \"{} MiB\", which suffices only up to this part", total.div_ceil(1 << 20));
         match self.source {
             LimitSource::CommandLine(Some(percent)) if percent >= 100.0 => String::new(),
-            LimitSource::CommandLine(_) => format!(", or raise --max-memory to at least {least}"),
+            LimitSource::CommandLine(_) => format!(", or raise --max-memory {least}"),
             LimitSource::Scene => {
-                format!(
-                    ", or raise solver.memory_limit (or --max-memory, which overrides it) to at least {least}"
-                )
+                format!(", or raise solver.memory_limit (or --max-memory, which overrides it) {least}")
             }
             LimitSource::DefaultShare => {
-                format!(", or allow at least {least} with --max-memory or solver.memory_limit")
+                format!(", or raise the limit by --max-memory or solver.memory_limit {least}")
             }
             LimitSource::Machine => String::new(),
         }
@@ -262,7 +265,7 @@ mod tests {
             "the 1.0 MiB of",
             "coarser",
             "memory_limit",
-            "at least \"6 MiB\"",
+            "beyond \"6 MiB\"",
         ] {
             assert!(error.message().contains(words), "{error}");
         }

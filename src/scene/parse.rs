@@ -91,12 +91,15 @@ fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>)
     let start = before.iter().rposition(|byte| *byte == b'\n').map_or(0, |i| i + 1);
     let line = text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("");
     let found = text.get(span.clone()).unwrap_or("");
-    let numbers = found.split_whitespace().take_while(|word| word.parse::<f64>().is_ok()).count();
+    let is_number = |word: &str| word.parse::<f64>().is_ok();
+    // Two numbers in a row within a list or an inline table.
+    let numbers = found.split([',', ']', '}']).next().unwrap_or("").split_whitespace();
+    let in_list = text.get(start..span.start).is_some_and(|before| before.contains(['[', '{']));
     // The crate toml gives its errors no kind.
     let mend = if message.contains("duplicate key") {
         "keep one of the two"
     } else if message.contains("missing comma")
-        || (numbers > 0 && found.contains(' ') && line.contains(['[', '{']))
+        || (in_list && numbers.take_while(|w| is_number(w)).count() > 1)
     {
         "separate the elements of a list or an inline table by commas, as in [1.0, 2.0]"
     } else if has_decimal_comma(line) {

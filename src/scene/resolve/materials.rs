@@ -59,7 +59,9 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
     let positive = moduli(material).iter().all(|(_, modulus)| *modulus > 0.0);
     if let (Err(error), true) = (&stiffness, positive) {
         let mend = match material {
-            Material::Isotropic { .. } => "a nearly incompressible material may have nu = 0.4999",
+            Material::Isotropic { .. } => {
+                "nu must lie between -1 and 0.5, both excluded; nearly incompressible: 0.4999"
+            }
             Material::Stiffness { .. } => "",
             _ => "nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i",
         };
@@ -82,14 +84,19 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
 }
 
 /// Key of the constants that are not admissible together: Poisson's ratio of an isotropic material, or the first constant that an
-/// override sets. Otherwise the material at `key`.
+/// override sets, Poisson's ratios before others. Otherwise the material at `key`.
 fn place_of_constants(r: &Resolver, key: &str, isotropic: bool) -> String {
     let by_option = |place: &str| matches!(r.document.location(place), Location::SetOption(_));
     if isotropic && !by_option(key) {
         return join_key(key, "nu");
     }
-    let mut places = r.names(key).into_iter().map(|name| join_key(key, &name));
-    places.find(|place| by_option(place) && !by_option(key)).unwrap_or_else(|| key.to_owned())
+    if by_option(key) {
+        return key.to_owned();
+    }
+    let mut set: Vec<String> =
+        r.names(key).into_iter().filter(|name| by_option(&join_key(key, name))).collect();
+    set.sort_by_key(|name| !name.starts_with("nu"));
+    set.first().map_or_else(|| key.to_owned(), |name| join_key(key, name))
 }
 
 /// Names and values of the moduli that the scene gives for a material.
