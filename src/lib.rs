@@ -6,7 +6,7 @@
 //! tractions P on body 2, the flexibility S of both bodies and the wear depth w,
 //!
 //! ```text
-//! g = g_free + S P + w
+//! g = g_free + S P + w n
 //! ```
 //!
 //! Signorini's conditions, a Coulomb law with an elliptic friction cone and a wear law for w close the system

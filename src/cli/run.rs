@@ -25,6 +25,19 @@ use crate::simulation::job;
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
 use crate::simulation::segments::{NullObserver, RunOptions};
 
+/// Command that resumes a run that ended with `code`. If memory or disk space did not suffice under a limit, the user gives another.
+fn resume_hint(arguments: &RunArgs, plan: &Plan, code: u8) -> String {
+    let has_limit =
+        arguments.scene.max_memory.is_some() || plan.document.get("solver.memory_limit").is_some();
+    match code {
+        exit::RESOURCES => {
+            let command = resume::resume_command(arguments, has_limit);
+            format!("to resume, once memory and disk space suffice: {command}\n")
+        }
+        _ => format!("to resume: {}\n", resume::resume_command(arguments, false)),
+    }
+}
+
 /// Runs a scene and writes its results. Returns the exit code.
 pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     let stop = signal::install();
@@ -66,14 +79,7 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
         ));
         let unfinished = matches!(summary.status, Status::Interrupted | Status::Failed);
         if unfinished && checkpoint::are_in(&directory) {
-            let lacking = code == exit::RESOURCES;
-            let has_limit =
-                arguments.scene.max_memory.is_some() || plan.document.get("solver.memory_limit").is_some();
-            let when = if lacking { ", once memory and disk space suffice" } else { "" };
-            to_stdout(&format!(
-                "to resume{when}: {}\n",
-                resume::resume_command(arguments, lacking && has_limit)
-            ));
+            to_stdout(&resume_hint(arguments, &plan, code));
         }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");
