@@ -90,7 +90,8 @@ impl Increment<'_> {
     }
 
     /// Linear equations for changes of tractions and motions: this increment without initial gap, wear and constant terms of the
-    /// slip. `flexibility` may be less accurate than the operator of the increment. `nothing` contains zeros, `[3, N]`.
+    /// slip. Newton's tangent adds the change of the wear. `flexibility` may be less accurate than the operator of the increment.
+    /// `nothing` contains zeros, `[3, N]`.
     pub(super) fn linearised<'b>(
         &'b self,
         flexibility: &'b dyn Flexibility,
@@ -214,7 +215,8 @@ impl Increment<'_> {
         }
     }
 
-    /// Computes the gap from the initial gap, the rigid motion and the elastic displacement. [`Self::fill_wear`] adds the wear depth.
+    /// Computes the gap from the initial gap, the rigid motion and the elastic displacement. [`Self::fill_wear`] adds the wear
+    /// depth.
     fn fill_gap(&self, it: &mut ContactState) {
         let n = self.n();
         for end in 0..self.path_points.len() {
@@ -294,6 +296,9 @@ impl Increment<'_> {
     /// wear rates and the wear path factor of the cell. Adds the wear depth at the start and `implicit_passes` dw to the normal gap
     /// (docs/theory-wear.md). dw follows from the unknown pressure and slip, so that wear is implicit. In rolling `implicit_passes`
     /// is 0: the wear is spread over a track of unknown length and does not enter the gap.
+    ///
+    /// [`Self::fill_normal_gap`] adds the depth at the start where only pressures are unknown. The derivative with respect to the
+    /// pressures is in `residual`, `solver::newton::unknowns` and `solver::newton::tangent`.
     fn fill_wear(&self, it: &mut ContactState) {
         let n = self.n();
         it.wear_per_pass.fill(0.0);

@@ -2,7 +2,8 @@
 //!
 //! [`run`] computes the steps of a [`Model`] in order. A monotone step consists of increments. Each increment is one contact
 //! problem, whose slip refers to the end of the previous increment (docs/theory-contact.md). A wear step consists of jumps over
-//! many cycles (see `fretting`). A [`observer::Observer`] receives progress, records and checkpoints.
+//! many cycles (see `fretting`). `run.rs` lists how a run ends. A [`observer::Observer`] receives progress, records and
+//! checkpoints.
 
 mod balance;
 mod checkpoint;

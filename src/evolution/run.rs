@@ -2,12 +2,14 @@
 //!
 //! | early end ([`RunEnd`]) | decided in | outcome | what follows |
 //! |---|---|---|---|
-//! | interrupted | `complete_record`, the loop of a monotone step | `Interrupted` | `orthowear run --resume` |
-//! | diverged | `complete_record` | `NotConverged` | nothing |
-//! | contact at the edge of the frame | `take_jump`, only for jumps that start inside | [`FRAME_EDGE`] | [`Suspended::FrameEdge`]: a larger frame |
-//! | rebuild requested | before each step and jump, by the observer | that so far | [`Suspended::Rebuild`]: other operators |
+//! | interrupted | `increment_record`, `monotone`, `fretting::loops` | `Interrupted` | `orthowear run --resume` |
+//! | diverged | `increment_record`, after shorter trials of a jump | `NotConverged` | nothing |
+//! | contact at the edge of the frame | `fretting::next_jump` | [`FRAME_EDGE`] | [`Suspended::FrameEdge`] |
+//! | rebuild requested by the observer | before each step and jump | that so far | [`Suspended::Rebuild`] |
 //!
-//! `simulation::rebuild::Continuation` decides what follows. Errors end a run without a result.
+//! Contact at the edge ends a run only in a jump that begins inside the frame; other increments warn. `simulation::rebuild` decides
+//! what follows a suspended run: a larger frame if the frame can grow, or moved meshes. Errors end a run without a result. An
+//! interruption that a body detects is such an error; the run reports its checkpoint first.
 
 use crate::contact::SolverOptions;
 use crate::error::{Error, ErrorKind, Result};

@@ -49,7 +49,7 @@ pub enum FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// Friction ellipse of every cell, or `None` if frictionless (no law, or both coefficients zero).
+    /// Friction ellipse, common to all cells, or `None` if frictionless (no law, or both coefficients zero).
     pub fn ellipse(&self) -> Option<FrictionEllipse> {
         let ellipse = match *self {
             Self::None => None,

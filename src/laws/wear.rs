@@ -68,7 +68,7 @@ pub enum WearLaw {
 }
 
 impl WearLaw {
-    /// Specific wear rate of every cell. `None` without wear, or for the energy law without friction.
+    /// Specific wear rate, common to all cells. `None` without wear, or for the energy law without friction.
     pub fn specific_rate(&self, friction: Option<FrictionEllipse>) -> Option<SpecificWearRate> {
         match *self {
             Self::None => None,

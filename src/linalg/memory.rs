@@ -271,30 +271,34 @@ mod tests {
         }
     }
 
-    /// Truth: docs/command-line.md. The message names the exceeded limit and how to raise it. A limit of 100 % of the available
-    /// memory cannot be raised.
+    /// Truth: docs/command-line.md. The message names the exceeded limit and how to raise it, unless the limit is 100 % of the
+    /// available memory, or no machine has the memory that is needed.
     #[test]
     fn refusals_name_the_limit() {
-        let told = |limit: MemoryLimit| {
+        let refusal = |limit: MemoryLimit, bytes: u128| {
             limit
                 .after_reserving(1)
-                .ensure_available(1 << 62, "a body", "take less")
+                .ensure_available(bytes, "a body", "take less")
                 .unwrap_err()
                 .message()
                 .to_owned()
         };
+        let told = |limit: MemoryLimit| refusal(limit, 5 << 20);
         let cases: [(MemoryLimit, &[&str]); 3] = [
             (
-                MemoryLimit::of_command_line(1 << 30),
-                &["the limit of --max-memory is 1024.0 MiB", "or raise --max-memory"],
+                MemoryLimit::of_command_line(3 << 20),
+                &["the limit of --max-memory is 3.0 MiB", "or raise --max-memory"],
             ),
             (
-                MemoryLimit::of_scene(1 << 30),
+                MemoryLimit::of_scene(3 << 20),
                 &["the limit of solver.memory_limit is", "or raise solver.memory_limit"],
             ),
             (
-                MemoryLimit { bytes: Some(1 << 30), reserved: 0, source: LimitSource::DefaultShare },
-                &["80 % of the available memory is", "MiB\" with --max-memory or solver.memory_limit"],
+                MemoryLimit { bytes: Some(3 << 20), reserved: 0, source: LimitSource::DefaultShare },
+                &[
+                    "80 % of the available memory is",
+                    "or raise the limit by --max-memory or solver.memory_limit beyond \"6 MiB\"",
+                ],
             ),
         ];
         for (limit, words) in cases {
@@ -302,7 +306,7 @@ mod tests {
             assert!(words.iter().all(|word| text.contains(word)), "{text}");
         }
         let of_share = |percent| MemoryLimit {
-            bytes: Some(1 << 30),
+            bytes: Some(3 << 20),
             reserved: 0,
             source: LimitSource::CommandLine(Some(percent)),
         };
@@ -312,6 +316,8 @@ mod tests {
                 && text.contains("raise --max-memory")
         );
         assert!(told(of_share(100.0)).ends_with("take less"), "{}", told(of_share(100.0)));
+        let hopeless = refusal(MemoryLimit::of_command_line(3 << 20), 1 << 62);
+        assert!(available().is_none() || hopeless.ends_with("take less"), "{hopeless}");
     }
 
     /// Truth: docs/command-line.md. The limit is 80 % of the available memory, or the percentage that `--max-memory` gives.

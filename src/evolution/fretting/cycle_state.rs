@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::{ContactState, SlipReference, Unknowns};
 use crate::evolution::fretting::path::FrettingPath;
-use crate::evolution::fretting::settings::STICK_ZONE;
 
 /// Cells that stick through the whole cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -86,19 +85,6 @@ impl CycleState {
         self.contact.rigid_motion[point] = it.rigid_motion[0];
         self.contact.mode_amplitudes[point] = it.mode_amplitudes[0];
         self.stick_zone.gap.copy_from_slice(&it.gap[..2 * n]);
-    }
-
-    /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`. Cells leave the stick zone
-    /// if they slip by more than `stick_slip_share` of the amplitude, or lose contact. The first increment after the + reversal point
-    /// starts with all cells: in a periodic cycle one stroke decides, because the other stroke slips back.
-    pub(super) fn remove_slipping_cells(&mut self, it: &ContactState, point: usize) {
-        let (n, creep) = (self.stick_zone.mask.len(), STICK_ZONE.stick_slip_share * self.amplitude());
-        if point == 1 {
-            self.stick_zone.mask.fill(true);
-        }
-        for (i, stuck) in self.stick_zone.mask.iter_mut().enumerate() {
-            *stuck &= it.scaled[2 * n + i] > 0.0 && it.slip[i].hypot(it.slip[n + i]) <= creep;
-        }
     }
 
     /// Half of the largest distance between two path points, mm.

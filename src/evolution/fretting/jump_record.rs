@@ -106,7 +106,7 @@ impl Run<'_> {
     }
 
     /// Adds the result of a converged jump to the state, and delivers the record of the jump. A jump that did not converge is
-    /// recorded, too, and ends the run.
+    /// recorded without its wear, and ends the run.
     pub(super) fn commit_jump(&mut self, wear_step: &mut WearStepState, accepted: AcceptedJump) -> Advance {
         let AcceptedJump { jump, clock, .. } = &accepted;
         let number = wear_step.jumps_done + 1;

@@ -2,8 +2,9 @@
 
 /// Settings of the stick zone and of the strokes that decide it.
 pub(super) struct StickZoneSettings {
-    /// Largest ratio of slip to amplitude at which a cell counts as sticking. Strokes decide the stick zone by this slip, because
-    /// their tractions are less accurate than the margin of [`crate::contact::Increment::sticks`], which tests the zone afterwards.
+    /// Largest ratio of the slip in one increment to the amplitude at which a cell counts as sticking. Strokes decide the stick
+    /// zone by this slip, because their tractions are less accurate than the margin of [`crate::contact::Increment::sticks`], which
+    /// tests the zone afterwards.
     pub stick_slip_share: f64,
     /// Largest number of solutions of a stage, with strokes between them to update the stick zone.
     pub max_passes: usize,

@@ -1,13 +1,17 @@
 //! Stick zone of a cycle: the cells that stick through the whole cycle, and the tangential gap at which they stick.
 //!
-//! [`Run::solve_path_points`] solves the path points of the cycle together with a given zone, and
-//! [`CycleState::has_consistent_stick_zone`] tests whether the zone agrees with the solution. If not,
-//! [`Run::recompute_stick_zone`] solves stroke after stroke; there [`CycleState::remove_slipping_cells`] decides the zone anew, as at
-//! the start of a wear step. A cycle without a consistent zone ends with `StickZoneNotConverged`: `StepController::judge` asks for a
-//! shorter jump, or the run ends (`Divergence::StickZone`).
+//! * [`CycleState::decide_by_stroke`] decides the zone while the increments of a stroke are solved one after the other: at the
+//!   start of a wear step, and in [`Run::recompute_stick_zone`].
+//! * [`Run::solve_path_points`] solves the path points together with a given zone, and [`CycleState::has_consistent_stick_zone`]
+//!   tests whether the zone agrees with the solution. If not, the zone is recomputed, unless the responses of the cycle no longer
+//!   change; then it is accepted.
+//! * After the iteration limit, [`CycleState::release_slipping_cells`] only shrinks the zone.
+//!
+//! A cycle without an accepted zone ends with `StickZoneNotConverged`. With controlled jumps `StepController::judge` asks for a
+//! shorter one. With a given number of jumps, a jump of one cycle, or no trials left, the run ends (`Divergence::StickZone`).
 
 use crate::contact::solver::{SolveReport, StopReason};
-use crate::contact::{Increment, SlipReference, Unknowns};
+use crate::contact::{ContactState, Increment, SlipReference, Unknowns};
 use crate::error::Result;
 use crate::evolution::fretting::cycle_increment::{IncrementStart, Strokes, stroke_options};
 use crate::evolution::fretting::cycle_state::CycleState;
@@ -20,16 +24,31 @@ use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_prob
 use crate::evolution::run::Run;
 
 impl CycleState {
+    /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`. A cell leaves the zone
+    /// if it slips by more than `stick_slip_share` of the amplitude in one increment, or loses contact.
+    ///
+    /// Point 1 follows the + reversal point; there all cells are in the zone again. The zone is thus that of the stroke from point
+    /// 1 to the - reversal point: in a periodic cycle the other stroke slips back.
+    pub(super) fn decide_by_stroke(&mut self, it: &ContactState, point: usize) {
+        let (n, slip_limit) = (self.stick_zone.mask.len(), STICK_ZONE.stick_slip_share * self.amplitude());
+        if point == 1 {
+            self.stick_zone.mask.fill(true);
+        }
+        for (i, stuck) in self.stick_zone.mask.iter_mut().enumerate() {
+            *stuck &= it.scaled[2 * n + i] > 0.0 && it.slip[i].hypot(it.slip[n + i]) <= slip_limit;
+        }
+    }
+
     /// Releases cells of the stick zone that slip at a path point of a state that did not converge. Returns whether there were any.
     pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
-        let (n, points, creep) =
+        let (n, points, slip_limit) =
             (problem.n(), problem.path_points.len(), STICK_ZONE.stick_slip_share * self.amplitude());
         let mut any = false;
         for i in 0..n {
             let slips = |point: usize| {
                 let slip =
                     self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]);
-                slip > creep && !problem.sticks(&self.contact, point, i)
+                slip > slip_limit && !problem.sticks(&self.contact, point, i)
             };
             if self.stick_zone.mask[i] && (0..points).any(slips) {
                 self.stick_zone.mask[i] = false;
@@ -42,15 +61,16 @@ impl CycleState {
     /// Returns whether the stick zone agrees with the solution: its cells stick at all path points, and no other cell does. A cell
     /// that starts to stick needs new strokes, because its stick gap depends on the history.
     pub fn has_consistent_stick_zone(&self, problem: &Increment) -> bool {
-        let (n, points, creep) =
+        let (n, points, slip_limit) =
             (problem.n(), problem.path_points.len(), STICK_ZONE.stick_slip_share * self.amplitude());
         (0..n).all(|i| {
             let mut sticks = (0..points).map(|point| problem.sticks(&self.contact, point, i));
-            let creeps = |point: usize| {
-                self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i]) <= creep
+            let slips_little = |point: usize| {
+                self.contact.slip[point * 2 * n + i].hypot(self.contact.slip[point * 2 * n + n + i])
+                    <= slip_limit
             };
             if self.stick_zone.mask[i] {
-                sticks.enumerate().all(|(point, sticks)| sticks || creeps(point))
+                sticks.enumerate().all(|(point, sticks)| sticks || slips_little(point))
             } else {
                 !sticks.all(|sticks| sticks)
             }
@@ -59,9 +79,10 @@ impl CycleState {
 }
 
 impl Run<'_> {
-    /// Solves the path points of a cycle together, or steady sliding, and decides the stick zone of the cycle. If the zone disagrees
-    /// with the solution, it is recomputed and the path points are solved again, `max_passes` times at most. The report of
-    /// `jump` says how it ended. If not converged, the step controller tries a shorter jump, or the record of the jump ends the run.
+    /// Solves the path points of a cycle together, or steady sliding, and decides the stick zone of the cycle. If the zone
+    /// disagrees with the solution, it is recomputed and the path points are solved again, `max_passes` times at most. The report
+    /// of `jump` says how it ended. If not converged, the step controller tries a shorter jump, or the record of the jump ends the
+    /// run.
     ///
     /// # Errors
     /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
@@ -127,8 +148,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If a stroke does not converge, the path points
-    /// keep their coupled solution and the report gives the reason. Also returns the number of solves.
+    /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If a stroke does not converge, the path
+    /// points keep their coupled solution and the report gives the reason. Also returns the number of solves.
     ///
     /// # Errors
     /// As [`Self::solve_cycle_increment`].
@@ -166,11 +187,12 @@ impl Run<'_> {
                         .evaluate(&mut cycle.contact);
                     return Ok((sum, solves));
                 }
-                cycle.remove_slipping_cells(&solved.next.contact, point);
+                cycle.decide_by_stroke(&solved.next.contact, point);
                 cycle.record_increment(&solved.next.contact, point);
                 reference = solved.next.reference;
             }
             let found = self.responses_at_path_points(cycle, path);
+            // A cycle that is not periodic after the last pass still gives a zone; the path points test it.
             if is_periodic(&found, &before) {
                 break;
             }

@@ -50,7 +50,7 @@ impl Run<'_> {
                 path.set_shift(point, &mut rigid);
                 let (it, report) = self.advance_cycle_increment(path.loads(point, loads), rigid)?;
                 work += SolveWork::of(&report);
-                cycle.remove_slipping_cells(&it, point);
+                cycle.decide_by_stroke(&it, point);
                 cycle.record_increment(&it, point);
             }
             let found = self.responses_at_path_points(cycle, path);
