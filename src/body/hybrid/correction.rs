@@ -11,7 +11,7 @@
 //!
 //! where b = f_f - K_fb g. K is the stiffness matrix, f are the nodal loads, g = -u_hs the prescribed displacements; indices f and
 //! b mark free and prescribed dofs. The integrals extend over the free and the fixed boundary. Ĉ is symmetric, and its order of
-//! convergence is twice the order of the nodal displacements.
+//! convergence is that of the strain energy, twice the order of the energy norm.
 
 use super::applied_loads::{AppliedLoadResponse, PrescribedMotion};
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
@@ -168,8 +168,8 @@ impl Correction {
         }
     }
 
-    /// Correction matrix from the mesh displacement u_c at the points of `at`, for each force, mm/N. It is not symmetric, and its
-    /// order of convergence is half the order of `matrix`.
+    /// Correction matrix from the mesh displacement u_c at the points of `at`, for each force, mm/N. It is not symmetric, and
+    /// converges with the order of the nodal displacements: as `matrix` for linear elements, more slowly for quadratic ones.
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh.
