@@ -210,17 +210,6 @@ pub enum Divergence {
 }
 
 impl Divergence {
-    /// All reasons.
-    pub const ALL: [Self; 7] = [
-        Self::Iterations,
-        Self::GrossSliding,
-        Self::ContactLost,
-        Self::FrameEdge,
-        Self::StickZone,
-        Self::LinearSolver,
-        Self::Accuracy,
-    ];
-
     /// Name in results.
     pub fn name(self) -> &'static str {
         match self {
