@@ -110,7 +110,7 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
     let stiffness = im7::im7(30.0)?;
     let field = FullSpaceField::new(&stiffness)?;
     let elements =
-        BoundaryElements::new(block(sides, height), Interpolation::Linear, (&stiffness, field), ACCURACY);
+        BoundaryElements::new(block(sides, height), Interpolation::Linear, &stiffness, field, ACCURACY);
     let (positions, normals) = (elements.positions(), elements.normals());
     let n = 3 * positions.len();
     let held: Vec<bool> = (0..n)

@@ -211,7 +211,7 @@ fn measure(size: f64, settings: &Settings) -> Outcome<()> {
     compressed.precondition(&gap, &mut preconditioned);
     let inverse = start.elapsed().as_secs_f64();
     let held = resident().saturating_sub(before);
-    let told = CompressedFlexibility::typical_bytes((&centers, &corners, &areas), &green, tolerance) as f64
+    let told = CompressedFlexibility::typical_bytes(&centers, &corners, &areas, &green, tolerance) as f64
         / f64::from(1 << 20);
     let counts = [true, false].map(|inverse| iterations(&compressed, (&centers, &areas), inverse));
     let row = |name: &str, build: f64, (all, normal): (f64, f64), bytes: usize, rest: &str| {

@@ -123,12 +123,7 @@ impl<'p> AccuracySearch<'p> {
     }
 
     /// Adds the records of a converged run, with its time and, if the frame is a grid, the area of a cell.
-    pub fn add_run(
-        &mut self,
-        levels: Levels,
-        records: &[IncrementRecord],
-        (cell, seconds): (Option<f64>, f64),
-    ) {
+    pub fn add_run(&mut self, levels: Levels, records: &[IncrementRecord], cell: Option<f64>, seconds: f64) {
         let cells = cell.map_or(usize::MAX, |cell| min_contact_cells(self.plan, records, cell));
         let outline_area_error = self.ladder.outline_area_error(self.plan, &levels);
         let punch = self.ladder.outline_cell_area(self.plan, outline_area_error);

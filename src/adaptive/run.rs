@@ -105,7 +105,7 @@ impl AccuracyRun<'_, '_, '_> {
         let started = Instant::now();
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
             if summary.status == Status::Converged {
-                search.add_run(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
+                search.add_run(levels, records, cell_area(summary), started.elapsed().as_secs_f64());
             }
             true
         };
@@ -151,7 +151,7 @@ impl AccuracyRun<'_, '_, '_> {
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
             let converged = summary.status == Status::Converged;
             if converged && !again {
-                search.add_run(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
+                search.add_run(levels, records, cell_area(summary), started.elapsed().as_secs_f64());
             }
             let record = search.record();
             if converged && !record.met {

@@ -77,12 +77,12 @@ pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementT
         )));
     }
     let nodal = nodal_sizes(mesh, &next, &bounds);
-    let next_elements = expected(mesh, &nodal, (&sizes, volumes));
+    let next_elements = expected(mesh, &nodal, &sizes, volumes);
     Ok(SizeField { nodal, error, reaches_target, elements: cells.len(), next_elements, bounds })
 }
 
 /// Expected number of elements of a mesh with the sizes `nodal`. Each present element is replaced by (size / next size)³ elements.
-fn expected(mesh: &Mesh, nodal: &[f64], (sizes, volumes): (&[f64], &[f64])) -> f64 {
+fn expected(mesh: &Mesh, nodal: &[f64], sizes: &[f64], volumes: &[f64]) -> f64 {
     let of_cell = |((cell, size), volume): ((crate::mesh::CellRef, &f64), &f64)| {
         let corners = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];
         let mean = corners.iter().map(|&node| nodal[node].ln()).sum::<f64>() / corners.len() as f64;

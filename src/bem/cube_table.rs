@@ -296,7 +296,8 @@ impl<const LEN: usize> CubeTable<LEN> {
     /// # Errors
     /// As `compute`, and if memory does not suffice.
     pub(super) fn load_or_compute(
-        (kind, stiffness): (&str, &Stiffness),
+        kind: &str,
+        stiffness: &Stiffness,
         symmetry: DirectionSymmetry,
         cache: Option<&Cache>,
         compute: impl FnOnce() -> Result<Self>,

@@ -41,7 +41,7 @@ impl FeBody {
     /// # Errors
     /// If the group or the frame does not fit ([`FaceMap::new`]), or the body cannot be assembled or solved.
     pub fn new(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
-        Self::with_worn_mesh(spec, (contact, side), frame, &CondensationResources::default(), None)
+        Self::with_worn_mesh(spec, contact, side, frame, &CondensationResources::default(), None)
     }
 
     /// As [`Self::new`], with the cache and the memory of `resources`. If given, the mesh `worn` ([`super::worn_mesh::worn_mesh`])
@@ -51,7 +51,8 @@ impl FeBody {
     /// See [`Self::new`].
     pub fn with_worn_mesh(
         spec: FeSpec,
-        (contact, side): (&str, Side),
+        contact: &str,
+        side: Side,
         frame: &ContactFrame,
         resources: &CondensationResources,
         worn: Option<Arc<Mesh>>,
@@ -133,7 +134,7 @@ fn rigid_body_modes(
     let motions = model.load_work_on_rigid_body_modes().into_iter().enumerate().map(|(j, load_work)| {
         let points = &model.mesh().points;
         let gap = map.mean_displacement(|node| (free.displacement(&points[node].into(), j) * sign).into());
-        RigidBodyMode { relative_motion: relative_motion((free, j), frame, side), gap, load_work }
+        RigidBodyMode { relative_motion: relative_motion(free, j, frame, side), gap, load_work }
     });
     Some(UnconstrainedModes { side, modes: motions.collect(), names: free.names.clone() })
 }
@@ -197,6 +198,6 @@ impl ElasticBody for FeBody {
         };
         let points = recovery.points();
         let contact = surface_stress_points(model, points, &self.surface.faces, displacement);
-        Ok(Some(StressField::new((model, points), (stress, error), contact, &self.limits)))
+        Ok(Some(StressField::new(model, points, stress, error, contact, &self.limits)))
     }
 }

@@ -104,7 +104,7 @@ impl HalfSpaceBody {
             // Nine components of the symbol and the padded vectors of one product, on a grid with twice the cells along each side.
             PlaneCells::Grid { cells, .. } => 4 * 8 * 16 * cells[0] * cells[1],
             PlaneCells::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => {
-                CompressedFlexibility::typical_bytes((centers, corners, areas), &self.green, self.tolerance)
+                CompressedFlexibility::typical_bytes(centers, corners, areas, &self.green, self.tolerance)
             }
             PlaneCells::Polygons { areas, .. } => {
                 72usize.saturating_mul(areas.len()).saturating_mul(areas.len())
@@ -137,7 +137,7 @@ impl HalfSpaceBody {
     }
 
     fn make(&self, cross: CrossBlocks) -> Result<Arc<dyn Flexibility>> {
-        self.cells.flexibility(&self.green, cross, (self.tolerance, &self.memory))
+        self.cells.flexibility(&self.green, cross, self.tolerance, &self.memory)
     }
 }
 
@@ -262,7 +262,8 @@ impl PlaneCells {
         &self,
         green: &SurfaceGreen,
         cross: CrossBlocks,
-        (tolerance, memory): (f64, &MemoryLimit),
+        tolerance: f64,
+        memory: &MemoryLimit,
     ) -> Result<Arc<dyn Flexibility>> {
         Ok(match self {
             Self::Grid { cells, spacing, periodic, places } => {
@@ -276,7 +277,7 @@ impl PlaneCells {
                 }
             }
             Self::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => Arc::new(
-                CompressedFlexibility::within_memory((centers, corners, areas), green, tolerance, memory)?,
+                CompressedFlexibility::within_memory(centers, corners, areas, green, tolerance, memory)?,
             ),
             Self::Polygons { centers, corners, areas } => {
                 Arc::new(DenseFlexibility::new(centers, corners, areas, green)?)
@@ -300,7 +301,7 @@ pub fn half_space_flexibility(
     frame: &ContactFrame,
     cross: CrossBlocks,
 ) -> Result<Arc<dyn Flexibility>> {
-    PlaneCells::new(frame)?.flexibility(green, cross, (DEFAULT_TOLERANCE, &MemoryLimit::of_machine()))
+    PlaneCells::new(frame)?.flexibility(green, cross, DEFAULT_TOLERANCE, &MemoryLimit::of_machine())
 }
 
 /// The operator of [`half_space_flexibility`] as a dense matrix of integrals over the cells, on any frame that is not periodic.
@@ -321,7 +322,8 @@ pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<D
 pub(super) fn surface_displacement(
     operator: &dyn Flexibility,
     tractions: &[f64],
-    (axes, side): (&Triad, Side),
+    axes: &Triad,
+    side: Side,
 ) -> BodyField {
     let n = operator.n_cells();
     let mut gap = vec![0.0; 3 * n];
@@ -359,7 +361,7 @@ impl ElasticBody for HalfSpaceBody {
             let _ = self.operator.set(self.make(self.cross)?);
         }
         let operator = self.operator.get().expect("set above");
-        Ok(surface_displacement(operator.as_ref(), tractions, (&self.axes, self.side)))
+        Ok(surface_displacement(operator.as_ref(), tractions, &self.axes, self.side))
     }
 
     /// Displacements are relative to infinity.
@@ -390,7 +392,7 @@ impl ElasticBody for HalfSpaceBody {
             let on_body2 = Point::new(tractions[i], tractions[n + i], tractions[2 * n + i]);
             (corners, turn * on_body2 * self.side.gap_sign())
         });
-        let below = SubsurfaceField::new((&self.stiffness, field), cells);
+        let below = SubsurfaceField::new(&self.stiffness, field, cells);
         let least = -MIN_DEPTH_CELLS * cell_size(frame);
         let axes = self.axes.0 * turn;
         let height = self.axes.normal().dot(&(frame.centers[0] - frame.origin)) * self.side.outward();

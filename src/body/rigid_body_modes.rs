@@ -30,11 +30,7 @@ pub struct UnconstrainedModes {
 }
 
 /// [`RigidBodyMode::relative_motion`] of mode `j` of `free`, for the body at `side` of `frame`.
-pub(crate) fn relative_motion(
-    (free, j): (&RigidBodyModes, usize),
-    frame: &ContactFrame,
-    side: Side,
-) -> [f64; 6] {
+pub(crate) fn relative_motion(free: &RigidBodyModes, j: usize, frame: &ContactFrame, side: Side) -> [f64; 6] {
     let [shift, turn] =
         free.motion_about(&frame.origin, j).map(|global| frame.axes.to_local(&global) * side.gap_sign());
     [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]

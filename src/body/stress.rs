@@ -35,8 +35,10 @@ impl StressField {
     /// Combines the stress of a model at `points` with its estimated error, if any. The exposures follow from `limits`, the
     /// strengths by material name.
     pub(super) fn new(
-        (model, points): (&FeModel, &Arc<RecoveryPoints>),
-        (stress, error): (Vec<[f64; 6]>, Option<ErrorEstimate>),
+        model: &FeModel,
+        points: &Arc<RecoveryPoints>,
+        stress: Vec<[f64; 6]>,
+        error: Option<ErrorEstimate>,
         contact: Vec<SurfaceStressPoint>,
         limits: &BTreeMap<String, MaterialStrength>,
     ) -> Self {

@@ -145,7 +145,8 @@ impl TruncatedHalfSpace {
         spec: &TruncatedSpec,
         side: Side,
         frame: &ContactFrame,
-        (cache, memory): (Option<&Cache>, &MemoryLimit),
+        cache: Option<&Cache>,
+        memory: &MemoryLimit,
     ) -> Result<Self> {
         let grid = spec.grid(frame)?;
         let n_elements = spec.n_elements(frame)?;
@@ -161,7 +162,8 @@ impl TruncatedHalfSpace {
         let elements = BoundaryElements::new(
             panels,
             Interpolation::Constant,
-            (spec.stiffness, field),
+            spec.stiffness,
+            field,
             INTEGRATION_TOLERANCE,
         );
         let outer = [(x.len() - 1 - grid.cells[0]) / 2, (y.len() - 1 - grid.cells[1]) / 2];
@@ -259,6 +261,6 @@ impl ElasticBody for TruncatedHalfSpace {
 
     /// Displacement at the cell centres.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        Ok(surface_displacement(self.flexibility.as_ref(), tractions, (&self.axes, self.side)))
+        Ok(surface_displacement(self.flexibility.as_ref(), tractions, &self.axes, self.side))
     }
 }

@@ -20,8 +20,10 @@ use crate::mesh::faces::group_faces;
 /// If group and frame do not fit; if an element would become inverted or too flat; if memory does not suffice.
 pub fn worn_mesh(
     spec: &FeSpec,
-    (contact, side): (&str, Side),
-    (frame, depth): (&ContactFrame, &[f64]),
+    contact: &str,
+    side: Side,
+    frame: &ContactFrame,
+    depth: &[f64],
     memory: &MemoryLimit,
 ) -> Result<Mesh> {
     let mesh = &spec.mesh;
@@ -58,7 +60,7 @@ pub fn worn_mesh(
             (!corners.is_empty()).then(|| frame.axes.to_local(&mean))
         })
         .collect();
-    move_mesh(spec, &faces, (&motion, &frame.axes), memory)
+    move_mesh(spec, &faces, &motion, &frame.axes, memory)
 }
 
 /// Volume vector that each node receives from a `depth` of the cells along the cell normals, `[n_points]`, mm3.

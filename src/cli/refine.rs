@@ -127,7 +127,7 @@ pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
         Ok(Outcome::Interrupted) => return Err(exit::INTERRUPTED),
         Err(error) => return Err(print_unless_interrupted(&error)),
     }
-    let text = write_fields(&plan, &study, (arguments, &bodies), &ends.tractions)
+    let text = write_fields(&plan, &study, arguments, &bodies, &ends.tractions)
         .map_err(|error| print_unless_interrupted(&error))?;
     if !arguments.quiet {
         to_stdout(&text);
@@ -198,7 +198,8 @@ fn default_size_file(scene: &Path, index: usize) -> PathBuf {
 fn write_fields(
     plan: &Plan,
     study: &Simulation<'_>,
-    (arguments, bodies): (&RefineArgs, &[(usize, PathBuf)]),
+    arguments: &RefineArgs,
+    bodies: &[(usize, PathBuf)],
     ends: &[(String, Vec<f64>)],
 ) -> Result<String> {
     let wanted = RefinementTarget {

@@ -74,7 +74,8 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     if !arguments.quiet {
         to_stdout(&final_report(
             &summary,
-            (&directory, plan.solver.tolerance),
+            &directory,
+            plan.solver.tolerance,
             started.elapsed().as_secs_f64(),
         ));
         let unfinished = matches!(summary.status, Status::Interrupted | Status::Failed);
@@ -120,7 +121,7 @@ fn open_output(
                 to_stderr(&format!("note: {text}\n"));
             }
         };
-        match decide_resume(plan, &checkpoints.origin, (&mut output, summary), &mut say)? {
+        match decide_resume(plan, &checkpoints.origin, &mut output, summary, &mut say)? {
             ResumeDecision::FromStart => {}
             ResumeDecision::FromCheckpoint(resumed) => checkpoints.from = Some(resumed),
             ResumeDecision::AlreadyDone => return Ok(None),
@@ -168,7 +169,7 @@ pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
 }
 
 /// Final report: table of results, outcome of the run, and location of the results.
-fn final_report(summary: &Summary, (directory, tolerance): (&Path, f64), total: f64) -> String {
+fn final_report(summary: &Summary, directory: &Path, tolerance: f64, total: f64) -> String {
     let mut text = format!("{}\n\n", summary.title);
     text.push_str(&table::results(summary));
     text.push_str(&table::body_peak_lines(summary));

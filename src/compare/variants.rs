@@ -79,7 +79,7 @@ pub(super) fn is_plane(frame: &ContactFrame) -> bool {
 ///
 /// # Errors
 /// If there are several materials, or the material axes vary by more than `most` degrees.
-fn single(found: MeanMaterial, (body, place, what): (&str, &str, &str), most: f64) -> Result<BodyMaterial> {
+fn single(found: MeanMaterial, body: &str, place: &str, what: &str, most: f64) -> Result<BodyMaterial> {
     if found.materials.len() > 1 {
         let names = found.materials.join(", ");
         return Err(Error::input(format!(
@@ -121,7 +121,7 @@ fn half_space(
         meshed.material.clone()
     } else {
         let found = mean_material_under_frame(meshed, &plan.frame)?;
-        single(found, (body, "under the frame", "a half-space"), MAX_AXES_SPREAD_DEG)?
+        single(found, body, "under the frame", "a half-space", MAX_AXES_SPREAD_DEG)?
     };
     let moved = |support: &PrescribedDisplacement| {
         let values = support.values.iter().zip(&support.gradient);
@@ -169,7 +169,7 @@ fn boundary_elements(
         )));
     }
     let material =
-        single(mean_material_of_body(fe)?, (body, "in it", "a boundary-element body"), ROUNDING_SPREAD_DEG)?;
+        single(mean_material_of_body(fe)?, body, "in it", "a boundary-element body", ROUNDING_SPREAD_DEG)?;
     let inner = || format!("{body} as a boundary-element body can be fixed and loaded on surfaces only");
     for group in fe.groups() {
         group_faces(&fe.mesh, group).context(inner)?;

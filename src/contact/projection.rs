@@ -31,21 +31,21 @@ pub struct RigidMotions<'a> {
 pub fn project(
     problem: &Increment,
     steps: StepSizes,
-    from: (&[f64], &[f64]),
+    hatted: &[f64],
+    gradient: &[f64],
     out: &mut [f64],
     motions: RigidMotions,
 ) -> Equilibrium {
     let RigidMotions { rigid, floating } = motions;
     let mut equilibrium = Equilibrium::Balanced;
     let n = problem.n();
-    let (hatted, gradient) = from;
     for (k, end) in problem.path_points.iter().enumerate() {
         let range = k * 3 * n..(k + 1) * 3 * n;
         let (old, g) = (&hatted[range.clone()], &gradient[range.clone()]);
         let new = &mut out[range];
         if let Some(balance) = &end.balance {
             let from = ProjectionStart { hatted: old, gradient: g, steps };
-            if let Some(sliding) = balanced(problem, balance, from, new, (&mut rigid[k], &mut floating[k])) {
+            if let Some(sliding) = balanced(problem, balance, from, new, &mut rigid[k], &mut floating[k]) {
                 equilibrium = Equilibrium::Sliding(sliding);
             }
             continue;
@@ -57,7 +57,9 @@ pub fn project(
             let lift = project_pressures(
                 problem,
                 end,
-                (&old[pressures.clone()], &g[pressures.clone()], steps.normal),
+                &old[pressures.clone()],
+                &g[pressures.clone()],
+                steps.normal,
                 &mut new[pressures],
             );
             rigid[k][2] -= lift / steps.normal;
@@ -95,7 +97,9 @@ pub fn project(
 fn project_pressures(
     problem: &Increment,
     end: &PathPoint,
-    (old, gap, step): (&[f64], &[f64], f64),
+    old: &[f64],
+    gap: &[f64],
+    step: f64,
     new: &mut [f64],
 ) -> f64 {
     new.iter_mut().zip(old).zip(gap).for_each(|((new, old), gap)| *new = old - step * gap);
@@ -114,7 +118,8 @@ fn balanced(
     balance: &Balance,
     from: ProjectionStart,
     new: &mut [f64],
-    (rigid, floating): (&mut [f64; 3], &mut [f64; MAX_RIGID_MODES]),
+    rigid: &mut [f64; 3],
+    floating: &mut [f64; MAX_RIGID_MODES],
 ) -> Option<LossOfEquilibrium> {
     let (motion, failure) = balance.project(problem.cells(), from, new);
     rigid.iter_mut().zip(&motion).for_each(|(r, m)| *r += m);

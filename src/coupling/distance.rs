@@ -74,7 +74,7 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
     }
     // Overlap may remain on flanks that the first touch did not consider. A level frame has no flanks.
     if !frame.has_uniform_axes() {
-        let flanks = curved_overlap(frame, (&cosines, first), surfaces);
+        let flanks = curved_overlap(frame, &cosines, first, surfaces);
         if first < 0.0 {
             refuse_interference(&flanks, first)?;
         }
@@ -125,7 +125,8 @@ impl CurvedOverlap {
 
 fn curved_overlap(
     frame: &ContactFrame,
-    (cosines, first): (&[f64], f64),
+    cosines: &[f64],
+    first: f64,
     surfaces: [Option<&MeshedSurface>; 2],
 ) -> CurvedOverlap {
     let curved = surfaces.map(|surface| surface.map(|surface| surface.curved_heights(frame)));

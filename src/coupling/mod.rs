@@ -203,7 +203,7 @@ fn with_far_fields(
     let far: Vec<FarField> = bodies.iter().filter_map(far_field).collect();
     match frame.grid {
         Some(grid) if !far.is_empty() => {
-            build_corrected_flexibility(green, far, (&grid, frame.grid_indices.as_deref()), cross)
+            build_corrected_flexibility(green, far, &grid, frame.grid_indices.as_deref(), cross)
         }
         _ => half_space_flexibility(green, frame, cross),
     }

@@ -138,9 +138,9 @@ pub fn estimate(plan: &Plan) -> Result<RunEstimate, SceneError> {
 pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunEstimate, SceneError> {
     let ValidScene { frame, near_fields: near, warnings } = validate(plan, frame)?;
     let frame = with_active_cells(plan, frame, &near)?;
-    let first = estimate_body(plan, 0, (&frame, &near[0]), memory::remaining_limit(plan, &frame, 0))?;
+    let first = estimate_body(plan, 0, &frame, &near[0], memory::remaining_limit(plan, &frame, 0))?;
     let left = memory::remaining_limit(plan, &frame, first.resident_bytes);
-    let second = estimate_body(plan, 1, (&frame, &near[1]), left)?;
+    let second = estimate_body(plan, 1, &frame, &near[1], left)?;
     let bodies = [first, second];
     if plan.bodies.iter().all(|body| matches!(body, BodyPlan::Rigid)) {
         let error = crate::error::Error::input(
@@ -160,12 +160,8 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
         omitted_factorisation(index, bodies[index].cached == CacheContent::FlexibilityAndFactor)
     }));
     let making: f64 = bodies.iter().map(|body| body.seconds).sum();
-    let solving = time::of_steps(
-        plan,
-        &frame,
-        (&near, bodies.each_ref().map(|body| body.seconds_per_product)),
-        &skipped,
-    );
+    let solving =
+        time::of_steps(plan, &frame, &near, bodies.each_ref().map(|body| body.seconds_per_product), &skipped);
     let seconds = making + solving + time::inside(plan, n_contact_problems);
     let (n_cells, frame_axes) = (frame.n_cells(), frame.axes);
     Ok(RunEstimate {
@@ -183,7 +179,8 @@ pub(super) fn estimate_on_frame(plan: &Plan, frame: ContactFrame) -> Result<RunE
 fn estimate_body(
     plan: &Plan,
     index: usize,
-    (frame, near): (&ContactFrame, &NearFieldModel),
+    frame: &ContactFrame,
+    near: &NearFieldModel,
     left: MemoryLimit,
 ) -> Result<BodyEstimate, SceneError> {
     let n = frame.n_cells() as f64;
@@ -218,11 +215,11 @@ fn estimate_body(
                 ..BodyEstimate::default()
             }
         }
-        BodyPlan::TruncatedHalfSpace(spec) => truncated(spec, index, (frame, left))?,
-        BodyPlan::Be(be) => boundary_elements(be, index, (frame, left))?,
+        BodyPlan::TruncatedHalfSpace(spec) => truncated(spec, index, frame, left)?,
+        BodyPlan::Be(be) => boundary_elements(be, index, frame, left)?,
         BodyPlan::Fe(fe) => match near.half_space_fit() {
-            Some(site) => estimate_hybrid(plan, (fe, index), (frame, site), &left)?,
-            None => finite_elements(plan, fe, index, (frame, left))?,
+            Some(site) => estimate_hybrid(plan, fe, index, frame, site, &left)?,
+            None => finite_elements(plan, fe, index, frame, left)?,
         },
     })
 }
@@ -236,7 +233,8 @@ fn dense_matrix_seconds(n_cells: usize) -> f64 {
 fn truncated(
     spec: &TruncatedHalfSpacePlan,
     index: usize,
-    (frame, left): (&ContactFrame, MemoryLimit),
+    frame: &ContactFrame,
+    left: MemoryLimit,
 ) -> Result<BodyEstimate, SceneError> {
     let key = format!("{}.truncated", BODY_KEYS[index]);
     let stiffness = spec.material.stiffness_in_frame(0.0);
@@ -272,7 +270,8 @@ fn truncated(
 fn boundary_elements(
     be: &BeBodyPlan,
     index: usize,
-    (frame, left): (&ContactFrame, MemoryLimit),
+    frame: &ContactFrame,
+    left: MemoryLimit,
 ) -> Result<BodyEstimate, SceneError> {
     let key = BODY_KEYS[index];
     face_map(&be.meshed, index, frame)?;
@@ -311,8 +310,10 @@ fn boundary_elements(
 /// Estimate of a meshed body with the near field of the half-space `site`, corrected by finite elements.
 fn estimate_hybrid(
     plan: &Plan,
-    (fe, index): (&MeshedBodyPlan, usize),
-    (frame, site): (&ContactFrame, &HalfSpaceFit),
+    fe: &MeshedBodyPlan,
+    index: usize,
+    frame: &ContactFrame,
+    site: &HalfSpaceFit,
     left: &MemoryLimit,
 ) -> Result<BodyEstimate, SceneError> {
     let key = BODY_KEYS[index];
@@ -384,7 +385,8 @@ fn finite_elements(
     plan: &Plan,
     fe: &MeshedBodyPlan,
     index: usize,
-    (frame, left): (&ContactFrame, MemoryLimit),
+    frame: &ContactFrame,
+    left: MemoryLimit,
 ) -> Result<BodyEstimate, SceneError> {
     let key = BODY_KEYS[index];
     let model = FeModel::with_memory_limit(fe.fem_spec(key), &left).at(key)?;

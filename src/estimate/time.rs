@@ -33,7 +33,8 @@ const PRESSURES: f64 = 0.3;
 pub(super) fn of_steps(
     plan: &Plan,
     frame: &ContactFrame,
-    (near, seconds_per_product): (&[NearFieldModel; 2], [f64; 2]),
+    near: &[NearFieldModel; 2],
+    seconds_per_product: [f64; 2],
     ledger: &[OmittedWork],
 ) -> f64 {
     let skips = |skip: OmittableWork| ledger.iter().any(|entry| entry.skip == Some(skip));

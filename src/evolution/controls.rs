@@ -135,13 +135,12 @@ impl LoadPath {
         self
     }
 
-    /// Controls at `fraction` of the path. `now` is the present rigid motion: translation along x, y, n and rotation about x, y, n.
-    /// It is the initial guess for unknown motions.
-    pub fn at(&self, fraction: f64, now: ([f64; 3], [f64; 3])) -> IncrementControls {
+    /// Controls at `fraction` of the path. The initial guess for unknown motions is the present rigid motion: translation `rigid`
+    /// along x, y, n and rotation `turn` about x, y, n.
+    pub fn at(&self, fraction: f64, mut rigid: [f64; 3], mut turn: [f64; 3]) -> IncrementControls {
         // At the end, the prescribed values are exact.
         let between = |from: f64, to: f64| if fraction == 1.0 { to } else { from + fraction * (to - from) };
         let start = &self.start;
-        let (mut rigid, mut turn) = now;
         let normal = match self.end.normal {
             Normal::Approach(depth) => {
                 rigid[2] = between(start.rigid[2], self.first_touch - depth);

@@ -49,7 +49,8 @@ impl Run<'_> {
         &mut self,
         record: &mut IncrementRecord,
         report: &SolveReport,
-        (checks, tolerance): (&StateChecks, f64),
+        checks: &StateChecks,
+        tolerance: f64,
     ) -> std::result::Result<(), RunEnd> {
         let areas = &self.prepared.model.frame.areas;
         let volume = volume(&self.state.wear_depth, areas) + self.state.rolling_wear_volume;

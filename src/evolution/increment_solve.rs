@@ -115,7 +115,8 @@ fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &s
 /// # Errors
 /// As [`solve`], and if a body cannot be solved or memory does not suffice.
 pub(super) fn solve_and_check(
-    (prepared, problem): (&PreparedModel, &mut Increment),
+    prepared: &PreparedModel,
+    problem: &mut Increment,
     it: &mut ContactState,
     options: &SolverOptions,
     observer: &mut dyn Observer,

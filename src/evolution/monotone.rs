@@ -43,9 +43,9 @@ impl Run<'_> {
             }
             let number = ramp.increments_done + 1;
             let (rigid, floating) = ramp.predictor.motions(&self.state);
-            let now = (rigid, self.prepared.rotation(&floating));
-            let controls = ramp.load_path.at(number as f64 / step.increments as f64, now);
-            self.run_increment(number, (&controls, &mut ramp.predictor))?;
+            let turn = self.prepared.rotation(&floating);
+            let controls = ramp.load_path.at(number as f64 / step.increments as f64, rigid, turn);
+            self.run_increment(number, &controls, &mut ramp.predictor)?;
             ramp.increments_done = number;
             self.progress = StepProgress::Monotone(ramp.clone());
             self.record_rollback_point(CheckpointEvent::Entry)?;
@@ -56,7 +56,8 @@ impl Run<'_> {
     fn run_increment(
         &mut self,
         number: usize,
-        (controls, predictor): (&IncrementControls, &mut Predictor),
+        controls: &IncrementControls,
+        predictor: &mut Predictor,
     ) -> Advance {
         let step = self.step();
         let clock = Instant::now();
@@ -85,7 +86,7 @@ impl Run<'_> {
         let stage =
             ProgressSpan { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
         let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, self.observer, &stage)?;
+            solve_and_check(&self.prepared, &mut problem, &mut it, &self.options, self.observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
         self.state
             .wear_depth
@@ -108,7 +109,7 @@ impl Run<'_> {
                 self.state.add_wear_dissipation(checks.dissipation, step.friction);
             }
         }
-        let converged = self.complete_record(&mut record, &report, (&checks, self.options.tolerance));
+        let converged = self.complete_record(&mut record, &report, &checks, self.options.tolerance);
         self.deliver(record, fields)?;
         Ok(converged?)
     }

@@ -36,7 +36,8 @@ pub fn omitted_contact_work(
     friction: &FrictionLaw,
     wear: &WearLaw,
     steps: &[Step],
-    (options, operator): (&SolverOptions, OperatorOmissions),
+    options: &SolverOptions,
+    operator: OperatorOmissions,
 ) -> Vec<OmittedWork> {
     let mut skipped = Vec::new();
     let frictionless = friction.ellipse().is_none();

@@ -84,7 +84,8 @@ impl ElementContext<'_> {
 pub(super) fn assemble(
     elements: ElementContext,
     foundations: &[FoundationFace],
-    (dofs, graph): (&DofMap, &NodeGraph),
+    dofs: &DofMap,
+    graph: &NodeGraph,
 ) -> Result<(SymmetricSparse, Vec<f64>)> {
     let mut matrix = pattern(dofs, graph);
     let mut rhs = vec![0.0; dofs.n_free()];

@@ -107,7 +107,7 @@ impl FeModel {
         let CondensationResources { cache, cache_contents, memory } = *resources;
         let name = self.name().to_owned();
         match cache {
-            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, (memory, cache_contents)),
+            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, memory, cache_contents),
             None => {
                 let analysis = self.analyse(contact_nodes)?;
                 CondensedBody::new(self, analysis, memory)
@@ -153,7 +153,8 @@ impl CondensedBody {
         model: FeModel,
         contact_nodes: &[usize],
         cache: &FlexibilityCache,
-        (memory, keep): (MemoryLimit, CacheContents),
+        memory: MemoryLimit,
+        keep: CacheContents,
     ) -> Result<Self> {
         let wanted = keep == CacheContents::FlexibilityAndFactor
             || model.has_own_loads()

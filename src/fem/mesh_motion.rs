@@ -42,7 +42,8 @@ const ELEMENTS_PER_BATCH: usize = 512;
 pub(crate) fn move_mesh(
     spec: &FeSpec,
     contact: &[SurfaceFace],
-    (motion, axes): (&[Option<Point>], &Triad),
+    motion: &[Option<Point>],
+    axes: &Triad,
     memory: &MemoryLimit,
 ) -> Result<Mesh> {
     let regions = ElementMaterials::new(spec)?;
@@ -50,7 +51,7 @@ pub(crate) fn move_mesh(
     let mut points = spec.mesh.points.clone();
     let faces = solid_faces(&spec.mesh);
     let along = |component: usize| {
-        motion_constraints(spec, &regions, (&faces, contact), &axes.0.column(component).into())
+        motion_constraints(spec, &regions, &faces, contact, &axes.0.column(component).into())
     };
     let all_held = [along(0)?, along(1)?, along(2)?];
     let motion = project_onto_planes(motion, &all_held);
@@ -115,7 +116,8 @@ enum MotionConstraint {
 fn motion_constraints(
     spec: &FeSpec,
     regions: &ElementMaterials,
-    (faces, contact): (&[SolidFace], &[SurfaceFace]),
+    faces: &[SolidFace],
+    contact: &[SurfaceFace],
     axis: &Point,
 ) -> Result<Vec<MotionConstraint>> {
     let mesh = &spec.mesh;

@@ -84,8 +84,7 @@ impl FeModel {
                 ElementContext { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
             let foundations = foundation::foundation_faces(&spec)?;
             loads.faces.extend(foundations.iter().map(|foundation| foundation.face));
-            let (mut stiffness, prescribed_dof_forces) =
-                assemble(elements, &foundations, (&dof_map, &graph))?;
+            let (mut stiffness, prescribed_dof_forces) = assemble(elements, &foundations, &dof_map, &graph)?;
             let mut generalised_inverse = None;
             if let Some(motions) = free {
                 let volumes = node_volumes(&spec, &regions, &rules);

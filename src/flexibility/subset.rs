@@ -42,7 +42,8 @@ impl SubsetFlexibility {
     fn apply_whole(
         &self,
         planes: usize,
-        (values, out): (&[f64], &mut [f64]),
+        values: &[f64],
+        out: &mut [f64],
         product: impl FnOnce(&[f64], &mut [f64]) -> bool,
     ) -> bool {
         let (n, m) = (self.whole.n_cells(), self.cells.len());
@@ -77,7 +78,7 @@ impl Flexibility for SubsetFlexibility {
             self.whole.apply(whole, result);
             true
         };
-        self.apply_whole(3, (tractions, gap), product);
+        self.apply_whole(3, tractions, gap, product);
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
@@ -85,7 +86,7 @@ impl Flexibility for SubsetFlexibility {
             self.whole.apply_normal(whole, result);
             true
         };
-        self.apply_whole(1, (pressure, normal_gap), product);
+        self.apply_whole(1, pressure, normal_gap, product);
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
@@ -109,12 +110,12 @@ impl Flexibility for SubsetFlexibility {
     /// is symmetric positive definite.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition_normal(whole, result);
-        self.apply_whole(1, (normal_gap, pressure), product)
+        self.apply_whole(1, normal_gap, pressure, product)
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition(whole, result);
-        self.apply_whole(3, (gap, tractions), product)
+        self.apply_whole(3, gap, tractions, product)
     }
 }
 
@@ -130,7 +131,7 @@ impl TangentialFlexibility for SubsetFlexibility {
             self.whole_tangential().apply_tangential(whole, result);
             true
         };
-        self.apply_whole(2, (tractions, gap), product);
+        self.apply_whole(2, tractions, gap, product);
     }
 
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
@@ -138,7 +139,7 @@ impl TangentialFlexibility for SubsetFlexibility {
             self.whole_tangential().precondition_tangential(whole, result);
             true
         };
-        self.apply_whole(2, (gap, tractions), product);
+        self.apply_whole(2, gap, tractions, product);
     }
 }
 

@@ -245,7 +245,8 @@ pub(super) fn is_covered(frame: &ContactFrame, cell: usize, cover: &CellCoverage
 pub(super) fn refuse_uncovered(
     frame: &ContactFrame,
     covers: &[CellCoverage],
-    (side, faces): (Side, &[SurfaceFace]),
+    faces: &[SurfaceFace],
+    side: Side,
 ) -> Result<()> {
     let is_bad = |&cell: &usize| {
         let cover = &covers[cell];

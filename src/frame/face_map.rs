@@ -66,7 +66,7 @@ impl FaceMap {
     /// the projection along the cell's normal does not count as covering the cell.
     pub fn new(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<Self> {
         let own_node = |face: usize, local: usize| vec![(faces[face].nodes[local], 1.0)];
-        Self::with_basis(frame, mesh, (side, faces), own_node)
+        Self::with_basis(frame, mesh, faces, side, own_node)
     }
 
     /// As [`Self::new`], for other basis functions than shape functions, with indices in place of node numbers.
@@ -78,13 +78,14 @@ impl FaceMap {
     pub fn with_basis(
         frame: &ContactFrame,
         mesh: &Mesh,
-        (side, faces): (Side, &[SurfaceFace]),
+        faces: &[SurfaceFace],
+        side: Side,
         parts: impl Fn(usize, usize) -> Vec<(usize, f64)> + Sync,
     ) -> Result<Self> {
         let space = FacetIndex::new(mesh, faces, side);
         let cover = |cell: usize| space.cover_of(frame, cell, &parts);
         let found: Vec<CellCoverage> = (0..frame.n_cells()).into_par_iter().map(cover).collect();
-        refuse_uncovered(frame, &found, (side, faces))?;
+        refuse_uncovered(frame, &found, faces, side)?;
         let mut nodes: Vec<usize> = found.iter().flat_map(|c| c.weights.iter().map(|w| w.0)).collect();
         nodes.sort_unstable();
         nodes.dedup();

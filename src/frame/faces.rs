@@ -90,7 +90,7 @@ impl FrameBuilder {
     /// Adds the cell with `corners`, counter-clockwise seen against its normal; its local x follows `toward`. `None` if it has no
     /// area.
     pub(super) fn push(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
-        self.push_part(corners, (false, [false; 3]), toward)
+        self.push_part(corners, false, [false; 3], toward)
     }
 
     /// Adds a cell that symmetry planes cut, by the `corners` of its part in the model ([`reflect_cell`]). Its axes and its centre
@@ -98,7 +98,8 @@ impl FrameBuilder {
     pub(super) fn push_part(
         &mut self,
         corners: Vec<Point>,
-        (open, planes): (bool, [bool; 3]),
+        open: bool,
+        planes: [bool; 3],
         toward: Point,
     ) -> Option<()> {
         let whole = reflect_cell(&corners, open, planes);

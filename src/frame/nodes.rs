@@ -36,8 +36,10 @@ impl ContactFrame {
     /// As [`ContactFrame::from_faces`], and if a face is of second order.
     pub fn from_nodes(
         mesh: &Mesh,
-        (group, side): (&str, Side),
-        (center, azimuth): ([f64; 2], f64),
+        group: &str,
+        side: Side,
+        center: [f64; 2],
+        azimuth: f64,
         planes: &SymmetryNodes,
     ) -> Result<Self> {
         let faces = group_faces(mesh, group).context(|| format!("contact frame of {}", side.name()))?;
@@ -51,7 +53,7 @@ impl ContactFrame {
             while !rest.is_empty() {
                 let (corners, open) = next_fan(mesh, node, &mut rest);
                 let planes = planes.get(&node).copied().unwrap_or_default();
-                cells.push_part(corners, (open, planes), toward).ok_or_else(|| {
+                cells.push_part(corners, open, planes, toward).ok_or_else(|| {
                     Error::input(format!(
                         "the contact faces around the node at {} of {} have no area: fix the mesh there",
                         format_point(&mesh.points[node]),

@@ -84,7 +84,7 @@ impl PackedSymmetric {
         parts
             .par_chunks_exact_mut(self.n)
             .zip(&self.stripes)
-            .for_each(|(part, rows)| self.multiply_stripe(rows.clone(), (x, filled), part));
+            .for_each(|(part, rows)| self.multiply_stripe(rows.clone(), x, filled, part));
         y.copy_from_slice(&parts[(N_STRIPES - 1) * self.n..]);
         for (part, rows) in parts.chunks_exact(self.n).zip(&self.stripes).take(N_STRIPES - 1) {
             y[..rows.end].iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
@@ -94,12 +94,12 @@ impl PackedSymmetric {
     /// Contribution of the stored rows `rows` and of their mirror images to the product, in `part[..rows.end]`.
     ///
     /// `filled` are the ranges of x that may contain non-zeros.
-    fn multiply_stripe(&self, rows: Range<usize>, (x, filled): (&[f64], &[Range<usize>]), part: &mut [f64]) {
+    fn multiply_stripe(&self, rows: Range<usize>, x: &[f64], filled: &[Range<usize>], part: &mut [f64]) {
         part[..rows.end].fill(0.0);
         let mut i = rows.start;
         while i + ROWS_PER_BLOCK <= rows.end {
             if x[i..i + ROWS_PER_BLOCK].iter().all(|value| *value == 0.0) {
-                self.dot_rows(i, (x, filled), part);
+                self.dot_rows(i, x, filled, part);
             } else {
                 self.multiply_rows(i, x, part);
             }
@@ -143,7 +143,7 @@ impl PackedSymmetric {
     /// `filled`.
     ///
     /// The order of summation is the same as in [`Self::multiply_rows`], so the bits are the same.
-    fn dot_rows(&self, i: usize, (x, filled): (&[f64], &[Range<usize>]), part: &mut [f64]) {
+    fn dot_rows(&self, i: usize, x: &[f64], filled: &[Range<usize>], part: &mut [f64]) {
         let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
         let mut sums = [[0.0; COLUMNS_PER_BLOCK]; ROWS_PER_BLOCK];
@@ -244,7 +244,7 @@ mod tests {
             let empty = |i: &usize| x[*i..*i + ROWS_PER_BLOCK].iter().all(|value| *value == 0.0);
             for i in (0..n - ROWS_PER_BLOCK).filter(empty) {
                 let (mut fast, mut whole) = (vec![0.0; n], vec![0.0; n]);
-                matrix.dot_rows(i, (&x, &filled), &mut fast);
+                matrix.dot_rows(i, &x, &filled, &mut fast);
                 matrix.multiply_rows(i, &x, &mut whole);
                 assert_eq!(fast, whole, "{kept:?}, rows from {i}");
             }

@@ -104,20 +104,22 @@ pub enum RecoveryLocation<'a> {
 /// If the recovered displacements or stresses do not fit the cells or nodes (kind `Numerical`).
 pub fn surface_grid(
     output: &BodyOutput<'_>,
-    frame: (&ContactFrame, &FrameMesh),
+    frame: &ContactFrame,
+    frame_mesh: &FrameMesh,
     field: &BodyField,
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
     match output.location {
         RecoveryLocation::FrameCells => {
-            frame_surface(frame, field, &output.global_tractions_on_body(frame.0, tractions))
+            frame_surface(frame, frame_mesh, field, &output.global_tractions_on_body(frame, tractions))
         }
-        RecoveryLocation::MeshNodes { mesh, .. } => mesh_surface(output, frame.0, mesh, field, tractions),
+        RecoveryLocation::MeshNodes { mesh, .. } => mesh_surface(output, frame, mesh, field, tractions),
     }
 }
 
 fn frame_surface(
-    (frame, cells): (&ContactFrame, &FrameMesh),
+    frame: &ContactFrame,
+    cells: &FrameMesh,
     field: &BodyField,
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {

@@ -161,8 +161,10 @@ impl CheckpointWriter {
         &mut self,
         output: &mut OutputDir,
         now: CompletedWork,
-        (snapshot, operator_history): (S, &OperatorHistory),
-        (written, files): (&WrittenFields, &[StagedFile]),
+        snapshot: S,
+        operator_history: &OperatorHistory,
+        written: &WrittenFields,
+        files: &[StagedFile],
     ) -> Result<()> {
         output.keep_staged_files()?;
         let kept = CheckpointDataRef {
@@ -236,7 +238,7 @@ mod tests {
         let files = output.files().to_vec();
         let mut keeper = keeper(0.0, 0);
         keeper
-            .write(&mut output, progress(1, 0), ("state", &course), (&WrittenFields::default(), &files))
+            .write(&mut output, progress(1, 0), "state", &course, &WrittenFields::default(), &files)
             .unwrap();
         let found = checkpoint::read(dir.path()).unwrap().unwrap();
         let kept: CheckpointData<String> = found.state().unwrap();

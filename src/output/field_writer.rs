@@ -151,21 +151,23 @@ impl<'a> FieldWriter<'a> {
     pub fn write_entry(
         &mut self,
         output: &mut OutputDir,
-        (number, record): (usize, &IncrementRecord),
-        (state, inside): (&FrameState, Vec<PointStates>),
+        number: usize,
+        record: &IncrementRecord,
+        state: &FrameState,
+        inside: Vec<PointStates>,
     ) -> Result<()> {
         if !self.selects(record) {
             return Ok(());
         }
         self.written.last_entry = number;
         if self.kinds.contains(&FieldKind::Vtu) {
-            let grid = frame_grid(self.frame, (self.frame_mesh(), &self.surface), state)?;
+            let grid = frame_grid(self.frame, self.frame_mesh(), &self.surface, state)?;
             self.write_grid(output, "frame", &grid)?;
         }
         for body in self.bodies.clone() {
             let meshed = matches!(body.location, RecoveryLocation::MeshNodes { .. });
             if self.kinds.contains(&FieldKind::Vtu) || (meshed && FieldKind::require_stress(&self.kinds)) {
-                self.write_body(output, &body, (record, state))
+                self.write_body(output, &body, record, state)
                     .context(|| format!("fields of {}", body.side.key()))?;
             }
         }
@@ -230,7 +232,8 @@ impl<'a> FieldWriter<'a> {
         &mut self,
         output: &mut OutputDir,
         body: &BodyOutput<'a>,
-        (record, state): (&IncrementRecord, &FrameState),
+        record: &IncrementRecord,
+        state: &FrameState,
     ) -> Result<()> {
         let (name, wanted) = (body.side.key(), self.kinds.clone());
         let tractions = planes_to_triples(&state.tractions, self.frame.n_cells(), "traction")?;
@@ -248,7 +251,7 @@ impl<'a> FieldWriter<'a> {
         }
         let meshed = matches!(body.location, RecoveryLocation::MeshNodes { .. });
         if wanted.contains(&FieldKind::Vtu) || (meshed && wanted.contains(&FieldKind::Stress)) {
-            let grid = surface_grid(body, (self.frame, self.frame_mesh()), &field, &tractions)?;
+            let grid = surface_grid(body, self.frame, self.frame_mesh(), &field, &tractions)?;
             self.write_grid(output, name, &grid)?;
         }
         if let RecoveryLocation::MeshNodes { mesh, .. } = body.location
@@ -285,6 +288,6 @@ impl<'a> FieldWriter<'a> {
             output.write_text("loops.svg", &loops_svg(&loops, &summary.units))?;
             output.write_text("loops.csv", &loops_csv(&summary.loops)?)?;
         }
-        pictures.write((self.frame, &self.surface), output, summary)
+        pictures.write(self.frame, &self.surface, output, summary)
     }
 }

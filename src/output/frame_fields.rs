@@ -87,7 +87,8 @@ fn extent(frame: &ContactFrame) -> f64 {
 /// If a field has the wrong length (kind `Numerical`).
 pub fn frame_grid(
     frame: &ContactFrame,
-    (mesh, surface): (&FrameMesh, &SurfaceProperties),
+    mesh: &FrameMesh,
+    surface: &SurfaceProperties,
     state: &FrameState,
 ) -> Result<UnstructuredGrid> {
     let n = frame.n_cells();

@@ -161,7 +161,8 @@ impl CheckpointState<'_> {
         output: &mut OutputDir,
         records: &[IncrementRecord],
         fields: Option<&FieldWriter<'_>>,
-        (moment, interrupted): (CheckpointEvent, bool),
+        moment: CheckpointEvent,
+        interrupted: bool,
         snapshot: &dyn Fn() -> RunCheckpoint,
     ) -> Result<()> {
         if matches!(moment, CheckpointEvent::Entry | CheckpointEvent::StepEnd) {
@@ -182,7 +183,7 @@ impl CheckpointState<'_> {
             Some((written, files)) => (written, files.clone()),
             None => (fields.map_or(&nothing, |fields| &fields.written), output.files().to_vec()),
         };
-        self.writer.write(output, now, (snapshot(), &self.operator_history), (written, &files))
+        self.writer.write(output, now, snapshot(), &self.operator_history, written, &files)
     }
 }
 
@@ -214,7 +215,7 @@ impl Observer for Recorder<'_> {
         self.records.push(record.clone());
         let (Some(fields), Some(output)) = (&mut self.fields, &mut self.output) else { return Ok(()) };
         let (mark, files) = (fields.rollback_mark(), output.files().len());
-        let written = fields.write_entry(output, (self.records.len(), record), (state, inside));
+        let written = fields.write_entry(output, self.records.len(), record, state, inside);
         if written.as_ref().is_err_and(|error| error.kind() == ErrorKind::Interrupted) {
             // Discard the entry; a resumed run computes it again.
             fields.roll_back(mark);
@@ -232,7 +233,8 @@ impl Observer for Recorder<'_> {
                 output,
                 &self.records,
                 self.fields.as_ref(),
-                (moment, interrupted),
+                moment,
+                interrupted,
                 snapshot,
             ),
             _ => Ok(()),

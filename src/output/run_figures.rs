@@ -59,7 +59,8 @@ impl RunFigures {
     /// If a file cannot be written (kind `Resources`).
     pub fn write(
         &self,
-        (frame, surface): (&ContactFrame, &SurfaceProperties),
+        frame: &ContactFrame,
+        surface: &SurfaceProperties,
         output: &mut OutputDir,
         summary: &Summary,
     ) -> Result<()> {
@@ -68,33 +69,33 @@ impl RunFigures {
         }
         let units = &summary.units;
         for (kind, name) in MAPS {
-            if let Some(picture) = maps_svg((frame, surface), &self.steps, kind, units) {
+            if let Some(picture) = maps_svg(frame, surface, &self.steps, kind, units) {
                 output.write_text(name, &picture)?;
             }
         }
         // Around a bore two cells can have the same x and y, and a profile would mix them.
         if frame.is_single_valued() {
-            output.write_text("profiles.svg", &self.profiles((frame, surface), units))?;
+            output.write_text("profiles.svg", &self.profiles(frame, surface, units))?;
         }
         output.write_text("history.svg", &history_svg(&summary.steps, units))
     }
 
     /// Draws profiles of tractions and wear depth along the surface axes e1 and e2, in up to two rows of panels per step.
-    fn profiles(&self, (frame, surface): (&ContactFrame, &SurfaceProperties), units: &Units) -> String {
+    fn profiles(&self, frame: &ContactFrame, surface: &SurfaceProperties, units: &Units) -> String {
         let mut panels = Vec::new();
         for kept in &self.steps {
             let through = profile_center(frame, surface, kept);
             let lines = [0.0, std::f64::consts::FRAC_PI_2]
                 .map(|turn| ProfileLine { through, angle: surface.e1_angle + turn });
             for (line, axis) in lines.iter().zip(["e1", "e2"]) {
-                panels.push(traction_panel(frame, kept, (line, axis, surface.e1_angle), units));
+                panels.push(traction_panel(frame, surface, kept, line, axis, units));
             }
             let worn = deepest(kept);
             if worn > 0.0
                 && worn >= MIN_RELATIVE_WEAR_DEPTH * self.steps.iter().map(deepest).fold(0.0, f64::max)
             {
                 for (line, axis) in lines.iter().zip(["e1", "e2"]) {
-                    panels.push(wear_panel((frame, surface), kept, (line, axis), units));
+                    panels.push(wear_panel(frame, surface, kept, line, axis, units));
                 }
             }
         }
@@ -129,14 +130,16 @@ fn distance_label(line: &ProfileLine, axis: &str, units: &Units) -> String {
 
 fn traction_panel(
     frame: &ContactFrame,
+    surface: &SurfaceProperties,
     kept: &StepEndFields,
-    (line, axis, e1): (&ProfileLine, &str, f64),
+    line: &ProfileLine,
+    axis: &str,
     units: &Units,
 ) -> Canvas {
     let n = frame.n_cells();
     let plane = |k: usize| kept.tractions.get(k * n..(k + 1) * n).map_or(vec![0.0; n], <[f64]>::to_vec);
     let [x, y, pressure] = [plane(0), plane(1), plane(2)];
-    let (sin, cos) = e1.sin_cos();
+    let (sin, cos) = surface.e1_angle.sin_cos();
     // Tractions on body 1, like the forces: opposite to the tractions on body 2.
     let turned = |a: f64, b: f64| x.iter().zip(&y).map(|(x, y)| 0.0 - a * x - b * y).collect::<Vec<f64>>();
     let fields = [("pressure", pressure), ("q1", turned(cos, sin)), ("q2", turned(-sin, cos))];
@@ -157,9 +160,11 @@ fn traction_panel(
 }
 
 fn wear_panel(
-    (frame, surface): (&ContactFrame, &SurfaceProperties),
+    frame: &ContactFrame,
+    surface: &SurfaceProperties,
     kept: &StepEndFields,
-    (line, axis): (&ProfileLine, &str),
+    line: &ProfileLine,
+    axis: &str,
     units: &Units,
 ) -> Canvas {
     let [body1, body2] = surface.wear_depth_by_body(&kept.wear_depth);
@@ -237,7 +242,7 @@ mod tests {
         let fibre = SurfaceFibre { side: Side::Lower, tilt: 0.3, azimuth: 30_f64.to_radians() };
         let surface = SurfaceProperties { e1_angle: fibre.azimuth, fibres: vec![fibre], wear_share: 1.0 };
         let pictures = RunFigures { steps: vec![kept] };
-        let text = pictures.profiles((&frame, &surface), &Units::default());
+        let text = pictures.profiles(&frame, &surface, &Units::default());
         let levels: Vec<f64> = text
             .lines()
             .filter(|line| line.contains("stroke-width=\"1.8\"") && line.contains('L'))

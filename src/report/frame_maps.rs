@@ -59,7 +59,7 @@ impl Frames {
                     "{name} is omitted: its frame has {} cells; at most {MAX_MAP_CELLS} are shown",
                     grid.n_cells()
                 )),
-                Ok(grid) => frames.add(grid, (files[index].0, entries[index]), &axes, &mut known),
+                Ok(grid) => frames.add(grid, files[index].0, entries[index], &axes, &mut known),
                 Err(error) => source.problems.push(format!("{name} is damaged and omitted: {error}")),
             }
         }
@@ -69,7 +69,8 @@ impl Frames {
     fn add(
         &mut self,
         grid: VtuGrid,
-        (number, entry): (usize, Option<usize>),
+        number: usize,
+        entry: Option<usize>,
         axes: &MapPlane,
         known: &mut Vec<VtuGrid>,
     ) {

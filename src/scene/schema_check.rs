@@ -214,18 +214,13 @@ impl<'a> SchemaWalk<'a> {
             };
             if !entries.iter().any(there) {
                 let tag = variant.map(|(tag, _)| join_key(key, tag));
-                self.report_missing_key(name, (key, tag), properties.and_then(|p| p.get(name)));
+                self.report_missing_key(name, key, tag, properties.and_then(|p| p.get(name)));
             }
         }
     }
 
     /// Reports that the table at `key` lacks `name`. `tag` is the key that selects the kind of table.
-    fn report_missing_key(
-        &mut self,
-        name: &str,
-        (key, tag): (&str, Option<String>),
-        schema: Option<&'a Json>,
-    ) {
+    fn report_missing_key(&mut self, name: &str, key: &str, tag: Option<String>, schema: Option<&'a Json>) {
         let what = schema
             .and_then(|s| s.get("description").or(self.dereference(s).get("description")))
             .and_then(Json::as_str)

@@ -41,13 +41,13 @@ pub fn grown_frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFr
         return Ok(start);
     }
     let axes = continuing_axes(plan, &start)?;
-    let frame = enlarged(plan, (&start, axes), growths)
+    let frame = enlarged(plan, &start, axes, growths)
         .map_err(|error| SceneError { error, key: "frame.grow".to_owned() })?;
     with_ends(plan, frame)
 }
 
 /// The frame `start` with more cells along the `axes` along which the bodies continue.
-fn enlarged(plan: &Plan, (start, axes): (&ContactFrame, [bool; 2]), growths: usize) -> Result<ContactFrame> {
+fn enlarged(plan: &Plan, start: &ContactFrame, axes: [bool; 2], growths: usize) -> Result<ContactFrame> {
     let Some(grid) = start.whole_grid() else { return Err(no_grid()) };
     let more_cells = |n: usize| if growths < MAX_GROWTHS { n.div_ceil(4) } else { n / 2 };
     let more = [0, 1].map(|axis| if axes[axis] { more_cells(grid.cells[axis]) } else { 0 });

@@ -52,7 +52,7 @@ pub(crate) fn expected_omitted_work(
         && !bodies_couple_normal_tangential(plan, frame, summed)?;
     let operator =
         OperatorOmissions { grid: grid.is_some(), windows: solves_windows(grid, &options), uncoupled };
-    let of_contact = omitted_contact_work(&plan.friction, &plan.wear, &plan.steps, (&options, operator));
+    let of_contact = omitted_contact_work(&plan.friction, &plan.wear, &plan.steps, &options, operator);
     skipped.extend(omitted_by_plan(plan, frame));
     skipped.extend(of_contact);
     Ok(skipped)

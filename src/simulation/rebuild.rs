@@ -50,8 +50,9 @@ pub(super) struct Rebuilt<'p> {
     pub cell_map: Option<Vec<usize>>,
 }
 
-/// Builds simulations on a given frame or the plan's frame.
-pub(super) struct SimulationBuilder<'a> {
+/// Builds simulations of a plan on a given frame or the plan's frame.
+pub(super) struct SimulationBuilder<'a, 'p> {
+    pub plan: &'p Plan,
     /// Frame that was made for another plan and that this run also uses.
     pub frame: Option<&'a ContactFrame>,
     /// Receives progress events.
@@ -60,56 +61,53 @@ pub(super) struct SimulationBuilder<'a> {
     pub stop: &'a AtomicBool,
 }
 
-impl SimulationBuilder<'_> {
+impl<'p> SimulationBuilder<'_, 'p> {
     /// Builds the simulation of the plan with the meshes as moved so far. Its frame is the plan's frame as enlarged so far, or the
     /// shared frame.
-    pub fn build<'p>(
-        &mut self,
-        plan: &'p Plan,
-        rebuilds: &RebuildState,
-    ) -> std::result::Result<Simulation<'p>, SceneError> {
-        let larger = frame_of_state(plan, rebuilds)?;
+    pub fn build(&mut self, rebuilds: &RebuildState) -> std::result::Result<Simulation<'p>, SceneError> {
+        let larger = frame_of_state(self.plan, rebuilds)?;
         let frame = larger.as_ref().or(self.frame);
-        let meshes = worn_meshes(plan, frame, &rebuilds.mesh_updates.wear_depth_at_last_update)?;
-        simulation::build_with(plan, (frame, meshes), self.show, self.stop)
+        let meshes = worn_meshes(self.plan, frame, &rebuilds.mesh_updates.wear_depth_at_last_update)?;
+        simulation::build_with(self.plan, frame, meshes, self.show, self.stop)
     }
 
-    fn grow_frame<'p>(
+    fn grow_frame(
         &mut self,
-        plan: &'p Plan,
-        (simulation, checkpoint): (Simulation<'p>, RunCheckpoint),
+        simulation: Simulation<'p>,
+        checkpoint: RunCheckpoint,
         rebuilds: &RebuildState,
     ) -> std::result::Result<Rebuilt<'p>, SceneError> {
         let outgrown = simulation.into_frame_growth(checkpoint);
         let frame_growths = rebuilds.frame_growths + 1;
-        let frame = grown_frame::grown_frame(plan, frame_growths)?;
-        outgrown.ensure_half_spaces_fit(plan, &frame)?;
+        let frame = grown_frame::grown_frame(self.plan, frame_growths)?;
+        outgrown.ensure_half_spaces_fit(self.plan, &frame)?;
         let updates = rebuilds.mesh_updates.clone();
         let mesh_updates = match outgrown.frame.grid.zip(frame.grid) {
             Some((before, now)) => updates.transfer_to(&before.indices_in(&now), frame.n_cells()),
             None => updates,
         };
         let rebuilds = RebuildState { frame_growths, mesh_updates };
-        let simulation = self.build(plan, &rebuilds)?;
-        let (checkpoint, cell_map) = outgrown.transfer_to(plan, &simulation).at("frame.grow")?;
+        let simulation = self.build(&rebuilds)?;
+        let (checkpoint, cell_map) = outgrown.transfer_to(self.plan, &simulation).at("frame.grow")?;
         Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map: Some(cell_map) })
     }
 
-    fn move_meshes<'p>(
+    fn move_meshes(
         &mut self,
-        plan: &'p Plan,
-        (simulation, checkpoint): (Simulation<'p>, RunCheckpoint),
-        (rebuilds, meshes): (&RebuildState, WornMeshes),
+        simulation: Simulation<'p>,
+        checkpoint: RunCheckpoint,
+        rebuilds: &RebuildState,
+        meshes: WornMeshes,
     ) -> std::result::Result<Rebuilt<'p>, SceneError> {
         let rebuilds = RebuildState {
             mesh_updates: rebuilds.mesh_updates.after_update(checkpoint.wear_depth()),
             ..*rebuilds
         };
-        let larger = frame_of_state(plan, &rebuilds)?;
+        let larger = frame_of_state(self.plan, &rebuilds)?;
         let outdated = simulation.into_stiffness_update(checkpoint);
         let frame = larger.as_ref().or(self.frame);
-        let simulation = simulation::build_with(plan, (frame, meshes), self.show, self.stop)?;
-        let checkpoint = outdated.transfer_to(plan, &simulation).at("wear.move_mesh")?;
+        let simulation = simulation::build_with(self.plan, frame, meshes, self.show, self.stop)?;
+        let checkpoint = outdated.transfer_to(self.plan, &simulation).at("wear.move_mesh")?;
         Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map: None })
     }
 
@@ -117,16 +115,16 @@ impl SimulationBuilder<'_> {
     ///
     /// # Errors
     /// If the next simulation cannot be built, the state cannot be transferred to it, or the run was cancelled meanwhile.
-    pub fn rebuild<'p>(
+    pub fn rebuild(
         &mut self,
-        plan: &'p Plan,
-        (simulation, change): (Simulation<'p>, Change),
+        simulation: Simulation<'p>,
+        change: Change,
         rebuilds: &RebuildState,
     ) -> std::result::Result<Rebuilt<'p>, SceneError> {
         match change {
-            Change::GrownFrame(checkpoint) => self.grow_frame(plan, (simulation, checkpoint), rebuilds),
+            Change::GrownFrame(checkpoint) => self.grow_frame(simulation, checkpoint, rebuilds),
             Change::MovedMeshes(checkpoint, meshes) => {
-                self.move_meshes(plan, (simulation, checkpoint), (rebuilds, meshes))
+                self.move_meshes(simulation, checkpoint, rebuilds, meshes)
             }
             Change::SameOperators(checkpoint) => {
                 let mesh_updates = MeshUpdates { stopped: true, ..rebuilds.mesh_updates.clone() };
@@ -150,8 +148,10 @@ impl Continuation {
     /// cancelled meanwhile, it ends with the results so far.
     pub fn after(
         result: Result<RunResult>,
-        (plan, simulation): (&Plan, &Simulation),
-        (rebuilds, shared): (&RebuildState, bool),
+        plan: &Plan,
+        simulation: &Simulation,
+        rebuilds: &RebuildState,
+        shared: bool,
     ) -> Self {
         let mut result = match result {
             Ok(result) => result,
@@ -160,7 +160,7 @@ impl Continuation {
         let mut checkpoint = match result.suspended.take() {
             None => return Self::End(Ok(result)),
             Some(Suspended::FrameEdge(checkpoint)) => {
-                return Self::on_larger_frame(plan, *checkpoint, result, (rebuilds, shared));
+                return Self::on_larger_frame(plan, *checkpoint, result, rebuilds, shared);
             }
             Some(Suspended::Rebuild(checkpoint)) => checkpoint,
         };
@@ -182,7 +182,8 @@ impl Continuation {
         plan: &Plan,
         checkpoint: RunCheckpoint,
         result: RunResult,
-        (rebuilds, shared): (&RebuildState, bool),
+        rebuilds: &RebuildState,
+        shared: bool,
     ) -> Self {
         let refusal = match shared {
             true => Some(

@@ -85,7 +85,8 @@ impl CheckpointSettings {
 pub fn decide_resume(
     plan: &Plan,
     origin: &Provenance,
-    (output, summary): (&mut OutputDir, &mut Summary),
+    output: &mut OutputDir,
+    summary: &mut Summary,
     say: &mut dyn FnMut(&str),
 ) -> Result<ResumeDecision> {
     if is_finished(plan, output.path()) {

@@ -54,8 +54,8 @@ impl<'a> RunOptions<'a> {
         Self { frame: None, on_progress, observer, stop, checkpoints: None, on_end: None }
     }
 
-    fn builder(&mut self) -> SimulationBuilder<'_> {
-        SimulationBuilder { frame: self.frame, show: &mut *self.on_progress, stop: self.stop }
+    fn builder<'p>(&mut self, plan: &'p Plan) -> SimulationBuilder<'_, 'p> {
+        SimulationBuilder { plan, frame: self.frame, show: &mut *self.on_progress, stop: self.stop }
     }
 }
 
@@ -181,7 +181,7 @@ impl<'p> Segment<'p> {
         });
         let records =
             saved.as_ref().map_or_else(Vec::new, |saved| saved.checkpoint_data.snapshot.records().to_vec());
-        let simulation = match catch_panic(plan, || options.builder().build(plan, &rebuilds)) {
+        let simulation = match catch_panic(plan, || options.builder(plan).build(&rebuilds)) {
             Ok(simulation) => simulation,
             Err(failure) => {
                 return Err((Box::new(Recorder::writing_to(output).with_records(records)), failure));
@@ -213,12 +213,14 @@ impl<'p> Segment<'p> {
     /// As [`SimulationBuilder::rebuild`]. Also returns a recorder that writes the remaining output.
     fn next(
         plan: &'p Plan,
-        (simulation, change): (Simulation<'p>, Change),
+        simulation: Simulation<'p>,
+        change: Change,
         mut parts: RecorderParts,
-        (rebuilds, options): (&RebuildState, &mut RunOptions<'_>),
+        rebuilds: &RebuildState,
+        options: &mut RunOptions<'_>,
     ) -> std::result::Result<Self, (Box<FinalParts>, SceneError)> {
         let last = (simulation.model().frame.clone(), simulation.surface());
-        match catch_panic(plan, || options.builder().rebuild(plan, (simulation, change), rebuilds)) {
+        match catch_panic(plan, || options.builder(plan).rebuild(simulation, change, rebuilds)) {
             Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map }) => {
                 if let Some(places) = cell_map {
                     parts.written = parts.written.transfer_to(&places, simulation.model().frame.n_cells());
@@ -254,7 +256,7 @@ fn run_segments<'p>(
         summary.skipped = initial.1.iter().chain(&simulation.report.skipped).cloned().collect();
         fill_from_build(summary, &simulation);
         summary.mesh_moves = plan.mesh_motion_threshold.map(|_| rebuilds.mesh_updates.count);
-        let mut recorder = segment_recorder(plan, (&simulation, &rebuilds), parts);
+        let mut recorder = segment_recorder(plan, &simulation, &rebuilds, parts);
         recorder.progress = Some(Box::new(&mut *options.on_progress));
         recorder.cancel_flag = Some(options.stop);
         let wear_budget = match WearBudget::new(plan, &simulation, &rebuilds.mesh_updates) {
@@ -270,7 +272,7 @@ fn run_segments<'p>(
         let result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
         let (shared, clock) = (options.frame.is_some(), Instant::now());
         let continuation =
-            catch_panic(plan, || Ok(Continuation::after(result, (plan, &simulation), (&rebuilds, shared))));
+            catch_panic(plan, || Ok(Continuation::after(result, plan, &simulation, &rebuilds, shared)));
         let (change, result) = match continuation {
             Ok(Continuation::Rebuild(change, result)) => (*change, result),
             Ok(Continuation::End(result)) => {
@@ -285,7 +287,7 @@ fn run_segments<'p>(
             summary.timings.add("moving meshes", clock.elapsed().as_secs_f64());
         }
         let parts = recorder.into_parts();
-        segment = match Segment::next(plan, (simulation, change), parts, (&rebuilds, options)) {
+        segment = match Segment::next(plan, simulation, change, parts, &rebuilds, options) {
             Ok(next) => next,
             Err((last, failure)) => {
                 let result = if grows && failure.error.kind() != ErrorKind::Interrupted {
@@ -293,7 +295,7 @@ fn run_segments<'p>(
                 } else {
                     result.ended_by(failure.error)
                 };
-                let recorder = final_recorder(plan, (&last.frame, last.surface), last.parts);
+                let recorder = final_recorder(plan, &last.frame, last.surface, last.parts);
                 return conclude(recorder, options.on_end.as_mut(), result, summary);
             }
         };
@@ -313,7 +315,8 @@ fn fill_from_build(summary: &mut Summary, simulation: &Simulation) {
 /// Recorder of a segment with its output, earlier records and checkpoints.
 fn segment_recorder<'r>(
     plan: &Plan,
-    (simulation, rebuilds): (&'r Simulation<'_>, &RebuildState),
+    simulation: &'r Simulation<'_>,
+    rebuilds: &RebuildState,
     RecorderParts { output, records, written, checkpoint_writer }: RecorderParts,
 ) -> Recorder<'r> {
     let mut fields = FieldWriter::new(&simulation.model().frame, simulation.outputs(), &plan.output.fields);
@@ -333,7 +336,8 @@ fn segment_recorder<'r>(
 /// Recorder that writes the remaining output after the last segment, without its bodies.
 fn final_recorder<'r>(
     plan: &Plan,
-    (frame, surface): (&'r ContactFrame, SurfaceProperties),
+    frame: &'r ContactFrame,
+    surface: SurfaceProperties,
     parts: RecorderParts,
 ) -> Recorder<'r> {
     let mut fields = FieldWriter::new(frame, Vec::new(), &plan.output.fields);

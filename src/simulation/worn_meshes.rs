@@ -33,7 +33,7 @@ pub fn worn_meshes(
     for (index, fe, part) in worn_bodies(plan) {
         let depth: Vec<f64> = worn.iter().map(|depth| part * depth).collect();
         let spec = fe.fem_spec(BODY_KEYS[index]);
-        let mesh = worn_mesh(&spec, (&fe.contact, SIDES[index]), (frame, &depth), &plan.memory_limit);
+        let mesh = worn_mesh(&spec, &fe.contact, SIDES[index], frame, &depth, &plan.memory_limit);
         meshes[index] = Some(Arc::new(mesh.at(BODY_KEYS[index])?));
     }
     Ok(meshes)

@@ -227,7 +227,7 @@ impl StudyPlots<'_> {
                     _ => ("increment".to_owned(), Scale::Whole),
                 };
                 let title = self.title(quantity, &[family], &choice);
-                self.add_chart(&mut panels, quantity, title, (x, scale), series);
+                self.add_chart(&mut panels, quantity, title, x, scale, series);
             }
         }
         panels
@@ -253,7 +253,7 @@ impl StudyPlots<'_> {
                     let axis = &self.axes()[over];
                     let scale = if axis.is_numeric() { Scale::Linear } else { Scale::Whole };
                     let title = self.title(quantity, &free, &choice);
-                    self.add_chart(&mut panels, quantity, title, (axis_words(axis), scale), series);
+                    self.add_chart(&mut panels, quantity, title, axis_words(axis), scale, series);
                 }
             }
         }
@@ -300,7 +300,8 @@ impl StudyPlots<'_> {
         panels: &mut Panels,
         quantity: &CollectedQuantity,
         title: String,
-        (x, scale): (String, Scale),
+        x: String,
+        scale: Scale,
         series: Vec<Series>,
     ) {
         if series.iter().any(|series| !series.points.is_empty()) {

@@ -98,8 +98,8 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let axes = axes(&document, &keys, overrides, &mut mistakes);
     let choices = choices(&document, &keys, &axes, &mut mistakes);
     let mut output_mistakes = Vec::new();
-    let collect = quantities(&document, (&keys.output.collect, "collect"), &mut output_mistakes);
-    let curves = quantities(&document, (&keys.output.curves, "curves"), &mut output_mistakes);
+    let collect = quantities(&document, &keys.output.collect, "collect", &mut output_mistakes);
+    let curves = quantities(&document, &keys.output.curves, "curves", &mut output_mistakes);
     let here = document.folder == Path::new(".");
     let scene = if here { PathBuf::from(&keys.study.scene) } else { document.folder.join(&keys.study.scene) };
     if !scene.is_file() {
@@ -187,7 +187,8 @@ fn read_keys(path: &Path) -> Result<(Document, StudyFile, Vec<Diagnostic>), Vec<
 /// Quantities of the list `output.<key>`. Errors are added to `mistakes`.
 fn quantities(
     document: &Document,
-    (list, key): (&[String], &str),
+    list: &[String],
+    key: &str,
     mistakes: &mut Vec<Diagnostic>,
 ) -> Vec<CollectedQuantity> {
     let parse = |(i, path): (usize, &String)| match CollectedQuantity::parse(path) {

@@ -86,7 +86,7 @@ impl StudyRunner<'_> {
             for _ in 0..shared.parallel_runs {
                 let (sender, next) = (sender.clone(), &next);
                 let builder = std::thread::Builder::new().stack_size(THREAD_STACK_BYTES);
-                let work = move || self.worker(shared.threads_per_run, (numbers, next), &sender);
+                let work = move || self.worker(shared.threads_per_run, numbers, next, &sender);
                 if let Err(error) = builder.spawn_scoped(scope, work) {
                     ended.problems.push(format!("the thread for a run cannot be started: {error}"));
                 }
@@ -117,12 +117,7 @@ impl StudyRunner<'_> {
     }
 
     /// Computes one run after the other until none is left or the study is stopped.
-    fn worker(
-        &self,
-        threads: usize,
-        (numbers, next): (&[usize], &AtomicUsize),
-        said: &Sender<WorkerMessage>,
-    ) {
+    fn worker(&self, threads: usize, numbers: &[usize], next: &AtomicUsize, said: &Sender<WorkerMessage>) {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(threads).spawn_handler(start_pool_thread).build();
         let pool = match pool {
@@ -191,7 +186,7 @@ impl StudyRunner<'_> {
         let mut output = OutputDir::open(&directory).map_err(unkeyed)?;
         let mut checkpoints = CheckpointSettings::for_new_run(&plan).map_err(unkeyed)?;
         if self.resume && plan.accuracy.is_none() {
-            let begun = decide_resume(&plan, &checkpoints.origin, (&mut output, summary), &mut |_| {});
+            let begun = decide_resume(&plan, &checkpoints.origin, &mut output, summary, &mut |_| {});
             if let ResumeDecision::FromCheckpoint(resumed) = begun.map_err(unkeyed)? {
                 checkpoints.from = Some(resumed);
             }

@@ -148,7 +148,7 @@ fn one_cell(kind: ElementKind, corners: &[[f64; 3]], edges: &[(usize, usize)]) -
 fn frame_fields_are_the_planes_by_cell() {
     let (frame, state) = (frame(), state(6));
     let grid =
-        frame_grid(&frame, (&FrameMesh::new(&frame), &SurfaceProperties::default()), &state).expect("a grid");
+        frame_grid(&frame, &FrameMesh::new(&frame), &SurfaceProperties::default(), &state).expect("a grid");
     assert_eq!((grid.points.len(), grid.types.as_slice()), (12, [9; 6].as_slice()), "shared corners");
     let (s, c) = 30_f64.to_radians().sin_cos();
     let traction = reals(&grid.cell_data, "traction");
@@ -180,7 +180,7 @@ fn surfaces_carry_displacement_and_traction() {
         let output = BodyOutput { side, body: &body, location };
         let tractions = [[1.0, 2.0, 3.0]; 4];
         let grid =
-            surface_grid(&output, (&frame, &FrameMesh::new(&frame)), &field, &tractions).expect("a grid");
+            surface_grid(&output, &frame, &FrameMesh::new(&frame), &field, &tractions).expect("a grid");
         assert_eq!((grid.types.as_slice(), grid.points.len()), ([23; 6].as_slice(), 20));
         let (u, t) = (reals(&grid.point_data, "displacement"), reals(&grid.point_data, "traction"));
         for (i, point) in grid.points.iter().enumerate() {
@@ -317,7 +317,7 @@ fn meshio_and_vtk_read_what_was_given() {
 
     let mut files = BTreeMap::new();
     for (i, state) in states.iter().enumerate() {
-        let grid = frame_grid(&frame, (&cells, &SurfaceProperties::default()), state).expect("a grid");
+        let grid = frame_grid(&frame, &cells, &SurfaceProperties::default(), state).expect("a grid");
         files.insert(format!("frame_000{}.vtu", i + 1), json_grid(&grid, false));
         let planes = &state.tractions;
         let tractions: Vec<[f64; 3]> = (0..6).map(|c| [0, 1, 2].map(|k| planes[6 * k + c])).collect();
@@ -325,7 +325,7 @@ fn meshio_and_vtk_read_what_was_given() {
             let mut field = body.body.recover(planes).expect("a field");
             let stress = body.body.recover_stress(planes, &field.displacement, ErrorEstimation::Estimate);
             field.stress = stress.expect("a stress");
-            let grid = surface_grid(body, (&frame, &cells), &field, &tractions).expect("a grid");
+            let grid = surface_grid(body, &frame, &cells, &field, &tractions).expect("a grid");
             files.insert(format!("{}_000{}.vtu", body.side.key(), i + 1), json_grid(&grid, true));
         }
         let volume = volume_grid(&cube, &whole_field(&lower)).expect("a grid");

@@ -97,7 +97,7 @@ fn run(
 ) -> (Outcome, usize) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
-        let study = build_with(plan, (frame, [None, None]), &mut |_| {}, &AtomicBool::new(false));
+        let study = build_with(plan, frame, [None, None], &mut |_| {}, &AtomicBool::new(false));
         let study: Simulation = study.expect("a study");
         let operator = study.model().flexibility.as_ref();
         let from: Option<(RunCheckpoint, OperatorHistory)> = from.map(|from| {

@@ -45,7 +45,8 @@ impl BoundaryElements {
     pub fn new(
         panels: Vec<Panel>,
         interpolation: Interpolation,
-        (stiffness, field): (&Stiffness, FullSpaceField),
+        stiffness: &Stiffness,
+        field: FullSpaceField,
         accuracy: f64,
     ) -> Self {
         let kernels = InfluenceIntegrator::new(stiffness.clone(), field, accuracy);

@@ -108,7 +108,7 @@ impl DoubleLayer<'_> {
 
     /// Adds displacement and gradient at y due to the layer and a traction, times the area. Along r the derivative of the layer
     /// follows from its decay like 1/r²; across r it follows from finite differences.
-    fn add(&self, r: &Point, (traction, area): (Point, f64), sum: &mut DisplacementGradient) {
+    fn add(&self, r: &Point, traction: Point, area: f64, sum: &mut DisplacementGradient) {
         let field = self.kernels.field.at(r);
         let own = self.traction_operator.apply(&field).transpose() * self.density;
         sum.displacement += (field.value * traction - own) * area;
@@ -196,8 +196,10 @@ impl ReferencePart {
 impl QuadraturePoint {
     fn new(
         kernels: &InfluenceIntegrator,
-        (panel, nodes): (&Panel, &ElementNodes),
-        (xi, weight): ([f64; 2], f64),
+        panel: &Panel,
+        nodes: &ElementNodes,
+        xi: [f64; 2],
+        weight: f64,
     ) -> Self {
         let area = panel.area_vector(xi);
         let size = area.norm();
@@ -220,7 +222,8 @@ impl PreparedElement {
         let samples = std::array::from_fn(|i| {
             let points =
                 if i + 1 < min_points { Vec::new() } else { whole.points(&kernels.rules[i]).collect() };
-            points.into_iter().map(|point| QuadraturePoint::new(kernels, (&panel, nodes), point)).collect()
+            let sample = |(xi, weight)| QuadraturePoint::new(kernels, &panel, nodes, xi, weight);
+            points.into_iter().map(sample).collect()
         });
         let patch = whole.linearised_on(&panel);
         Self { panel, samples, min_points, patch }
@@ -248,7 +251,7 @@ impl InfluenceIntegrator {
         let PreparedElement { panel, samples, min_points, patch } = element.prepared;
         match self.quadrature_order.points(patch, y).map(|n| n.max(*min_points)) {
             Some(n) if n <= MAX_STORED_POINTS_PER_SIDE => samples[n - 1].iter().for_each(visit),
-            _ => self.divide(element, y, (ReferencePart::whole(panel.is_triangle()), MOST_DIVISIONS), visit),
+            _ => self.divide(element, y, ReferencePart::whole(panel.is_triangle()), MOST_DIVISIONS, visit),
         }
     }
 
@@ -271,7 +274,7 @@ impl InfluenceIntegrator {
                 traction_operator: &sample.traction_operator,
                 density: displacement,
             };
-            layer.add(&(sample.at - y), (traction, sample.area), sum);
+            layer.add(&(sample.at - y), traction, sample.area, sum);
         });
     }
 
@@ -279,13 +282,11 @@ impl InfluenceIntegrator {
     /// singular) and is set to zero.
     pub fn on_element(&self, element: ElementView, node: usize) -> Influence {
         let mut influence = Influence::zero();
-        let panel = &element.prepared.panel;
         let xi = element.nodes.reference_points()[node];
-        let y = panel.position(xi);
-        let corners = panel.corners();
+        let corners = element.prepared.panel.corners();
         for (k, from) in corners.iter().enumerate() {
             let to = corners[(k + 1) % corners.len()];
-            self.add_polar_triangle(element, (xi, &y), (*from, to, MOST_DIVISIONS), &mut influence);
+            self.add_polar_triangle(element, xi, *from, to, MOST_DIVISIONS, &mut influence);
         }
         influence.double_layer[node] = Matrix3::zeros();
         influence
@@ -308,7 +309,7 @@ impl InfluenceIntegrator {
         let mut sum = Matrix3::zeros();
         for (k, from) in corners.iter().enumerate() {
             let to = corners[(k + 1) % corners.len()];
-            self.add_edge_principal_value(&seen, (*from, to, MOST_DIVISIONS), &mut sum);
+            self.add_edge_principal_value(&seen, *from, to, MOST_DIVISIONS, &mut sum);
         }
         sum
     }
@@ -317,7 +318,9 @@ impl InfluenceIntegrator {
     fn add_edge_principal_value(
         &self,
         seen: &PrincipalValuePoint,
-        (from, to, divisions): (Point, Point, usize),
+        from: Point,
+        to: Point,
+        divisions: usize,
         sum: &mut Matrix3<f64>,
     ) {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
@@ -325,8 +328,8 @@ impl InfluenceIntegrator {
         // The logarithm is singular at the same points as the kernel, and takes two more Gauss points.
         let n = n.map(|n| (n + 2).min(MOST_POINTS));
         if n.is_none() && divisions > 0 {
-            self.add_edge_principal_value(seen, (from, middle, divisions - 1), sum);
-            self.add_edge_principal_value(seen, (middle, to, divisions - 1), sum);
+            self.add_edge_principal_value(seen, from, middle, divisions - 1, sum);
+            self.add_edge_principal_value(seen, middle, to, divisions - 1, sum);
             return;
         }
         let off = (middle - seen.y).cross(&half).norm();
@@ -341,7 +344,8 @@ impl InfluenceIntegrator {
         &self,
         element: ElementView,
         y: &Point,
-        (part, divisions): (ReferencePart, usize),
+        part: ReferencePart,
+        divisions: usize,
         visit: &mut impl FnMut(&QuadraturePoint),
     ) {
         let panel = &element.prepared.panel;
@@ -351,31 +355,34 @@ impl InfluenceIntegrator {
             .map(|n| n.max(element.prepared.min_points));
         if n.is_none() && divisions > 0 {
             for quarter in part.quarters() {
-                self.divide(element, y, (quarter, divisions - 1), visit);
+                self.divide(element, y, quarter, divisions - 1, visit);
             }
             return;
         }
-        for point in part.points(&self.rules[n.unwrap_or(MOST_POINTS) - 1]) {
-            visit(&QuadraturePoint::new(self, (panel, element.nodes), point));
+        for (xi, weight) in part.points(&self.rules[n.unwrap_or(MOST_POINTS) - 1]) {
+            visit(&QuadraturePoint::new(self, panel, element.nodes, xi, weight));
         }
     }
 
-    /// Adds the integral over the triangle between a point of the element and an edge segment. The Jacobian cancels 1/r.
+    /// Adds the integral over the triangle between the point `xi` of the element and an edge segment. The Jacobian cancels 1/r.
     fn add_polar_triangle(
         &self,
         element: ElementView,
-        (xi, y): ([f64; 2], &Point),
-        (from, to, divisions): ([f64; 2], [f64; 2], usize),
+        xi: [f64; 2],
+        from: [f64; 2],
+        to: [f64; 2],
+        divisions: usize,
         influence: &mut Influence,
     ) {
         let panel = &element.prepared.panel;
+        let y = panel.position(xi);
         let middle = [0, 1].map(|c| 0.5 * (from[c] + to[c]));
         let half = 0.5 * (panel.position(to) - panel.position(from));
-        let n = self.quadrature_order.points_along(&panel.position(middle), &half, y);
+        let n = self.quadrature_order.points_along(&panel.position(middle), &half, &y);
         let n = n.map(|n| (n + element.prepared.min_points).min(MOST_POINTS));
         if n.is_none() && divisions > 0 {
-            self.add_polar_triangle(element, (xi, y), (from, middle, divisions - 1), influence);
-            self.add_polar_triangle(element, (xi, y), (middle, to, divisions - 1), influence);
+            self.add_polar_triangle(element, xi, from, middle, divisions - 1, influence);
+            self.add_polar_triangle(element, xi, middle, to, divisions - 1, influence);
             return;
         }
         let cross = (from[0] - xi[0]) * (to[1] - xi[1]) - (from[1] - xi[1]) * (to[0] - xi[0]);
@@ -386,9 +393,9 @@ impl InfluenceIntegrator {
             for &(s, by_s) in radial {
                 let share = 0.5 * (1.0 + s);
                 let at = [0, 1].map(|c| xi[c] + share * (end[c] - xi[c]));
-                let point = (at, 0.25 * by_s * by_t * share * cross.abs());
-                let sample = QuadraturePoint::new(self, (panel, element.nodes), point);
-                self.add(element.nodes, y, &sample, influence);
+                let weight = 0.25 * by_s * by_t * share * cross.abs();
+                let sample = QuadraturePoint::new(self, panel, element.nodes, at, weight);
+                self.add(element.nodes, &y, &sample, influence);
             }
         }
     }

@@ -318,7 +318,7 @@ mod tests {
     fn wrong_responses_show_beside_prescribed_displacements() {
         let stiffness = Stiffness::isotropic(2e5, 0.3).unwrap();
         let field = FullSpaceField::new(&stiffness).unwrap();
-        let elements = BoundaryElements::new(cube(), Interpolation::Constant, (&stiffness, field), 1e-3);
+        let elements = BoundaryElements::new(cube(), Interpolation::Constant, &stiffness, field, 1e-3);
         let positions = elements.positions();
         let base: Vec<bool> = positions.iter().flat_map(|x| [x.z < -0.99; 3]).collect();
         let values: Vec<f64> = base.iter().map(|held| f64::from(u8::from(*held))).collect();

@@ -58,7 +58,7 @@ impl BarnettField {
         // `a` is normal to `t` and to the coordinate axis along which `t` has its smallest component.
         let a = t.cross(&Vector3::ith(t.iamin(), 1.0)).normalize();
         let b = t.cross(&a);
-        let contractions = Contractions::new(&self.stiffness, (&a, &b, &t));
+        let contractions = Contractions::new(&self.stiffness, &a, &b, &t);
         let mut n = DIRECTIONS[0];
         let mut sums = contractions.sums(n, 0.0);
         loop {
@@ -83,7 +83,7 @@ impl BarnettField {
 }
 
 impl Contractions {
-    fn new(stiffness: &Stiffness, (a, b, t): (&Vector3<f64>, &Vector3<f64>, &Vector3<f64>)) -> Self {
+    fn new(stiffness: &Stiffness, a: &Vector3<f64>, b: &Vector3<f64>, t: &Vector3<f64>) -> Self {
         let contract = |u: &Vector3<f64>, v: &Vector3<f64>| {
             Matrix3::from_fn(|i, k| {
                 let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));

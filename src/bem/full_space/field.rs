@@ -45,7 +45,7 @@ impl FullSpaceField {
             return Ok((Self(Form::Closed(closed)), None));
         }
         let symmetry = DirectionSymmetry::Inversion;
-        let (table, note) = CubeTable::load_or_compute((KIND, stiffness), symmetry, cache, || {
+        let (table, note) = CubeTable::load_or_compute(KIND, stiffness, symmetry, cache, || {
             let integrals = BarnettField::new(stiffness);
             CubeTable::new(symmetry, ERROR, std::iter::empty(), |x| Ok((integrals.at(x)?, 0.0)))
         })?;

@@ -71,15 +71,17 @@ impl BeBody {
     /// cannot be solved, or the run is cancelled.
     pub fn new(
         spec: &BeSpec,
-        (contact, side): (&str, Side),
+        contact: &str,
+        side: Side,
         frame: &ContactFrame,
-        (cache, memory): (Option<&Cache>, &MemoryLimit),
+        cache: Option<&Cache>,
+        memory: &MemoryLimit,
     ) -> Result<Self> {
         let build = || {
             let faces = spec.faces(contact)?;
             refuse_crossing(&spec.mesh, &faces, contact)?;
             let (elements, number, (kernel_error, cache_warning)) = spec.elements(cache)?;
-            let map = build_face_map(spec, (&elements, &number), (frame, side), &faces)?;
+            let map = build_face_map(spec, &elements, &number, frame, side, &faces)?;
             let known = spec.nodal_conditions(&elements, &number)?;
             refuse_held(&map, &known, &elements)?;
             let what = format!("a boundary-element body of {} unknowns", 3 * elements.n_nodes());
@@ -156,7 +158,7 @@ impl BeBody {
             };
             let loads = known.values.iter().enumerate().filter(|(dof, _)| !known.held[*dof]);
             RigidBodyMode {
-                relative_motion: relative_motion((free, j), frame, self.side),
+                relative_motion: relative_motion(free, j, frame, self.side),
                 gap: self
                     .map
                     .gap_of_displacement(self.side, |node| free.displacement(&positions[node], j).into()),

@@ -111,8 +111,8 @@ impl BeSpec {
         let (field, note) = FullSpaceField::load_or_compute(&self.stiffness, cache)?;
         let error = field.error();
         let panels = outer.iter().map(panel).collect();
-        let material = (&self.stiffness, field);
-        let elements = BoundaryElements::new(panels, self.interpolation, material, INTEGRATION_TOLERANCE);
+        let elements =
+            BoundaryElements::new(panels, self.interpolation, &self.stiffness, field, INTEGRATION_TOLERANCE);
         let number = outer.iter().enumerate().map(|(i, face)| (face.owner, i)).collect();
         Ok((elements, number, (error, note)))
     }
@@ -200,7 +200,7 @@ impl BeSpec {
         refuse_crossing(&self.mesh, &faces, contact)?;
         let plain = self.with_unit_material()?;
         let (elements, number, _) = plain.elements(None)?;
-        let map = build_face_map(&plain, (&elements, &number), (frame, side), &faces)?;
+        let map = build_face_map(&plain, &elements, &number, frame, side, &faces)?;
         refuse_held(&map, &plain.nodal_conditions(&elements, &number)?, &elements)?;
         let element: Vec<usize> =
             (0..elements.n_elements()).flat_map(|i| elements.nodes_of(i).map(move |_| i)).collect();
@@ -266,8 +266,10 @@ impl BeSpec {
 /// Map from the nodes of the contact faces to the cells.
 pub(super) fn build_face_map(
     spec: &BeSpec,
-    (elements, number): (&BoundaryElements, &HashMap<CellRef, usize>),
-    (frame, side): (&ContactFrame, Side),
+    elements: &BoundaryElements,
+    number: &HashMap<CellRef, usize>,
+    frame: &ContactFrame,
+    side: Side,
     faces: &[SurfaceFace],
 ) -> Result<FaceMap> {
     // Elements of higher order than their faces have additional points.
@@ -292,7 +294,7 @@ pub(super) fn build_face_map(
             elements.reference_nodes_of(element).values(faces[face].kind.face_reference_nodes()[local]);
         elements.nodes_of(element).zip(values).collect()
     };
-    FaceMap::with_basis(frame, &mesh, (side, &faces), values)
+    FaceMap::with_basis(frame, &mesh, &faces, side, values)
 }
 
 pub(super) fn refuse_crossing(mesh: &Mesh, faces: &[SurfaceFace], contact: &str) -> Result<()> {

@@ -24,7 +24,7 @@ use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
 use rayon::prelude::*;
 
 use super::face_outline::outline_loops;
-use super::face_quadrature::{FacePoint, FaceRules};
+use super::face_quadrature::FaceRules;
 use super::far_field::FarField;
 use super::field::HalfSpaceField;
 use super::forces::{FaceId, PatchForces};
@@ -158,24 +158,27 @@ struct FaceLoads<'a> {
     supports: HashMap<usize, f64>,
     /// T⁻¹ b of the weight b, axes of the patch.
     weight: Point,
-    /// Recovery points, and the stress at them due to the body's own loads, global axes, MPa.
-    stress: (&'a RecoveryPoints, &'a [[f64; 6]]),
+    points: &'a RecoveryPoints,
+    /// Stress at `points` due to the body's own loads, global axes, MPa.
+    stress: &'a [[f64; 6]],
     rules: FaceRules,
 }
 
 impl AppliedLoadDisplacement {
-    /// Computes the surface displacement from the response `own` of a body and its recovered `stress`, at the positions of `forces`
-    /// on the patch. `field` is the field of the half-space.
+    /// Computes the surface displacement from the response `own` of a body and its recovered `stress` at `points`, at the positions
+    /// of `forces` on the patch. `field` is the field of the half-space.
     ///
     /// # Errors
     /// If the run is cancelled.
     pub fn new(
         model: &FeModel,
-        (forces, field): (&PatchForces, &HalfSpaceField),
+        forces: &PatchForces,
+        field: &HalfSpaceField,
         own: &AppliedLoadResponse,
-        stress: (&RecoveryPoints, &[[f64; 6]]),
+        points: &RecoveryPoints,
+        stress: &[[f64; 6]],
     ) -> Result<Self> {
-        let on_faces = FaceLoads::new(model, (forces, field), &own.prescribed_motion, stress);
+        let on_faces = FaceLoads::new(model, forces, field, &own.prescribed_motion, points, stress);
         let own_faces = forces.own_faces(model.mesh());
         let (mut loaded, mut others) = (Vec::new(), Vec::new());
         for face in outer_faces(model.mesh()) {
@@ -222,8 +225,10 @@ impl AppliedLoadDisplacement {
     pub fn gap(
         &self,
         far: &FarField,
-        (grid, places): (&Grid, Option<&[usize]>),
-        (field, side): (&HalfSpaceField, Side),
+        grid: &Grid,
+        places: Option<&[usize]>,
+        field: &HalfSpaceField,
+        side: Side,
     ) -> Result<Vec<f64>> {
         let mut gap = far.cell_means(grid, places, &self.at_nodes);
         let n = gap.len() / 3;
@@ -291,9 +296,11 @@ impl PatchLoad {
 impl<'a> FaceLoads<'a> {
     fn new(
         model: &'a FeModel,
-        (forces, field): (&'a PatchForces, &HalfSpaceField),
+        forces: &'a PatchForces,
+        field: &HalfSpaceField,
         supports: &PrescribedMotion,
-        stress: (&'a RecoveryPoints, &'a [[f64; 6]]),
+        points: &'a RecoveryPoints,
+        stress: &'a [[f64; 6]],
     ) -> Self {
         let mut loads: HashMap<FaceId, (f64, Point)> = HashMap::new();
         for (face, pressure, traction) in model.face_loads() {
@@ -304,7 +311,7 @@ impl<'a> FaceLoads<'a> {
         let moved = model.prescribed_dofs().into_iter().zip(supports.deformation.iter().copied());
         let weight = field.normal_derivative(&forces.patch.axes.to_local(&Point::from(model.body_force())));
         let supports = moved.filter(|(_, u)| *u != 0.0).collect();
-        Self { model, forces, loads, supports, weight, stress, rules: FaceRules::new() }
+        Self { model, forces, loads, supports, weight, points, stress, rules: FaceRules::new() }
     }
 
     /// Returns two works per unit force, N mm per N, axes of the patch. The first is the work of the face's loads on the half-space
@@ -332,7 +339,8 @@ impl<'a> FaceLoads<'a> {
             let area = point.area.norm();
             let normal = patch.axes.to_local(&point.area) / area;
             let map = TractionOperator::new(forces.stiffness, &normal);
-            let acting = self.acting((load, &moves), &local, (&map, &normal, &point));
+            let moved: Point = moves.iter().zip(&point.values).map(|(u, value)| u * *value).sum();
+            let acting = self.acting(load, &moved, &local, &map, &normal);
             if *in_plane {
                 local.z = 0.0;
             }
@@ -363,20 +371,22 @@ impl<'a> FaceLoads<'a> {
         Point::from([0, 1, 2].map(along))
     }
 
+    /// Actions at the point `local` of a face with the unit `normal`. The prescribed displacement `moved` has global axes.
     fn acting(
         &self,
-        (load, moves): (Option<&(f64, Point)>, &[Point]),
+        load: Option<&(f64, Point)>,
+        moved: &Point,
         local: &Point,
-        (map, normal, point): (&TractionOperator, &Point, &FacePoint),
+        map: &TractionOperator,
+        normal: &Point,
     ) -> FaceAction {
         let axes = &self.forces.patch.axes;
         let mut acting = FaceAction { traction: Point::zeros(), displacement: Point::zeros() };
         if let Some((pressure, traction)) = load {
             acting.traction += axes.to_local(traction) - normal * *pressure;
         }
-        let moved: Point = moves.iter().zip(&point.values).map(|(u, value)| u * *value).sum();
         // The traction of G on the fixed face is a part of the support force R(g), which enters w with a minus sign.
-        acting.displacement -= axes.to_local(&moved);
+        acting.displacement -= axes.to_local(moved);
         if self.weight != Point::zeros() {
             let none = Point::zeros();
             let gradient = [
@@ -393,8 +403,7 @@ impl<'a> FaceLoads<'a> {
     /// Recovered stress and half-space displacements at the nodes of a face.
     fn at_nodes(&self, face: &SurfaceFace, in_plane: bool) -> Vec<FixedFaceNode> {
         let mesh = self.model.mesh();
-        let (points, stress) = self.stress;
-        let places = points.points_of_cell(mesh.volume_index(face.owner));
+        let places = self.points.points_of_cell(mesh.volume_index(face.owner));
         let local_nodes = mesh.kind(face.owner).local_faces()[face.local_face].1;
         let node = |(&node, &place): (&usize, &usize)| {
             let mut local = self.forces.patch.local(&mesh.points[node].into());
@@ -403,7 +412,7 @@ impl<'a> FaceLoads<'a> {
             }
             let field = |i: usize| self.forces.field.at(&self.forces.vector_from(i, &local)).value;
             FixedFaceNode {
-                stress: voigt_to_tensor(&stress[places[place]]),
+                stress: voigt_to_tensor(&self.stress[places[place]]),
                 fields: (0..self.forces.points.len()).map(field).collect(),
             }
         };

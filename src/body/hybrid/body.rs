@@ -62,7 +62,8 @@ impl HybridBody {
     /// If the group or the frame do not fit, or the body cannot be assembled or solved.
     pub fn new(
         spec: FeSpec,
-        (contact, side): (&str, Side),
+        contact: &str,
+        side: Side,
         frame: &ContactFrame,
         site: &HalfSpaceFit,
         resources: &CondensationResources,
@@ -88,15 +89,17 @@ impl HybridBody {
             if let Some(own) = &correction.applied_loads {
                 let forces = near.forces(indicators.nodes);
                 let stress = recovery.stress(&model, &own.displacement)?;
-                let recovered = (&**recovery.points(), &stress[..]);
+                let points = recovery.points();
                 let displacement =
-                    AppliedLoadDisplacement::new(&model, (&forces, &near.field), own, recovered)?;
-                let cells = (&grid, frame.grid_indices.as_deref());
-                free_gap = Some(displacement.gap(&far_field, cells, (&near.field, side))?);
+                    AppliedLoadDisplacement::new(&model, &forces, &near.field, own, points, &stress)?;
+                let places = frame.grid_indices.as_deref();
+                free_gap = Some(displacement.gap(&far_field, &grid, places, &near.field, side)?);
                 applied_load_error = Some(polynomial_order::applied_load_error(
-                    (&model, &recovery),
-                    (&forces, &correction),
-                    (&own.displacement, &stress),
+                    &recovery.estimate_error(&model, &own.displacement, &stress)?,
+                    &model,
+                    &recovery,
+                    &forces,
+                    &correction,
                     displacement.support_work(),
                 )?);
             }
@@ -150,11 +153,15 @@ impl HybridBody {
         &self.far_field
     }
 
+    /// Corrected operator on the cells of the frame.
+    fn flexibility(&self, cross: CrossBlocks) -> Result<Arc<dyn Flexibility>> {
+        let far = vec![self.far_field.clone()];
+        build_corrected_flexibility(&self.green, far, &self.grid, self.grid_indices.as_deref(), cross)
+    }
+
     /// Energy norm under tractions on body 2: square root of twice the strain energy.
     fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
-        let cells = (&self.grid, self.grid_indices.as_deref());
-        let operator =
-            build_corrected_flexibility(&self.green, vec![self.far_field.clone()], cells, CrossBlocks::Keep)?;
+        let operator = self.flexibility(CrossBlocks::Keep)?;
         let mut gap = vec![0.0; tractions.len()];
         operator.apply(tractions, &mut gap);
         let area = self.grid.spacing[0] * self.grid.spacing[1];
@@ -243,8 +250,7 @@ impl ElasticBody for HybridBody {
     }
 
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>> {
-        let cells = (&self.grid, self.grid_indices.as_deref());
-        Ok(Some(build_corrected_flexibility(&self.green, vec![self.far_field.clone()], cells, cross)?))
+        Ok(Some(self.flexibility(cross)?))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {
@@ -301,6 +307,6 @@ impl ElasticBody for HybridBody {
         contact
             .par_iter_mut()
             .for_each(|contact| contact.add_gradient(&near(points.mesh_nodes[contact.point])));
-        Ok(Some(StressField::new((&self.model, points), (stress, error), contact, &self.limits)))
+        Ok(Some(StressField::new(&self.model, points, stress, error, contact, &self.limits)))
     }
 }

@@ -89,7 +89,7 @@ impl BoundaryTerms {
     ///
     /// # Errors
     /// If memory does not suffice, or the run is cancelled.
-    pub fn new(model: &FeModel, forces: &PatchForces, (faces, ratio): (&BoundaryFaces, f64)) -> Result<Self> {
+    pub fn new(model: &FeModel, forces: &PatchForces, faces: &BoundaryFaces, ratio: f64) -> Result<Self> {
         let n = forces.n_columns();
         let n_rows = 3 * model.mesh().n_points();
         let mut terms =
@@ -100,7 +100,7 @@ impl BoundaryTerms {
             cancel::check()?;
             let shares: Vec<Result<FaceContribution>> = batch
                 .par_iter()
-                .map(|face| FaceContribution::new(model.mesh(), face, forces, (&rules, ratio)))
+                .map(|face| FaceContribution::new(model.mesh(), face, forces, &rules, ratio))
                 .collect();
             for (face, share) in batch.iter().zip(shares) {
                 terms.add(&face.face, &share?, &mut flux);
@@ -142,7 +142,8 @@ impl FaceContribution {
         mesh: &Mesh,
         boundary: &BoundaryFace,
         forces: &PatchForces,
-        (rules, ratio): (&FaceRules, f64),
+        rules: &FaceRules,
+        ratio: f64,
     ) -> Result<Self> {
         let face = &boundary.face;
         let points = rules.points(mesh, face, &|x| forces.distance(x), ratio);

@@ -31,14 +31,15 @@ impl CorrectedFlexibility {
     /// bodies.
     pub fn new(near: Arc<dyn Flexibility>, far: Vec<FarField>, grid: &Grid) -> Self {
         let first = grid.half_width().map(|half| -half);
-        Self::on_cells(near, Arc::new(far), grid.cells, (grid.spacing, first))
+        Self::on_cells(near, Arc::new(far), grid.cells, grid.spacing, first)
     }
 
     fn on_cells(
         near: Arc<dyn Flexibility>,
         far: Arc<Vec<FarField>>,
         cells: [usize; 2],
-        (spacing, first): ([f64; 2], [f64; 2]),
+        spacing: [f64; 2],
+        first: [f64; 2],
     ) -> Self {
         let on_grid: Vec<FarFieldOnGrid> = far.iter().map(|far| far.on_grid(cells, spacing, first)).collect();
         let work = Mutex::new(on_grid.iter().map(FarFieldScratch::new).collect());
@@ -48,7 +49,7 @@ impl CorrectedFlexibility {
     fn add_far(&self, planes: Range<usize>, tractions: &[f64], gap: &mut [f64]) {
         let mut work = self.work.lock().expect("no panic while the work is held");
         for ((far, on_grid), work) in self.far.iter().zip(&self.on_grid).zip(work.iter_mut()) {
-            on_grid.add_product(far, planes.clone(), (tractions, gap), work);
+            on_grid.add_product(far, planes.clone(), tractions, gap, work);
         }
     }
 }
@@ -128,7 +129,7 @@ impl Flexibility for CorrectedFlexibility {
         let Some(cells) = smaller.grid() else { return smaller };
         let first = [0, 1].map(|axis| self.first[axis] + origin[axis] as f64 * self.spacing[axis]);
         let spacing = self.spacing.map(|side| side * factor as f64);
-        Arc::new(Self::on_cells(smaller, self.far.clone(), cells, (spacing, first)))
+        Arc::new(Self::on_cells(smaller, self.far.clone(), cells, spacing, first))
     }
 }
 
@@ -140,7 +141,8 @@ impl Flexibility for CorrectedFlexibility {
 pub fn build_corrected_flexibility(
     green: &SurfaceGreen,
     far: Vec<FarField>,
-    (grid, places): (&Grid, Option<&[usize]>),
+    grid: &Grid,
+    places: Option<&[usize]>,
     cross: CrossBlocks,
 ) -> Result<Arc<dyn Flexibility>> {
     let near = FftFlexibility::new(grid.cells, grid.spacing, green, cross)?;

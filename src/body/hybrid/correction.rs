@@ -75,12 +75,12 @@ impl Correction {
                 ratio *= FACE_RATIO_FACTOR;
             }
         }
-        let mut boundary = BoundaryTerms::new(model, forces, (&faces, ratio))?;
+        let mut boundary = BoundaryTerms::new(model, forces, &faces, ratio)?;
         while boundary.imbalance > TARGET_IMBALANCE && ratio > FACE_RATIO_RANGE[1] && !curved {
             ratio *= FACE_RATIO_FACTOR;
-            boundary = BoundaryTerms::new(model, forces, (&faces, ratio))?;
+            boundary = BoundaryTerms::new(model, forces, &faces, ratio)?;
         }
-        let mut found = Self::of_terms((model, solver), forces, boundary)?;
+        let mut found = Self::of_terms(model, solver, forces, boundary)?;
         let transposed = found.matrix.transposed();
         found.matrix.add_scaled(1.0, &transposed);
         found.matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
@@ -99,12 +99,13 @@ impl Correction {
         forces: &PatchForces,
         ratio: f64,
     ) -> Result<Self> {
-        let boundary = BoundaryTerms::new(model, forces, (&BoundaryFaces::new(model, forces), ratio))?;
-        Self::of_terms((model, solver), forces, boundary)
+        let boundary = BoundaryTerms::new(model, forces, &BoundaryFaces::new(model, forces), ratio)?;
+        Self::of_terms(model, solver, forces, boundary)
     }
 
     fn of_terms(
-        (model, solver): (&FeModel, &ColumnSolver),
+        model: &FeModel,
+        solver: &ColumnSolver,
         forces: &PatchForces,
         mut boundary: BoundaryTerms,
     ) -> Result<Self> {
@@ -132,7 +133,7 @@ impl Correction {
         } else {
             let prescribed_motion = PrescribedMotion::new(model, &prescribed);
             let work =
-                work_of_own(model, &prescribed_motion, (&displacement, &held), (&prescribed, &held_loads))?;
+                work_of_own(model, &prescribed_motion, &displacement, &held, &prescribed, &held_loads)?;
             Some(AppliedLoadResponse { displacement: model.expand(&free), work, prescribed_motion })
         };
         let mut matrix = boundary.work;
@@ -146,7 +147,7 @@ impl Correction {
         matrix.add_transposed_product(1.0, &held_loads, &held);
         matrix.add_transposed_product(1.0, &held, &held_loads);
         let asymmetry = defect / matrix.norm();
-        let fields = expand_to_all_dofs(model, &prescribed, (&displacement, &held))?;
+        let fields = expand_to_all_dofs(model, &prescribed, &displacement, &held)?;
         Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, applied_loads })
     }
 
@@ -213,8 +214,10 @@ fn held_displacements(model: &FeModel, forces: &PatchForces, prescribed: &[usize
 fn work_of_own(
     model: &FeModel,
     supports: &PrescribedMotion,
-    (free, held): (&DenseMatrix, &DenseMatrix),
-    (prescribed, held_loads): (&[usize], &DenseMatrix),
+    free: &DenseMatrix,
+    held: &DenseMatrix,
+    prescribed: &[usize],
+    held_loads: &DenseMatrix,
 ) -> Result<Vec<f64>> {
     let forces = model.forces_of_prescribed_displacements(prescribed, &supports.deformation)?;
     let external = model.external_forces();
@@ -258,7 +261,8 @@ fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(
 fn expand_to_all_dofs(
     model: &FeModel,
     prescribed: &[usize],
-    (free, held): (&DenseMatrix, &DenseMatrix),
+    free: &DenseMatrix,
+    held: &DenseMatrix,
 ) -> Result<DenseMatrix> {
     let n_rows = 3 * model.mesh().n_points();
     let mut all = DenseMatrix::zeros(n_rows, free.n_columns())?;

@@ -45,14 +45,15 @@ impl FaceRules {
         let nodes: Vec<Point> = face.nodes.iter().map(|&node| mesh.points[node].into()).collect();
         let mut points = Vec::new();
         let part = FacePart { kind: face.kind, nodes: &nodes, corners: corners.to_vec() };
-        self.divide(&part, (distance, ratio), 0, &mut points);
+        self.divide(&part, distance, ratio, 0, &mut points);
         points
     }
 
     fn divide(
         &self,
         part: &FacePart,
-        (distance, ratio): (&dyn Fn(&Point) -> f64, f64),
+        distance: &dyn Fn(&Point) -> f64,
+        ratio: f64,
         division: usize,
         points: &mut Vec<FacePoint>,
     ) {
@@ -60,7 +61,7 @@ impl FaceRules {
         let reach = ratio * distance(&part.position(part.middle())).max(1e-300);
         if size > reach && division < MAX_SUBDIVISIONS {
             let parts = part.quarters();
-            parts.iter().for_each(|part| self.divide(part, (distance, ratio), division + 1, points));
+            parts.iter().for_each(|part| self.divide(part, distance, ratio, division + 1, points));
             return;
         }
         let quadratic = part.kind.n_nodes() > part.kind.n_corners();

@@ -202,7 +202,8 @@ impl FarFieldOnGrid {
         &self,
         field: &FarField,
         planes: std::ops::Range<usize>,
-        (tractions, gap): (&[f64], &mut [f64]),
+        tractions: &[f64],
+        gap: &mut [f64],
         work: &mut FarFieldScratch,
     ) {
         let n = self.nodes_per_side[0] * self.nodes_per_side[1];

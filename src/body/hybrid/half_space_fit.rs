@@ -170,14 +170,14 @@ impl PatchSurface {
             return Err(Unsuitable(format!(
                 "its surface is too curved under the frame: heights differ by {}, more than {MAX_RISE} times the half-width of the frame{}",
                 format_number(high - low),
-                flatter_frame_advice(mesh, &under, (&level, rise))
+                flatter_frame_advice(mesh, &under, &level, rise)
             )));
         }
         // A curved surface is represented by its tangent plane.
         let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outer_height(low, high) };
         let patch = ContactPatch { center: Point::new(level.center.x, level.center.y, height), ..level };
         let curved_faces =
-            if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, faces, (&patch, rise)) };
+            if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, faces, &patch, rise) };
         // Mesh points outside all solids, such as circle centres, do not belong to the body.
         let mut nodes = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell));
         if nodes.any(|&node| patch.local(&Point::from(mesh.points[node])).z > tolerance) {
@@ -189,7 +189,7 @@ impl PatchSurface {
 
 /// Advice: half-widths of a smaller frame, with the centre of `level`, under which the rise of the `faces` is admissible. `rise`
 /// belongs to the present frame.
-fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], (level, rise): (&ContactPatch, f64)) -> String {
+fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], level: &ContactPatch, rise: f64) -> String {
     let (mut factor, mut rise) = (1.0, rise);
     while rise > MAX_RISE && factor >= MIN_ADVISED_FACTOR {
         // The rise of a paraboloid, divided by the half-side, is proportional to the half-side.
@@ -266,11 +266,7 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f
 
 /// Faces of a curved surface at distances from the patch up to the longer half-side of the patch. These are faces of the contact
 /// group, and outer faces beyond the group with limited slope and depth, which continue the curved surface.
-fn curved_surface_faces(
-    mesh: &Mesh,
-    faces: &[SurfaceFace],
-    (patch, rise): (&ContactPatch, f64),
-) -> Vec<FaceId> {
+fn curved_surface_faces(mesh: &Mesh, faces: &[SurfaceFace], patch: &ContactPatch, rise: f64) -> Vec<FaceId> {
     let group: HashSet<FaceId> = faces.iter().map(SurfaceFace::id).collect();
     // A parabola falls nine times as far over three times the length.
     let deepest = -9.0 * rise * patch.size();

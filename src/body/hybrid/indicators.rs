@@ -88,8 +88,10 @@ impl Indicators {
     /// If memory does not suffice, or the error under uniform tractions cannot be estimated.
     pub(super) fn new(
         judged: PatchCorrection,
-        (site, m): (&HalfSpaceFit, [usize; 2]),
-        (green, field_error): (&SurfaceGreen, f64),
+        site: &HalfSpaceFit,
+        m: [usize; 2],
+        green: &SurfaceGreen,
+        field_error: f64,
     ) -> Result<Self> {
         let n = 3 * m[0] * m[1];
         let patch = &site.patch;

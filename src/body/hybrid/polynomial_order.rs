@@ -8,7 +8,7 @@ use super::half_space_fit::HalfSpaceFit;
 use super::indicators::{Indicators, PatchCorrection, TARGET_TAIL};
 use crate::bem::half_space::{PointForceField, SurfaceGreen};
 use crate::error::Result;
-use crate::fem::{ColumnSolver, CondensationResources, FeModel, StressRecovery};
+use crate::fem::{ColumnSolver, CondensationResources, ErrorEstimate, FeModel, StressRecovery};
 use crate::geometry::Side;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
@@ -81,8 +81,8 @@ pub(super) fn adaptive_correction(
             asymmetry: correction.asymmetry,
             squared_error: &|uniform: &[f64]| squared_stress_error(model, recovery, &correction, uniform),
         };
-        let indicators =
-            Indicators::new(judged, (near.fit, m), (&near.green, near.field.point_force.error()))?;
+        let error = near.field.point_force.error();
+        let indicators = Indicators::new(judged, near.fit, m, &near.green, error)?;
         let needs_more = indicators.tail > TARGET_TAIL && m.iter().all(|&m| m < MAX_NODES_PER_SIDE);
         let more = m.map(|m| (m + 2).min(MAX_NODES_PER_SIDE));
         if !needs_more || !memory.allows(bytes(more)) {
@@ -103,15 +103,16 @@ pub struct AppliedLoadError {
 }
 
 /// Estimated errors of the displacement that applied loads cause under the patch: the product of the energy-norm errors of two
-/// fields. These are the field of the loads (`displacement`, recovered `stress`) and the field of forces on the patch. The relative
-/// stress error times the support work `remainder` is added.
+/// fields. These are the field of the loads, with the error `by_own`, and the field of forces on the patch. The relative stress
+/// error times the support work `remainder` is added.
 pub(super) fn applied_load_error(
-    (model, recovery): (&FeModel, &StressRecovery),
-    (forces, correction): (&PatchForces, &Correction),
-    (displacement, stress): (&[[f64; 3]], &[[f64; 6]]),
+    by_own: &ErrorEstimate,
+    model: &FeModel,
+    recovery: &StressRecovery,
+    forces: &PatchForces,
+    correction: &Correction,
     remainder: &[f64],
 ) -> Result<AppliedLoadError> {
-    let by_own = recovery.estimate_error(model, displacement, stress)?;
     let n = forces.points.len();
     let error = |component: usize, weight: &dyn Fn(&[f64; 2]) -> f64| -> Result<f64> {
         let mut all = vec![0.0; 3 * n];

@@ -31,7 +31,7 @@ fn products(
     let mut sums = [0.0; 3];
     for end in 0..problem.path_points.len() {
         if problem.path_points[end].balance.is_some() {
-            add_balanced(problem, (old, new), (end, planes.clone()), &mut sums);
+            add_balanced(problem, old, new, end, planes.clone(), &mut sums);
             continue;
         }
         for plane in planes.clone() {
@@ -58,8 +58,10 @@ fn products(
 /// that this motion causes is subtracted from every component of y.
 fn add_balanced(
     problem: &Increment,
-    (old, new): (&ContactState, &ContactState),
-    (end, planes): (usize, std::ops::Range<usize>),
+    old: &ContactState,
+    new: &ContactState,
+    end: usize,
+    planes: std::ops::Range<usize>,
     sums: &mut [f64; 3],
 ) {
     let n = problem.n();

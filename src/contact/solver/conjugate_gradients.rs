@@ -128,7 +128,7 @@ fn start(problem: &Increment, it: &mut ContactState) {
         let (from, gap) = (it.scaled.clone(), it.gap.clone());
         let motions = RigidMotions { rigid: &mut it.rigid_motion, floating: &mut it.mode_amplitudes };
         let steps = StepSizes { normal: step, tangential: step };
-        project(problem, steps, (&from, &gap), &mut it.scaled, motions);
+        project(problem, steps, &from, &gap, &mut it.scaled, motions);
         problem.evaluate(it);
         given = sum(&it.scaled[normal.clone()]);
     }

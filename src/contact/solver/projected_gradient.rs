@@ -73,8 +73,7 @@ pub(super) fn run_projected_gradient(
             report.residual = residual;
         }
         let normal = if lost > MAX_STEPS_WITHOUT_EQUILIBRIUM { 0.0 } else { normal };
-        if let Some(stop) = stop_reason(it, control.options.tolerance, (sliding.is_some(), normal, residual))
-        {
+        if let Some(stop) = stop_reason(it, control.options.tolerance, sliding.is_some(), normal, residual) {
             let opens = sliding.is_some_and(|sliding| sliding.separates_bodies);
             report.stop = if opens { StopReason::ContactLost } else { stop };
             report.loss_of_equilibrium = sliding;
@@ -116,8 +115,7 @@ fn gradient_step(
     next.rigid_motion.clone_from(&it.rigid_motion);
     next.mode_amplitudes.clone_from(&it.mode_amplitudes);
     let motions = RigidMotions { rigid: &mut next.rigid_motion, floating: &mut next.mode_amplitudes };
-    let from = (it.scaled.as_slice(), it.gradient.as_slice());
-    let equilibrium = project(problem, steps, from, &mut next.scaled, motions);
+    let equilibrium = project(problem, steps, &it.scaled, &it.gradient, &mut next.scaled, motions);
     problem.evaluate(next);
     equilibrium
 }
@@ -152,7 +150,9 @@ impl BestState {
 fn stop_reason(
     it: &ContactState,
     tolerance: f64,
-    (sliding, normal, residual): (bool, f64, f64),
+    sliding: bool,
+    normal: f64,
+    residual: f64,
 ) -> Option<StopReason> {
     if sliding && normal <= tolerance {
         let n = it.wear_per_pass.len();

@@ -72,7 +72,7 @@ impl Run<'_> {
         let mut contact = start.contact;
         path.set_shift(point, &mut contact.rigid_motion[0]);
         let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut contact, options, self.observer, progress)?;
+            solve_and_check(&self.prepared, &mut problem, &mut contact, options, self.observer, progress)?;
         let reference = contact.gap[..2 * n].to_vec();
         Ok(SolvedIncrement { next: IncrementStart { reference, contact }, report, checks })
     }

@@ -172,7 +172,7 @@ impl Run<'_> {
             if let Some(last) = &last {
                 let found = refinement.convergence(increments, [&now, last], first.as_ref());
                 if found.is_last {
-                    self.warn_of_refinement(refinement, (increments, &found), wear_step);
+                    self.warn_of_refinement(refinement, increments, &found, wear_step);
                     let both = now.rate.iter().zip(&last.rate);
                     let change = both.map(|(now, last)| if *now > 0.0 { 1.0 - last / now } else { 0.0 });
                     return Ok(Some(RefinedCycle {
@@ -192,7 +192,8 @@ impl Run<'_> {
     fn warn_of_refinement(
         &mut self,
         refinement: &Refinement,
-        (increments, found): (usize, &Convergence),
+        increments: usize,
+        found: &Convergence,
         wear_step: &WearStepState,
     ) {
         let most = refinement.max_increments();

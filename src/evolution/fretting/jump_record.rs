@@ -140,8 +140,7 @@ impl Run<'_> {
         if let Some(resolved) = &mut wear_step.path_correction {
             resolved.is_new = false;
         }
-        let converged =
-            self.complete_record(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
+        let converged = self.complete_record(&mut record, &jump.report, &jump.checks, self.options.tolerance);
         self.warn_of_spin_moment(converged);
         self.deliver(record, fields)?;
         converged?;

@@ -22,14 +22,10 @@ pub struct FrettingPath {
 impl FrettingPath {
     /// Path points of a closed path. Its centre is the displacement `center` or the force `force` at the start of the step.
     pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
-        Self::from_offsets(&closed.offsets(), closed.drive, (center, force))
+        Self::from_offsets(&closed.offsets(), closed.drive, center, force)
     }
 
-    fn from_offsets(
-        offsets: &[[f64; 2]],
-        drive: Drive,
-        (center, center_force): ([f64; 2], [f64; 2]),
-    ) -> Self {
+    fn from_offsets(offsets: &[[f64; 2]], drive: Drive, center: [f64; 2], center_force: [f64; 2]) -> Self {
         let about = if drive == Drive::Shift { center } else { center_force };
         let path_points = offsets.iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
         Self { drive, path_points, center, center_force }
@@ -39,7 +35,7 @@ impl FrettingPath {
     /// because slip spreads in its first part. `transition` is this part as a fraction of the stroke. Other paths have equal
     /// increments.
     pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
-        Self::from_offsets(&closed.graded_offsets(transition), closed.drive, (self.center, self.center_force))
+        Self::from_offsets(&closed.graded_offsets(transition), closed.drive, self.center, self.center_force)
     }
 
     /// Number of path points.

@@ -130,7 +130,8 @@ impl PathCorrection {
     pub(super) fn is_due(
         &self,
         used: ResolvedCycleSettings,
-        (slip, normal_force): (&CycleSlip, f64),
+        slip: &CycleSlip,
+        normal_force: f64,
         changed: impl Fn(&[f64]) -> f64,
     ) -> bool {
         let ratio = normal_force / self.normal_force;

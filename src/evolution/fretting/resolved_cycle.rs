@@ -57,7 +57,7 @@ impl<'a> Run<'a> {
         let coupled = self.coupled_cycle(wear_step, &path);
         let changed = |before: &[f64]| self.slip_change(&coupled.cycle.contact, before);
         let is_due = |before: &PathCorrection| {
-            before.is_due(settings, (&coupled.slip, coupled.wear.normal_force()), changed)
+            before.is_due(settings, &coupled.slip, coupled.wear.normal_force(), changed)
         };
         if wear_step.path_correction.as_ref().is_some_and(|before| !is_due(before)) {
             return Ok(());
@@ -103,7 +103,7 @@ impl<'a> Run<'a> {
             Correction::Never => false,
         };
         if settings.correction != Correction::Never {
-            self.warn_of_unresolved_wear(wear_step, (unresolved_wear_fraction, settings.tolerance));
+            self.warn_of_unresolved_wear(wear_step, unresolved_wear_fraction, settings.tolerance);
         } else if difference.max(relative_rms_difference(&coupled.wear.rate, &refined.wear.rate, areas))
             > settings.tolerance
             || coupled.wear.force_change(&refined.wear) > CORRECTION.min_reported_force_difference

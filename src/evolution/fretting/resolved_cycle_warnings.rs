@@ -8,11 +8,7 @@ use crate::evolution::run::Run;
 
 impl Run<'_> {
     /// Warns if the factors miss more wear than the tolerance, unless they did at the previous resolved cycle.
-    pub(super) fn warn_of_unresolved_wear(
-        &mut self,
-        wear_step: &WearStepState,
-        (missed, tolerance): (f64, f64),
-    ) {
+    pub(super) fn warn_of_unresolved_wear(&mut self, wear_step: &WearStepState, missed: f64, tolerance: f64) {
         if missed <= tolerance
             || wear_step
                 .path_correction

@@ -110,7 +110,8 @@ impl Run<'_> {
             let laws = ActiveLaws { implicit_passes, wear_path_factors, ..ActiveLaws::of(self.step()) };
             let mut problem = increment_problem(&self.prepared, options, worn, laws, ends);
             let (report, checks) = solve_and_check(
-                (&self.prepared, &mut problem),
+                &self.prepared,
+                &mut problem,
                 &mut jump.cycle.contact,
                 options,
                 self.observer,

@@ -107,7 +107,7 @@ impl Run<'_> {
         }
         let progress = ProgressSpan { name: &step.name, from: 0.0, to: 0.0 };
         let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut it, &options, self.observer, &progress)?;
+            solve_and_check(&self.prepared, &mut problem, &mut it, &options, self.observer, &progress)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
         let fields = state::frame_state(&problem, &it, 0, &worn);
@@ -116,7 +116,7 @@ impl Run<'_> {
         let certificate = state::certificate(&checks, approach, balance);
         let solved = SolvedState { number: 1, approach, values: &values, contact: &it, certificate, clock };
         let mut record = self.new_record(solved);
-        let converged = self.complete_record(&mut record, &report, (&checks, options.tolerance));
+        let converged = self.complete_record(&mut record, &report, &checks, options.tolerance);
         self.warn_of_spin_moment(converged);
         if let Err(end) = converged {
             self.deliver(record, fields)?;

@@ -199,7 +199,7 @@ impl Run<'_> {
         at: f64,
     ) -> (PrescribedLoads, Option<f64>) {
         let turn = self.prepared.rotation(&self.state.mode_amplitudes);
-        let controls = wear_step.load_path.at(at, (self.state.rigid_motion, turn));
+        let controls = wear_step.load_path.at(at, self.state.rigid_motion, turn);
         let mut loads = self.effective_loads(controls.loads);
         loads.tangential = TangentialControl::Shift;
         if matches!(wear_step.slip_source, SlipSource::Sliding(_)) {

@@ -40,7 +40,8 @@ impl PatchFit {
     /// # Errors
     /// If a position is not finite.
     pub fn new(
-        (space, axes): (PolynomialSpace, Matrix3<f64>),
+        space: PolynomialSpace,
+        axes: Matrix3<f64>,
         samples: Vec<usize>,
         position: impl Fn(usize) -> [f64; 3],
     ) -> Result<Self> {
@@ -99,7 +100,7 @@ mod tests {
         let axes = Matrix3::new(2.0, 0.3, 0.0, 0.0, 0.5, 0.01, 1.0, 0.0, 20.0);
         for terms in [PolynomialSpace::Linear, PolynomialSpace::Quadratic, PolynomialSpace::Triquadratic] {
             let at = scattered(60);
-            let patch = PatchFit::new((terms, axes), (0..60).collect(), |i| at[i]).unwrap();
+            let patch = PatchFit::new(terms, axes, (0..60).collect(), |i| at[i]).unwrap();
             let field = |[x, y, z]: [f64; 3]| {
                 let linear = 2.0 + x - 50.0 * y + 0.2 * z;
                 let local = axes.try_inverse().unwrap() * Vector3::new(x, y, z);
@@ -121,15 +122,14 @@ mod tests {
     #[test]
     fn what_the_samples_leave_open_is_constant() {
         let at: Vec<[f64; 3]> = scattered(12).into_iter().map(|[x, y, _]| [x, y, 2.0]).collect();
-        let patch =
-            PatchFit::new((PolynomialSpace::Linear, Matrix3::identity()), (0..12).collect(), |i| at[i])
-                .unwrap();
+        let patch = PatchFit::new(PolynomialSpace::Linear, Matrix3::identity(), (0..12).collect(), |i| at[i])
+            .unwrap();
         for (x, value) in [([0.1, 0.0, 2.0], 0.1), ([0.1, 0.0, 7.0], 0.1)] {
             let found: f64 = patch.weights_at(x).iter().zip(&at).map(|(w, p)| w * p[0]).sum();
             assert!((found - value).abs() < 1e-12, "{found}");
         }
         let alone =
-            PatchFit::new((PolynomialSpace::Triquadratic, Matrix3::identity()), vec![0], |_| [1.0, 2.0, 3.0])
+            PatchFit::new(PolynomialSpace::Triquadratic, Matrix3::identity(), vec![0], |_| [1.0, 2.0, 3.0])
                 .unwrap();
         assert!((alone.weights_at([5.0, -1.0, 0.0])[0] - 1.0).abs() < 1e-14);
     }

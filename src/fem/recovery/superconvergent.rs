@@ -290,7 +290,7 @@ impl RowBuilder<'_> {
         let terms = self.polynomial_space(&cells, samples.len());
         let axes =
             if terms == PolynomialSpace::Triquadratic { self.axes(cells[0]) } else { Matrix3::identity() };
-        PatchFit::new((terms, axes), samples, |sample| self.layout.samples[sample].position)
+        PatchFit::new(terms, axes, samples, |sample| self.layout.samples[sample].position)
     }
 
     /// Polynomial space of a patch: the smallest space of its elements. The triquadratic space needs at least twice as many samples

@@ -324,8 +324,8 @@ impl HierarchicalMatrix {
                         for terms in [&components[component].double, &single] {
                             for term in terms.chunks_exact(rows.len() + columns.len()) {
                                 let (u, v) = term.split_at(rows.len());
-                                let [u, v] =
-                                    [(u, rows), (v, columns)].map(|part| grouped(part, &of, weights));
+                                let u = grouped(u, rows, &of, weights);
+                                let v = grouped(v, columns, &of, weights);
                                 for (g, u) in &u {
                                     v.iter().for_each(|(h, v)| add(*g, *h, u * v));
                                 }
@@ -340,7 +340,7 @@ impl HierarchicalMatrix {
 }
 
 /// Weighted sums of `values` at `places` for each group: pairs of group and sum.
-fn grouped((values, places): (&[f64], &Range<usize>), of: &[usize], weights: &[f64]) -> Vec<(usize, f64)> {
+fn grouped(values: &[f64], places: &Range<usize>, of: &[usize], weights: &[f64]) -> Vec<(usize, f64)> {
     let mut sums: Vec<(usize, f64)> = Vec::new();
     for (value, place) in values.iter().zip(places.clone()) {
         let share = weights[place] * value;

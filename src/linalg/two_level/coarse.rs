@@ -1,5 +1,7 @@
 //! Coarse space of the two-level solver: six rigid motions for each of many small parts of the body.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3x6, Matrix6, SymmetricEigen};
 
 use super::super::cholesky::{CholeskyFactor, SymbolicCholesky, SymmetricSolver};
@@ -30,13 +32,26 @@ pub(super) struct CoarseSpace {
     part_of_node: Vec<u32>,
     /// Z: rigid motions at each node, `[3, 6]` row by row, orthonormal over each part.
     motions: Vec<NodeMotions>,
-    /// Offsets of the blocks of A Z for each node, `[n + 1]`.
-    offsets: Vec<usize>,
-    /// Part of each block of A Z.
-    part_of_block: Vec<u32>,
-    /// Values of each block of A Z, `[3, 6]` row by row.
-    force_blocks: Vec<NodeMotions>,
+    /// A Z.
+    forces: MotionForces,
     factor: CholeskyFactor,
+}
+
+/// A Z: forces of the motions of the parts, in blocks of a node and a part.
+struct MotionForces {
+    /// Offsets of the blocks of each node, `[n + 1]`.
+    offsets: Vec<usize>,
+    /// Part of each block.
+    parts: Vec<u32>,
+    /// Values of each block, `[3, 6]` row by row.
+    values: Vec<NodeMotions>,
+}
+
+impl MotionForces {
+    /// Range of the blocks of a node.
+    fn blocks_of_node(&self, node: usize) -> Range<usize> {
+        self.offsets[node]..self.offsets[node + 1]
+    }
 }
 
 impl CoarseSpace {
@@ -51,9 +66,9 @@ impl CoarseSpace {
         let part = partition(&graph, matrix.n().div_ceil(nodes_per_part), weight)?;
         let n_parts = part.iter().max().map_or(0, |&last| last + 1);
         let motions = motions(matrix, &part, n_parts);
-        let (offsets, part_of_block, force_blocks) = forces(matrix, &part, &motions);
-        let coarse = coarse_matrix(&part, &motions, (&offsets, &part_of_block, &force_blocks), n_parts);
-        let pairs = edges(&part, &offsets, &part_of_block);
+        let forces = forces(matrix, &part, &motions);
+        let coarse = coarse_matrix(&part, &motions, &forces, n_parts);
+        let pairs = edges(&part, &forces);
         let graph = NodeGraph::from_edges(n_parts, &pairs);
         let order = nested_dissection(&graph, &(0..n_parts).collect::<Vec<_>>(), &[])?;
         let order: Vec<usize> = order.into_iter().flat_map(|p| 6 * p..6 * p + 6).collect();
@@ -62,7 +77,7 @@ impl CoarseSpace {
             format!("a part of the mesh of {nodes} nodes, moved as a rigid body")
         })?;
         let part_of_node = part.into_iter().map(|p| p as u32).collect();
-        Ok(Self { part_of_node, motions, offsets, part_of_block, force_blocks, factor })
+        Ok(Self { part_of_node, motions, forces, factor })
     }
 
     /// Number of coarse unknowns.
@@ -124,12 +139,12 @@ fn restrict_in(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lane
             1.0,
             rows_of_part(coarse, space.part_of_node[node]),
         );
-        for k in space.offsets[node]..space.offsets[node + 1] {
+        for k in space.forces.blocks_of_node(node) {
             add_motion_products(
-                &space.force_blocks[k],
+                &space.forces.values[k],
                 rows_of_node(y, node),
                 -1.0,
-                rows_of_part(coarse, space.part_of_block[k]),
+                rows_of_part(coarse, space.forces.parts[k]),
             );
         }
     }
@@ -206,12 +221,8 @@ fn orthonormal(gram: Matrix6<f64>) -> Matrix6<f64> {
     scale * eigen.eigenvectors * Matrix6::from_diagonal(&factor)
 }
 
-/// A Z by nodes: offsets of the blocks of each node, then the part and the values of each block.
-fn forces(
-    matrix: &NodeMatrix,
-    part: &[usize],
-    motions: &[NodeMotions],
-) -> (Vec<usize>, Vec<u32>, Vec<NodeMotions>) {
+/// Computes A Z.
+fn forces(matrix: &NodeMatrix, part: &[usize], motions: &[NodeMotions]) -> MotionForces {
     let mut of_node: Vec<Vec<(u32, NodeMotions)>> = vec![Vec::new(); matrix.n()];
     let mut add = |node: usize, from: usize, block: Block3x3| {
         let own = &mut of_node[node];
@@ -231,24 +242,24 @@ fn forces(
             add(j, i, std::array::from_fn(|k| block[3 * (k % 3) + k / 3]));
         }
     }
-    let (mut offsets, mut parts, mut forces) = (vec![0], Vec::new(), Vec::new());
+    let mut forces = MotionForces { offsets: vec![0], parts: Vec::new(), values: Vec::new() };
     let size = |values: &[f64]| values.iter().fold(0.0f64, |most, v| most.max(v.abs()));
     for (i, mut own) in of_node.into_iter().enumerate() {
         let least = MIN_FORCE_SHARE * size(&matrix.diagonal[i]) * size(&motions[i]);
         own.retain(|(_, block)| size(block) > least);
         own.sort_unstable_by_key(|(part, _)| *part);
-        parts.extend(own.iter().map(|(part, _)| *part));
-        forces.extend(own.iter().map(|(_, block)| *block));
-        offsets.push(parts.len());
+        forces.parts.extend(own.iter().map(|(part, _)| *part));
+        forces.values.extend(own.iter().map(|(_, block)| *block));
+        forces.offsets.push(forces.parts.len());
     }
-    (offsets, parts, forces)
+    forces
 }
 
 /// Coarse matrix Zᵀ A Z. A motion that does not exist in a part gets a row of the identity.
 fn coarse_matrix(
     part: &[usize],
     motions: &[NodeMotions],
-    (offsets, parts, forces): (&[usize], &[u32], &[NodeMotions]),
+    forces: &MotionForces,
     n_parts: usize,
 ) -> SymmetricSparse {
     let mut triplets = SymmetricTriplets::new(6 * n_parts);
@@ -256,10 +267,10 @@ fn coarse_matrix(
     for (node, own) in motions.iter().enumerate() {
         let p = part[node];
         (0..18).filter(|&i| own[i] != 0.0).for_each(|i| there[6 * p + i % 6] = true);
-        for k in (offsets[node]..offsets[node + 1]).filter(|&k| parts[k] as usize <= p) {
-            let q = parts[k] as usize;
+        for k in forces.blocks_of_node(node).filter(|&k| forces.parts[k] as usize <= p) {
+            let q = forces.parts[k] as usize;
             for (a, b) in (0..36).map(|i| (i / 6, i % 6)).filter(|&(a, b)| q < p || b <= a) {
-                let value = (0..3).map(|c| own[6 * c + a] * forces[k][6 * c + b]).sum();
+                let value = (0..3).map(|c| own[6 * c + a] * forces.values[k][6 * c + b]).sum();
                 triplets.add(6 * p + a, 6 * q + b, value);
             }
         }
@@ -269,8 +280,8 @@ fn coarse_matrix(
 }
 
 /// Pairs of coupled parts, each once.
-fn edges(part: &[usize], offsets: &[usize], parts: &[u32]) -> Vec<(usize, usize)> {
-    let others = |node: usize| parts[offsets[node]..offsets[node + 1]].iter().map(|&q| q as usize);
+fn edges(part: &[usize], forces: &MotionForces) -> Vec<(usize, usize)> {
+    let others = |node: usize| forces.parts[forces.blocks_of_node(node)].iter().map(|&q| q as usize);
     let pairs = part.iter().enumerate().flat_map(|(node, &p)| others(node).map(move |q| (p, q)));
     let mut pairs: Vec<(usize, usize)> = pairs.filter(|(p, q)| q < p).collect();
     pairs.sort_unstable();

@@ -77,7 +77,7 @@ impl Chart {
         self.draw_axes(&mut canvas, &axes);
         bands.iter().for_each(|band| draw_band(&mut canvas, band, &axes));
         for (i, series) in self.series.iter().enumerate() {
-            draw_series(&mut canvas, series, &axes, (i, joined));
+            draw_series(&mut canvas, series, &axes, i, joined);
         }
         self.draw_legend(&mut canvas, corner);
         canvas
@@ -201,7 +201,7 @@ fn densify(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
     shown.iter().copied().chain(between).collect()
 }
 
-fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], (i, joined): (usize, bool)) {
+fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], i: usize, joined: bool) {
     let shown: Vec<[f64; 2]> = series
         .points
         .iter()

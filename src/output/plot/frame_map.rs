@@ -110,7 +110,8 @@ impl StepEndFields {
 
 /// Draws the maps of one kind in rows, each with its own colour bar or key of zones. `None` if no state has anything to show.
 pub fn maps_svg(
-    (frame, surface): (&ContactFrame, &SurfaceProperties),
+    frame: &ContactFrame,
+    surface: &SurfaceProperties,
     states: &[StepEndFields],
     kind: MapKind,
     units: &Units,
@@ -344,7 +345,7 @@ mod tests {
         let (frame, state) = state();
         let fibre = SurfaceFibre { side: Side::Upper, tilt: 0.5, azimuth: 0.0 };
         let surface = SurfaceProperties { fibres: vec![fibre], ..SurfaceProperties::default() };
-        maps_svg((&frame, &surface), &[state], kind, &Units::default()).unwrap()
+        maps_svg(&frame, &surface, &[state], kind, &Units::default()).unwrap()
     }
 
     /// Whether the picture fills the cell whose corner (low x, low y) lies at these pixels with `fill`.
@@ -382,7 +383,7 @@ mod tests {
         let words = |state: &StepEndFields| {
             let surface = SurfaceProperties::default();
             let states = std::slice::from_ref(state);
-            let picture = maps_svg((&frame, &surface), states, MapKind::Slip, &Units::default()).unwrap();
+            let picture = maps_svg(&frame, &surface, states, MapKind::Slip, &Units::default()).unwrap();
             (picture.contains("per rolled distance"), picture.matches("mm").count())
         };
         let (sliding, of_sliding) = words(&state);

@@ -27,16 +27,18 @@ pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Optio
             }
         }
     }
-    let [body1, body2] = [(body1, "body1"), (body2, "body2")];
-    let alternatives =
-        [alternative_meshes(r, body1, bodies[0].as_ref()), alternative_meshes(r, body2, bodies[1].as_ref())];
+    let alternatives = [
+        alternative_meshes(r, body1, "body1", bodies[0].as_ref()),
+        alternative_meshes(r, body2, "body2", bodies[1].as_ref()),
+    ];
     Some(ComparePlan { variants: variants.map(|_| pairs), alternatives })
 }
 
 /// Alternative meshes of a body.
 fn alternative_meshes(
     r: &mut Resolver,
-    (keys, name): (AlternativeModels, &str),
+    keys: AlternativeModels,
+    name: &str,
     body: Option<&BodyPlan>,
 ) -> AlternativeMeshes {
     let place = format!("compare.{name}");

@@ -36,7 +36,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
             reject_other_controls(r, key, "cycles", step);
             let tolerance = laws.map(|laws| laws.integration.tolerance.0);
             let path = closed_cycle(r, &format!("{key}.cycles"), cycles, tolerance);
-            check_force_amplitude(r, key, (step, cycles), laws);
+            check_force_amplitude(r, key, step, cycles, laws);
             if let Some(jumps) = cycles.jumps
                 && jumps.0 as u64 > cycles.count
             {
@@ -112,12 +112,7 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
 }
 
 /// Reports a force amplitude in a step without friction.
-fn check_force_amplitude(
-    r: &mut Resolver,
-    key: &str,
-    (step, cycles): (&StepKeys, &Keys),
-    laws: Option<&Laws>,
-) {
+fn check_force_amplitude(r: &mut Resolver, key: &str, step: &StepKeys, cycles: &Keys, laws: Option<&Laws>) {
     if cycles.force_amplitude.is_some() && lacks_friction(laws, step.friction) {
         let message = "`force_amplitude` needs friction: this step has none to transmit a tangential force";
         let mend = "give [friction] a law and remove `friction = false`, or prescribe `amplitude`";

@@ -78,7 +78,8 @@ fn load_states(step: &Step) -> [LoadState; 2] {
 pub(super) fn check_load_points(
     r: &mut Resolver,
     key: &str,
-    (points, steps): (&[LoadPoint], &[Step]),
+    points: &[LoadPoint],
+    steps: &[Step],
     level: bool,
 ) {
     for (kind, (what, ..)) in FRICTION_LOADS.iter().enumerate().take(if level { 2 } else { 1 }) {

@@ -13,7 +13,8 @@ const AXIS_TOLERANCE_QUARTER_TURNS: f64 = 1e-9;
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,
-    (step, rolling): (&StepKeys, Keys),
+    step: &StepKeys,
+    rolling: Keys,
     laws: Option<&Laws>,
 ) -> Option<Rolling> {
     let before = r.diagnostics.len();

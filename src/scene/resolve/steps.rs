@@ -56,7 +56,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     check_exclusive_controls(r, &key, &keys);
     friction_loads::check_step(r, &key, &keys, laws, level);
     let cycles = super::cycles::resolve(r, &key, &keys, laws);
-    let rolling = keys.rolling.and_then(|rolling| super::rolling::resolve(r, &key, (&keys, rolling), laws));
+    let rolling = keys.rolling.and_then(|rolling| super::rolling::resolve(r, &key, &keys, rolling, laws));
     let points = keys.history.as_ref().map(|history| {
         check_history_alone(r, &key, &keys);
         load_points::read(r, &format!("{key}.history"), history).unwrap_or_default()
@@ -80,7 +80,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
         .collect();
     // Errors of a law itself are reported elsewhere.
     if laws.is_some() && lacks_friction(laws, plain.friction) {
-        friction_loads::check_load_points(r, &key, (&points, &steps), level);
+        friction_loads::check_load_points(r, &key, &points, &steps, level);
     }
     if r.diagnostics.len() != before {
         return vec![(i, None)];

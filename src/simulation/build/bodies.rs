@@ -51,21 +51,23 @@ pub(super) struct HybridRejected {
 /// if the half-space near field is rejected.
 pub(super) fn build_body(
     plan: &Plan,
-    (index, worn): (usize, Option<Arc<Mesh>>),
-    (frame, near): (&ContactFrame, &NearFieldModel),
+    index: usize,
+    worn: Option<Arc<Mesh>>,
+    frame: &ContactFrame,
+    near: &NearFieldModel,
     left: MemoryLimit,
 ) -> Result<Result<BuiltBody, HybridRejected>, SceneError> {
     match &plan.bodies[index] {
         BodyPlan::Rigid => Ok(Ok(BuiltBody::new(RigidBody, 0))),
-        BodyPlan::HalfSpace(elastic) => build_half_space(plan, elastic, (index, frame), left).map(Ok),
-        BodyPlan::TruncatedHalfSpace(spec) => build_truncated(plan, spec, (index, frame), left).map(Ok),
-        BodyPlan::Be(be) => build_be(plan, be, (index, frame), left).map(Ok),
+        BodyPlan::HalfSpace(elastic) => build_half_space(plan, elastic, index, frame, left).map(Ok),
+        BodyPlan::TruncatedHalfSpace(spec) => build_truncated(plan, spec, index, frame, left).map(Ok),
+        BodyPlan::Be(be) => build_be(plan, be, index, frame, left).map(Ok),
         BodyPlan::Fe(fe) => {
             // [`FeBody`] builds this map again. The call here only attributes errors to the right scene key.
             face_map(fe, index, frame)?;
             match near.half_space_fit() {
-                Some(site) => build_hybrid(plan, fe, (index, frame, site), left),
-                None => build_fe(plan, (fe, worn), (index, frame, near), left).map(Ok),
+                Some(site) => build_hybrid(plan, fe, index, frame, site, left),
+                None => build_fe(plan, fe, worn, index, frame, near, left).map(Ok),
             }
         }
     }
@@ -75,7 +77,8 @@ pub(super) fn build_body(
 fn build_half_space(
     plan: &Plan,
     elastic: &BodyMaterial,
-    (index, frame): (usize, &ContactFrame),
+    index: usize,
+    frame: &ContactFrame,
     left: MemoryLimit,
 ) -> Result<BuiltBody, SceneError> {
     let key = BODY_KEYS[index];
@@ -93,13 +96,14 @@ fn build_half_space(
 fn build_truncated(
     plan: &Plan,
     spec: &TruncatedHalfSpacePlan,
-    (index, frame): (usize, &ContactFrame),
+    index: usize,
+    frame: &ContactFrame,
     left: MemoryLimit,
 ) -> Result<BuiltBody, SceneError> {
     let key = BODY_KEYS[index];
     let stiffness = spec.material.stiffness_in_frame(0.0);
     let spec = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
-    let body = TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.flexibility_cache.as_ref(), &left))
+    let body = TruncatedHalfSpace::new(&spec, SIDES[index], frame, plan.flexibility_cache.as_ref(), &left)
         .at(&format!("{key}.truncated"))?;
     let (held, warning) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
     let truncation = Some(TruncationRecord::new(index, body.truncation()));
@@ -110,14 +114,14 @@ fn build_truncated(
 fn build_be(
     plan: &Plan,
     be: &BeBodyPlan,
-    (index, frame): (usize, &ContactFrame),
+    index: usize,
+    frame: &ContactFrame,
     left: MemoryLimit,
 ) -> Result<BuiltBody, SceneError> {
     let key = BODY_KEYS[index];
     face_map(&be.meshed, index, frame)?;
-    let contact = (be.meshed.contact.as_str(), SIDES[index]);
-    let mut body =
-        BeBody::new(&be.bem_spec(key), contact, frame, (plan.flexibility_cache.as_ref(), &left)).at(key)?;
+    let (spec, contact, cache) = (be.bem_spec(key), &be.meshed.contact, plan.flexibility_cache.as_ref());
+    let mut body = BeBody::new(&spec, contact, SIDES[index], frame, cache, &left).at(key)?;
     let (held, warning) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
     let elastic = &be.meshed.material;
     body.limit = plan.strength_limits.get(&elastic.name).map(|limit| (*limit, elastic.material_axes(0.0)));
@@ -127,8 +131,11 @@ fn build_be(
 /// Builds body `index` with finite elements and the near field of its mesh.
 fn build_fe(
     plan: &Plan,
-    (fe, worn): (&MeshedBodyPlan, Option<Arc<Mesh>>),
-    (index, frame, near): (usize, &ContactFrame, &NearFieldModel),
+    fe: &MeshedBodyPlan,
+    worn: Option<Arc<Mesh>>,
+    index: usize,
+    frame: &ContactFrame,
+    near: &NearFieldModel,
     left: MemoryLimit,
 ) -> Result<BuiltBody, SceneError> {
     let key = BODY_KEYS[index];
@@ -139,8 +146,8 @@ fn build_fe(
     };
     let resources =
         CondensationResources { cache: plan.flexibility_cache.as_ref(), cache_contents, memory: left };
-    let contact = (fe.contact.as_str(), SIDES[index]);
-    let mut body = FeBody::with_worn_mesh(fe.fem_spec(key), contact, frame, &resources, worn).at(key)?;
+    let (spec, side) = (fe.fem_spec(key), SIDES[index]);
+    let mut body = FeBody::with_worn_mesh(spec, &fe.contact, side, frame, &resources, worn).at(key)?;
     let held = memory::resident_bytes(&body);
     body.limits.clone_from(&plan.strength_limits);
     let reason = match near {
@@ -161,7 +168,9 @@ fn build_fe(
 fn build_hybrid(
     plan: &Plan,
     fe: &MeshedBodyPlan,
-    (index, frame, site): (usize, &ContactFrame, &HalfSpaceFit),
+    index: usize,
+    frame: &ContactFrame,
+    site: &HalfSpaceFit,
     left: MemoryLimit,
 ) -> Result<Result<BuiltBody, HybridRejected>, SceneError> {
     let key = BODY_KEYS[index];
@@ -170,8 +179,8 @@ fn build_hybrid(
         cache_contents: CacheContents::Flexibility,
         memory: left,
     };
-    let contact = (fe.contact.as_str(), SIDES[index]);
-    let mut body = HybridBody::new(fe.fem_spec(key), contact, frame, site, &resources).at(key)?;
+    let (spec, side) = (fe.fem_spec(key), SIDES[index]);
+    let mut body = HybridBody::new(spec, &fe.contact, side, frame, site, &resources).at(key)?;
     let indicators = *body.indicators();
     if let Some(reason) = indicators.rejection_reason() {
         return Ok(Err(HybridRejected { reason, indicators }));

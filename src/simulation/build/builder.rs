@@ -43,7 +43,7 @@ pub fn build<'p>(
     progress: &mut dyn FnMut(ProgressEvent),
     stop: &AtomicBool,
 ) -> std::result::Result<Simulation<'p>, SceneError> {
-    build_with(plan, (None, [None, None]), progress, stop)
+    build_with(plan, None, [None, None], progress, stop)
 }
 
 /// As [`build`], but on a frame made for another plan, if given, and with the stiffness of worn meshes
@@ -53,7 +53,8 @@ pub fn build<'p>(
 /// As [`build`].
 pub fn build_with<'p>(
     plan: &'p Plan,
-    (given, worn): (Option<&ContactFrame>, WornMeshes),
+    given: Option<&ContactFrame>,
+    worn: WornMeshes,
     progress: &mut dyn FnMut(ProgressEvent),
     stop: &AtomicBool,
 ) -> std::result::Result<Simulation<'p>, SceneError> {
@@ -136,8 +137,8 @@ impl<'p> Builder<'p, '_> {
         worn: Option<Arc<Mesh>>,
         left: MemoryLimit,
     ) -> std::result::Result<std::result::Result<BuiltBody, HybridRejected>, SceneError> {
-        let (plan, near) = (self.plan, (&self.frame, &self.near_fields[index]));
-        self.report.timings.measure(BODY_KEYS[index], || build_body(plan, (index, worn), near, left))
+        let (plan, frame, near) = (self.plan, &self.frame, &self.near_fields[index]);
+        self.report.timings.measure(BODY_KEYS[index], || build_body(plan, index, worn, frame, near, left))
     }
 
     /// Builds body `index` with the near field of its mesh, because the half-space was rejected, and warns.
@@ -197,7 +198,7 @@ impl<'p> Builder<'p, '_> {
             let gap = &initial_gap[2 * frame.n_cells()..];
             let own = |record: &NearFieldRecord| {
                 let error = record.own_error.map(|error| error.mean);
-                flat_faces::own_load_warning(plan, BODY_KEYS[record.body - 1], error, (gap, approach))
+                flat_faces::own_load_warning(plan, BODY_KEYS[record.body - 1], error, gap, approach)
             };
             report.warnings.extend(report.near_fields.iter().filter_map(own));
         }

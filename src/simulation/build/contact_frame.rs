@@ -58,8 +58,8 @@ fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
             let frame = match points {
                 FramePoints::Faces => ContactFrame::from_faces(mesh, &fe.contact, side, center, azimuth),
                 FramePoints::Nodes => {
-                    let (origin, planes) = ((center, azimuth), symmetry_planes::symmetry_nodes(plan));
-                    ContactFrame::from_nodes(mesh, (&fe.contact, side), origin, &planes)
+                    let planes = symmetry_planes::symmetry_nodes(plan);
+                    ContactFrame::from_nodes(mesh, &fe.contact, side, center, azimuth, &planes)
                 }
             };
             cells_over_other_body(plan, frame.at(BODY_KEYS[body])?.with_normal(normal.into()), body)

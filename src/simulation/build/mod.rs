@@ -121,18 +121,18 @@ impl Simulation<'_> {
             let frame = &self.model.frame;
             let gap = &self.model.initial_gap[2 * frame.n_cells()..];
             if self.bodies.iter().all(|body| body.free_gap().is_none()) {
-                let preload = flat_faces::reached_preload_warning(self.plan, frame, (gap, approach));
+                let preload = flat_faces::reached_preload_warning(self.plan, frame, gap, approach);
                 result.warnings.extend(preload.map(String::from));
             }
             if approach > 0.0 {
                 let bowed = [1, 2].map(|body| self.has_half_space_near_field(body));
-                let doubts = flat_faces::check(self.plan, frame, (gap, approach), bowed);
+                let doubts = flat_faces::check(self.plan, frame, gap, approach, bowed);
                 let doubts = doubts.map_err(|failure| failure.error)?;
                 result.warnings.extend(doubts.into_iter().map(String::from));
             }
             let own = |record: &NearFieldRecord| {
                 let error = record.own_error.map(|error| error.shape);
-                flat_faces::own_load_warning(self.plan, BODY_KEYS[record.body - 1], error, (gap, approach))
+                flat_faces::own_load_warning(self.plan, BODY_KEYS[record.body - 1], error, gap, approach)
             };
             result.warnings.extend(self.report.near_fields.iter().filter_map(own).map(String::from));
         }

@@ -41,7 +41,8 @@ pub(super) fn check_cell_size(
     plan: &Plan,
     frame: &ContactFrame,
     near: &[NearFieldModel; 2],
-    (per_node, aligned): ([Option<f64>; 2], [bool; 2]),
+    per_node: [Option<f64>; 2],
+    aligned: [bool; 2],
 ) -> Result<Vec<Warning>, SceneError> {
     let is_half_space = |index: usize| {
         near[index].half_space_fit().is_some() || matches!(plan.bodies[index], BodyPlan::HalfSpace(_))
@@ -58,8 +59,8 @@ pub(super) fn check_cell_size(
         let mut warnings = Vec::new();
         for (index, face) in per_node.into_iter().enumerate() {
             let Some(face) = face else { continue };
-            refuse_far_finer_cells(plan, frame, (index, face), &why)?;
-            warnings.extend(coarse_faces_warning(plan, frame, (index, face, frame.mean_cell_area())));
+            refuse_far_finer_cells(plan, frame, index, face, &why)?;
+            warnings.extend(coarse_faces_warning(plan, frame, index, face, frame.mean_cell_area()));
         }
         return Ok(with_reasons(warnings, &why));
     }
@@ -83,7 +84,7 @@ pub(super) fn check_cell_size(
     let coarse = |index: usize| {
         let face = per_node[index].filter(|face| *face > least)?;
         let matters = compliance_share(plan, frame, index) >= MIN_COMPLIANCE_SHARE;
-        coarse_faces_warning(plan, frame, (index, face, cell)).filter(|_| matters)
+        coarse_faces_warning(plan, frame, index, face, cell).filter(|_| matters)
     };
     Ok(with_reasons(note.into_iter().chain((0..2).filter_map(coarse)).collect(), &why))
 }
@@ -112,7 +113,9 @@ fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
 fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
-    (index, face, cell): (usize, f64, f64),
+    index: usize,
+    face: f64,
+    cell: f64,
 ) -> Option<Warning> {
     let ratio = cell / face;
     (ratio < MIN_CELL_AREA_RATIO).then(|| {
@@ -122,7 +125,7 @@ fn coarse_faces_warning(
             format_short(face.sqrt()),
             format_short(cell.sqrt()),
             format_short(ratio),
-            coarse_faces_remedy(plan, frame, (index, face))
+            coarse_faces_remedy(plan, frame, index, face)
         ))
     })
 }
@@ -134,7 +137,8 @@ fn coarse_faces_warning(
 fn refuse_far_finer_cells(
     plan: &Plan,
     frame: &ContactFrame,
-    (index, face): (usize, f64),
+    index: usize,
+    face: f64,
     why: &str,
 ) -> Result<(), SceneError> {
     let ratio = frame.mean_cell_area() / face;
@@ -147,13 +151,13 @@ fn refuse_far_finer_cells(
         "the cells of the frame are far smaller than the contact faces of {key}: cell side {} {unit}, node spacing {} {unit}. Pressures would be several times too high; {}, or accept this with {key}.near_field = \"mesh\"{why}",
         format_short(frame.mean_cell_area().sqrt()),
         format_short(face.sqrt()),
-        coarse_faces_remedy(plan, frame, (index, face))
+        coarse_faces_remedy(plan, frame, index, face)
     ));
     Err(SceneError { error, key: format!("{key}.near_field") })
 }
 
 /// Recommendation for contact faces of body `index` that are coarser than the cells of the frame.
-fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, (index, face): (usize, f64)) -> String {
+fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, index: usize, face: f64) -> String {
     let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
     let side = format_number((face * MIN_CELL_AREA_RATIO).sqrt());
     let smaller = format!("use smaller faces of {key} under the contact");

@@ -45,7 +45,7 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     for (index, key) in BODY_KEYS.into_iter().enumerate() {
         if let Some(motions) = free_motions(&plan.bodies[index], key)? {
             refuse_friction_on_unconstrained_be(plan, index, &motions)?;
-            let relative = |j: usize| relative_motion((&motions, j), frame, SIDES[index]);
+            let relative = |j: usize| relative_motion(&motions, j, frame, SIDES[index]);
             let relative = (0..motions.n_modes()).map(relative).collect();
             floating.push(UnconstrainedBody { index, motions, relative });
         }

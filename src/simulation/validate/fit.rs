@@ -75,9 +75,10 @@ pub(crate) fn check(
         if let Some(be) = body.as_be() {
             let under = be.bem_spec(key).check(&fe.contact, SIDES[index], frame).at(key)?;
             aligned[index] = under.cells_within_elements;
-            notes.extend(under.thinnest_element.and_then(|thin| thin_body_warning(key, &fe.mesh, thin)));
+            let thin = |(element, ratio)| thin_body_warning(key, &fe.mesh, element, ratio);
+            notes.extend(under.thinnest_element.and_then(thin));
         } else if near[index].half_space_fit().is_none() {
-            refuse_fixed_contact_nodes(plan, (fe, index), &map, frame)?;
+            refuse_fixed_contact_nodes(plan, fe, index, &map, frame)?;
         }
         let faces: Vec<&SurfaceFace> =
             faces.iter().filter(|face| face.nodes.iter().all(|&node| under[node])).collect();
@@ -98,7 +99,7 @@ pub(crate) fn check(
         notes.extend(flat_faces::preload_warning(plan, frame, &gap));
         if let Some(approach) = plan.max_prescribed_approach() {
             let bowed = near.each_ref().map(NearFieldModel::corrects_face_curvature);
-            notes.extend(flat_faces::check(plan, frame, (&gap, approach), bowed)?);
+            notes.extend(flat_faces::check(plan, frame, &gap, approach, bowed)?);
         }
     }
     if plan.gap.shape != GapShape::Mesh {
@@ -108,7 +109,7 @@ pub(crate) fn check(
             notes.extend(height_map::check(plan, frame, &gap));
         }
     }
-    notes.extend(check_cell_size(plan, frame, near, (per_node, aligned))?);
+    notes.extend(check_cell_size(plan, frame, near, per_node, aligned)?);
     Ok(notes)
 }
 
@@ -130,9 +131,9 @@ fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), S
     .at("frame.center")
 }
 
-/// Warns if a boundary element is too large to represent bending of the body. The pair is the element's index among the outer faces
-/// and the ratio of its node spacing to the thickness of the body behind it.
-fn thin_body_warning(key: &str, mesh: &Mesh, (element, ratio): (usize, f64)) -> Option<Warning> {
+/// Warns if a boundary element is too large to represent bending of the body. `element` is its index among the outer faces, `ratio`
+/// its node spacing divided by the thickness of the body behind it.
+fn thin_body_warning(key: &str, mesh: &Mesh, element: usize, ratio: f64) -> Option<Warning> {
     let face =
         outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;
     Some(Warning::uncertain(&format!(

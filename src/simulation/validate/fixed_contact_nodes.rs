@@ -15,7 +15,8 @@ const FIXED_NORMAL_SHARE: f64 = 0.999;
 /// Refuses supports that fix a node under the frame along the normal.
 pub(super) fn refuse_fixed_contact_nodes(
     plan: &Plan,
-    (fe, index): (&MeshedBodyPlan, usize),
+    fe: &MeshedBodyPlan,
+    index: usize,
     map: &FaceMap,
     frame: &ContactFrame,
 ) -> Result<(), SceneError> {

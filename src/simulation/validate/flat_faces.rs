@@ -38,7 +38,8 @@ pub(crate) fn preload_warning(plan: &Plan, frame: &ContactFrame, gap: &[f64]) ->
 pub(crate) fn reached_preload_warning(
     plan: &Plan,
     frame: &ContactFrame,
-    (gap, approach): (&[f64], f64),
+    gap: &[f64],
+    approach: f64,
 ) -> Option<Warning> {
     let overlap = -gap.iter().copied().fold(f64::INFINITY, f64::min);
     let under_force =
@@ -70,7 +71,8 @@ pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> 
 pub(crate) fn check(
     plan: &Plan,
     frame: &ContactFrame,
-    (gap, depth): (&[f64], f64),
+    gap: &[f64],
+    depth: f64,
     bowed: [bool; 2],
 ) -> Result<Vec<Warning>, SceneError> {
     let mut doubts = Vec::new();
@@ -83,7 +85,7 @@ pub(crate) fn check(
         let lost = |cut: &EdgeSagitta| if bowed { cut.disagreement() } else { cut.largest() };
         let worst = cuts.into_iter().max_by(|a, b| lost(a).total_cmp(&lost(b)));
         let Some(worst) = worst.filter(|cut| lost(cut) > MAX_FACETING_ERROR_SHARE * depth) else { continue };
-        doubts.push(faceting_warning(plan, BODY_KEYS[index], (&worst, lost(&worst)), (depth, bowed)));
+        doubts.push(faceting_warning(plan, BODY_KEYS[index], &worst, lost(&worst), depth, bowed));
     }
     Ok(doubts)
 }
@@ -132,7 +134,8 @@ pub(crate) fn own_load_warning(
     plan: &Plan,
     key: &str,
     error: Option<f64>,
-    (gap, approach): (&[f64], f64),
+    gap: &[f64],
+    approach: f64,
 ) -> Option<Warning> {
     let overlap = approach - gap.iter().copied().fold(f64::INFINITY, f64::min);
     let depth = overlap.abs();
@@ -150,8 +153,10 @@ pub(crate) fn own_load_warning(
 fn faceting_warning(
     plan: &Plan,
     key: &str,
-    (cut, lost): (&EdgeSagitta, f64),
-    (depth, bowed): (f64, bool),
+    cut: &EdgeSagitta,
+    lost: f64,
+    depth: f64,
+    bowed: bool,
 ) -> Warning {
     let unit = &plan.units.length;
     let share = 100.0 * lost / depth;

@@ -20,11 +20,11 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError>
         let key = format!("output.inside.{i}");
         let index = usize::from(request.side == SIDES[1]);
         match &plan.bodies[index] {
-            BodyPlan::HalfSpace(_) => below(plan, frame, (&key, request)),
+            BodyPlan::HalfSpace(_) => below(plan, frame, &key, request),
             BodyPlan::Be(be) => {
                 let points = request.points();
                 let outside = be.bem_spec(BODY_KEYS[index]).first_point_outside(&points).at(&key)?;
-                outside.map_or(Ok(()), |first| refuse_outside_point(plan, (&key, request), &points[first]))
+                outside.map_or(Ok(()), |first| refuse_outside_point(plan, &key, request, &points[first]))
             }
             // The scene reader refuses interior points of these bodies.
             BodyPlan::Fe(_) | BodyPlan::TruncatedHalfSpace(_) | BodyPlan::Rigid => Ok(()),
@@ -36,7 +36,8 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError>
 fn below(
     plan: &Plan,
     frame: &ContactFrame,
-    (key, request): (&str, &InteriorPointRequest),
+    key: &str,
+    request: &InteriorPointRequest,
 ) -> Result<(), SceneError> {
     for (name, corner) in request.corners() {
         if let Some((_, height)) = first_point_above_surface(request.side, frame, &[corner]).at(key)? {
@@ -57,7 +58,8 @@ fn below(
 
 fn refuse_outside_point(
     plan: &Plan,
-    (key, request): (&str, &InteriorPointRequest),
+    key: &str,
+    request: &InteriorPointRequest,
     point: &Point,
 ) -> Result<(), SceneError> {
     let corners = request.corners();

@@ -39,7 +39,7 @@ pub(super) fn spec(
 }
 
 pub(super) fn body(spec: &BeSpec, contact: &str, side: Side, frame: &ContactFrame) -> BeBody {
-    BeBody::new(spec, (contact, side), frame, (None, &MemoryLimit::of_machine())).unwrap()
+    BeBody::new(spec, contact, side, frame, None, &MemoryLimit::of_machine()).unwrap()
 }
 
 /// Gap between two bodies under tractions.

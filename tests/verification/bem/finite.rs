@@ -60,7 +60,7 @@ pub(super) fn elements(
     accuracy: f64,
 ) -> BoundaryElements {
     let field = FullSpaceField::new(stiffness).unwrap();
-    BoundaryElements::new(panels, interpolation, (stiffness, field), accuracy)
+    BoundaryElements::new(panels, interpolation, stiffness, field, accuracy)
 }
 
 pub(super) fn flat(values: impl Iterator<Item = Point>) -> Vec<f64> {

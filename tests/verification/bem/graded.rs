@@ -132,7 +132,7 @@ fn memory_is_told_by_the_cells() {
         for (green, components) in [(&one, 6), (&two, 9)] {
             for tolerance in [1e-3, 1e-8] {
                 let Cells { centers, corners, areas } = &cells;
-                let told = CompressedFlexibility::typical_bytes((centers, corners, areas), green, tolerance);
+                let told = CompressedFlexibility::typical_bytes(centers, corners, areas, green, tolerance);
                 let operator = cells.compressed(green, tolerance);
                 let (n, mut out) = (cells.n(), vec![0.0; 3 * cells.n()]);
                 let ones = vec![1.0; 3 * n];
@@ -142,7 +142,7 @@ fn memory_is_told_by_the_cells() {
                 assert!(!whole || told > 4 * components * n * n);
                 let limit = MemoryLimit::of_scene(told as u64 / 2);
                 let refused =
-                    CompressedFlexibility::within_memory((centers, corners, areas), green, tolerance, &limit);
+                    CompressedFlexibility::within_memory(centers, corners, areas, green, tolerance, &limit);
                 let error = refused.err().expect("a refusal");
                 assert_eq!(error.kind(), ErrorKind::Resources);
                 assert!(error.message().contains("solver.compression_tolerance"), "{error}");

@@ -13,7 +13,7 @@ fn difference(stiffness: &Stiffness, side: Side, (half_size, n): (f64, usize)) -
     let frame = ContactFrame::grid([1.0; 2], [n; 2], [0.3, -0.2], 0.4).unwrap();
     let spec = TruncatedSpec { stiffness, half_size };
     let memory = MemoryLimit::of_machine();
-    let body = TruncatedHalfSpace::new(&spec, side, &frame, (None, &memory)).unwrap();
+    let body = TruncatedHalfSpace::new(&spec, side, &frame, None, &memory).unwrap();
     assert!(body.truncation().residual < 1e-12, "{:?}", body.truncation());
     body.truncation().difference
 }

@@ -9,7 +9,7 @@ use orthowear::mesh::faces::group_faces;
 
 /// Frame with a cell at each node of a group of body 1.
 pub fn nodal_frame(mesh: &Mesh, group: &str) -> ContactFrame {
-    ContactFrame::from_nodes(mesh, (group, Side::Lower), ([0.0; 2], 0.0), &HashMap::new()).unwrap()
+    ContactFrame::from_nodes(mesh, group, Side::Lower, [0.0; 2], 0.0, &HashMap::new()).unwrap()
 }
 
 fn mesh(distorted: bool, tetrahedra: bool) -> Mesh {

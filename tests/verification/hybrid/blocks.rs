@@ -52,7 +52,7 @@ pub fn body(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Sti
 /// Builds the body `spec` with the near field of a half-space under its contact group `contact`, for the frame `frame`.
 pub fn hybrid(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> HybridBody {
     let site = HalfSpaceFit::find(&spec, contact, side, frame).unwrap().expect("a place for a half-space");
-    HybridBody::new(spec, (contact, side), frame, &site, &CondensationResources::default()).unwrap()
+    HybridBody::new(spec, contact, side, frame, &site, &CondensationResources::default()).unwrap()
 }
 
 /// A frame of half-width [`FRAME`] with `cells` x `cells` cells.

@@ -64,7 +64,7 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     let contact_nodes = mesh.group_nodes("z1").unwrap();
     let location = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact_nodes };
     let output = BodyOutput { side: Side::Lower, body: &body, location };
-    surface_grid(&output, (&frame, &FrameMesh::new(&frame)), &field, &cells).unwrap()
+    surface_grid(&output, &frame, &FrameMesh::new(&frame), &field, &cells).unwrap()
 }
 
 /// Mean over a cell of the frame from 8 x 8 points, zero outside the unit circle.

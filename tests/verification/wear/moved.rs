@@ -51,8 +51,8 @@ fn blocks(side: Side, thickness: f64) -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-fn contact(side: Side) -> (&'static str, Side) {
-    (if side == Side::Lower { "high2" } else { "low2" }, side)
+fn contact(side: Side) -> &'static str {
+    if side == Side::Lower { "high2" } else { "low2" }
 }
 
 fn held(mesh: Mesh, side: Side) -> FeSpec {
@@ -65,7 +65,7 @@ fn frame(half_width: f64, cells: [usize; 2]) -> ContactFrame {
 }
 
 fn worn(spec: &FeSpec, side: Side, frame: &ContactFrame, depth: &[f64]) -> Result<Mesh> {
-    worn_mesh(spec, contact(side), (frame, depth), &MemoryLimit::of_machine())
+    worn_mesh(spec, contact(side), side, frame, depth, &MemoryLimit::of_machine())
 }
 
 /// A wear depth that reaches the edge of the frame on one side.
@@ -97,10 +97,10 @@ fn volumes_are_conserved() {
             let (group, base) = if name.starts_with("tet") {
                 ("contact", "base")
             } else {
-                (contact(side).0, if side == Side::Lower { "low2" } else { "high2" })
+                (contact(side), if side == Side::Lower { "low2" } else { "high2" })
             };
             let spec = spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp(base)]);
-            let after = worn_mesh(&spec, (group, side), (&frame, &depth), &MemoryLimit::of_machine());
+            let after = worn_mesh(&spec, group, side, &frame, &depth, &MemoryLimit::of_machine());
             let after = after.expect("a mesh");
             let [a, b] = [&*spec.mesh, &after].map(|mesh| check(mesh).expect("a sound mesh").volume);
             assert!((a - b - lost).abs() < 1e-12 * a, "{name} {side:?}: {} {lost}", a - b);
@@ -152,8 +152,8 @@ fn even_wear_gives_the_thinner_layer() {
             }
             let resources = CondensationResources::default();
             let moved =
-                FeBody::with_worn_mesh(spec, contact(side), &frame, &resources, Some(Arc::new(after)));
-            let made = FeBody::with_worn_mesh(thin, contact(side), &frame, &resources, None);
+                FeBody::with_worn_mesh(spec, contact(side), side, &frame, &resources, Some(Arc::new(after)));
+            let made = FeBody::with_worn_mesh(thin, contact(side), side, &frame, &resources, None);
             let apart = difference([moved, made].map(|body| body.expect("a body")), frame.n_cells());
             assert!(apart < 1e-10, "{name} {side:?}: {apart:e}");
         }
@@ -170,7 +170,7 @@ fn holes_get_wider() {
     let frame = ContactFrame::from_faces(&mesh, "low1", Side::Lower, [0.0; 2], 0.0).expect("a frame");
     let spec = spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("high1")]);
     let depth = vec![lost; frame.n_cells()];
-    let after = worn_mesh(&spec, ("low1", Side::Lower), (&frame, &depth), &MemoryLimit::of_machine());
+    let after = worn_mesh(&spec, "low1", Side::Lower, &frame, &depth, &MemoryLimit::of_machine());
     let radius = |x: &[f64; 3]| x[0].hypot(x[1]);
     let hole = spec.mesh.group_nodes("low1").expect("a group");
     for (node, (a, b)) in spec.mesh.points.iter().zip(&after.expect("a mesh").points).enumerate() {
@@ -195,7 +195,7 @@ fn quarters_move_as_the_whole() {
     let frame = ContactFrame::from_faces(&mesh, "low1", Side::Lower, [0.0; 2], 0.0).expect("a frame");
     let spec = spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("high1")]);
     let depth = vec![lost; frame.n_cells()];
-    let after = worn_mesh(&spec, ("low1", Side::Lower), (&frame, &depth), &MemoryLimit::of_machine());
+    let after = worn_mesh(&spec, "low1", Side::Lower, &frame, &depth, &MemoryLimit::of_machine());
     let after = after.expect("a mesh");
     let radius = |x: &[f64; 3]| x[0].hypot(x[1]);
     for node in spec.mesh.group_nodes("low1").expect("a group") {
@@ -265,8 +265,8 @@ fn model(mesh: Option<Mesh>, frame: &ContactFrame) -> Model {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("admissible");
     let spec = spec(unworn, steel, HexFormulation::Enhanced, vec![clamp("low2")]);
     let mesh = mesh.map(Arc::new);
-    let body =
-        FeBody::with_worn_mesh(spec, contact(Side::Lower), frame, &CondensationResources::default(), mesh);
+    let resources = CondensationResources::default();
+    let body = FeBody::with_worn_mesh(spec, contact(Side::Lower), Side::Lower, frame, &resources, mesh);
     let coupled = couple(
         &mut body.expect("a body"),
         &mut RigidBody,

@@ -69,7 +69,7 @@ impl FftFlexibility {
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
         let table = Arc::new(KernelTable::new(cells, spacing, green));
         cancel::check()?;
-        let symbol = Arc::new(GridSymbol::new(cells, (table, 1), coupled));
+        let symbol = Arc::new(GridSymbol::new(cells, table, 1, coupled));
         Ok(Self::of_symbol(symbol, spacing, Arc::new(Admittance::new(green))))
     }
 
@@ -88,7 +88,7 @@ impl FftFlexibility {
     /// Operator on a smaller grid, whose cell sides are `factor` times the cell sides of this grid.
     fn on_smaller_grid(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
         let spacing = self.spacing.map(|side| side * factor as f64);
-        let symbol = GridSymbol::new(cells, (self.symbol.table.clone(), factor), self.symbol.coupled);
+        let symbol = GridSymbol::new(cells, self.symbol.table.clone(), factor, self.symbol.coupled);
         Arc::new(Self::of_symbol(Arc::new(symbol), spacing, self.admittance.clone()))
     }
 

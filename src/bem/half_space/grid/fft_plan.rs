@@ -96,7 +96,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
 
     fn forward_rows<const C: usize>(
         &self,
-        (input, factor): (&[f64], f64),
+        input: &[f64],
+        factor: f64,
         rows: &mut [Complex<T>],
         tasks: &mut [Scratch<T>],
     ) {
@@ -176,7 +177,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
     fn backward_rows<const C: usize>(
         &self,
         columns: &[Complex<T>],
-        (output, factor): (&mut [f64], f64),
+        output: &mut [f64],
+        factor: f64,
         tasks: &mut [Scratch<T>],
     ) {
         let [nx, ny] = self.cells;
@@ -276,7 +278,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
         buffers: &mut PaddedGridBuffers<T>,
         multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
     ) {
-        self.apply_scaled::<C>(input, output, (buffers, [1.0; 2]), multiply);
+        self.apply_scaled::<C>(input, output, buffers, [1.0; 2], multiply);
     }
 
     /// As [`Self::apply`], with the input scaled by the first factor and the output by the second.
@@ -284,15 +286,16 @@ impl<T: FftReal> PaddedGridPlan<T> {
         &self,
         input: &[f64],
         output: &mut [f64],
-        (buffers, [before, after]): (&mut PaddedGridBuffers<T>, [f64; 2]),
+        buffers: &mut PaddedGridBuffers<T>,
+        [before, after]: [f64; 2],
         multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
     ) {
         let PaddedGridBuffers { rows, columns, tasks } = buffers;
         let rows = &mut rows[..C * self.cells[0] * self.half_spectrum()];
         let columns = &mut columns[..C * self.column_stride() * self.half_spectrum()];
-        self.forward_rows::<C>((input, before), rows, tasks);
+        self.forward_rows::<C>(input, before, rows, tasks);
         self.through_columns::<C>(rows, columns, tasks, multiply);
-        self.backward_rows::<C>(columns, (output, after), tasks);
+        self.backward_rows::<C>(columns, output, after, tasks);
     }
 }
 

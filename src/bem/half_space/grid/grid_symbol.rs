@@ -1,5 +1,6 @@
 //! Symbol of a block-Toeplitz operator on a uniform grid: the Fourier transform of its kernel on the zero-padded grid.
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::Complex;
@@ -25,11 +26,7 @@ pub(super) struct GridSymbol {
 
 impl GridSymbol {
     /// Symbol of the kernel in `table` on `cells` whose sides are `coarsening` times the cell sides of the table.
-    pub(super) fn new(
-        cells: [usize; 2],
-        (table, coarsening): (Arc<KernelTable>, usize),
-        coupled: bool,
-    ) -> Self {
+    pub(super) fn new(cells: [usize; 2], table: Arc<KernelTable>, coarsening: usize, coupled: bool) -> Self {
         let plan = PaddedGridPlan::new(cells);
         Self { plan, table, coarsening, coupled, normal: OnceLock::new(), other_planes: OnceLock::new() }
     }
@@ -92,29 +89,24 @@ impl GridSymbol {
                 let transformed = self
                     .plan
                     .transform(|ix, row| of_these.iter().for_each(|plane| self.add_row(plane, ix, row)));
-                self.put((&mut symbol, count), &transformed, (first, parts));
+                self.put(&mut symbol, count, &transformed, first..first + parts);
                 first += parts;
             }
         }
         symbol
     }
 
-    /// Writes a transform into the planes of a symbol with `count` planes, starting at plane `first`. The real part takes one
-    /// plane; for two `parts`, the imaginary part takes the next.
-    fn put(
-        &self,
-        (symbol, count): (&mut [f64], usize),
-        transformed: &[Complex<f64>],
-        (first, parts): (usize, usize),
-    ) {
+    /// Writes a transform into one or two of the `count` planes of a symbol. The real part takes the first of `planes`, the
+    /// imaginary part the second.
+    fn put(&self, symbol: &mut [f64], count: usize, transformed: &[Complex<f64>], planes: Range<usize>) {
         let (px, weight) = (self.plan.padded[0], self.weight());
         symbol.par_chunks_exact_mut(count * px).zip(transformed.par_chunks_exact(px)).for_each(
-            |(planes, column)| {
-                let planes = &mut planes[first * px..(first + parts) * px];
+            |(symbol, column)| {
+                let own = &mut symbol[planes.start * px..planes.end * px];
                 for (ix, value) in column.iter().enumerate() {
-                    planes[ix] = value.re * weight;
-                    if parts == 2 {
-                        planes[px + ix] = value.im * weight;
+                    own[ix] = value.re * weight;
+                    if planes.len() == 2 {
+                        own[px + ix] = value.im * weight;
                     }
                 }
             },

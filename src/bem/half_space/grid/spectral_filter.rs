@@ -95,27 +95,27 @@ impl SpectralFilter {
                 let multiply = |ky: usize, [column]: [&mut [Complex<f32>]; 1]| {
                     column.iter_mut().zip(row(ky)).for_each(|(value, factor)| *value *= *factor);
                 };
-                self.convolution.apply_scaled::<1>(input, output, (&mut buffers, scales), multiply);
+                self.convolution.apply_scaled::<1>(input, output, &mut buffers, scales, multiply);
             }
             ComponentSet::Tangential => {
                 let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 2]| {
                     multiply_tangential(split(row(ky), px), columns);
                 };
-                self.convolution.apply_scaled::<2>(input, output, (&mut buffers, scales), multiply);
+                self.convolution.apply_scaled::<2>(input, output, &mut buffers, scales, multiply);
             }
             ComponentSet::Uncoupled => {
                 let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 3]| {
                     let (nn, rest) = row(ky).split_at(px);
                     multiply_uncoupled(nn, split(rest, px), columns);
                 };
-                self.convolution.apply_scaled::<3>(input, output, (&mut buffers, scales), multiply);
+                self.convolution.apply_scaled::<3>(input, output, &mut buffers, scales, multiply);
             }
             ComponentSet::Coupled => {
                 let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 3]| {
                     let (nn, rest) = row(ky).split_at(px);
                     multiply_coupled(nn, split(rest, px), columns);
                 };
-                self.convolution.apply_scaled::<3>(input, output, (&mut buffers, scales), multiply);
+                self.convolution.apply_scaled::<3>(input, output, &mut buffers, scales, multiply);
             }
         }
     }

@@ -84,7 +84,8 @@ impl PeriodicFlexibility {
                 &convolution,
                 spacing,
                 usize::from(periodic[0]),
-                (&admittance, green.singularity_distance()),
+                &admittance,
+                green.singularity_distance(),
             ),
         };
         cancel::check()?;

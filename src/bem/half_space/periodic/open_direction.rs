@@ -15,7 +15,7 @@ use nalgebra::Complex;
 use rustfft::FftPlanner;
 
 use crate::bem::half_space::green::admittance::{Admittance, Hermitian, Rows, hermitian};
-use crate::bem::half_space::grid::fft_plan::fast_size;
+use crate::bem::half_space::grid::fft_plan::{PaddedGridPlan, fast_size};
 use crate::cancel;
 
 /// Number of aliases on each side that are summed directly.
@@ -60,23 +60,17 @@ pub(super) struct OpenDirection<'a> {
 }
 
 impl<'a> OpenDirection<'a> {
-    /// Open direction along `axis` of a frame with `cells` cells (`padded` with padding) along x and y, and cell sides `spacing`.
+    /// Open direction along `axis` of the frame with the cells of `convolution` and the cell sides `spacing`.
     pub(super) fn new(
         axis: usize,
-        (cells, padded): ([usize; 2], [usize; 2]),
+        convolution: &PaddedGridPlan,
         spacing: [f64; 2],
-        (admittance, singularity_distance): (&'a Admittance, f64),
+        admittance: &'a Admittance,
+        singularity_distance: f64,
     ) -> Self {
-        let datum = 0.5 * cells[axis] as f64 * spacing[axis];
-        Self {
-            admittance,
-            axis,
-            cells: cells[axis],
-            padded: padded[axis],
-            spacing,
-            datum,
-            singularity_distance,
-        }
+        let (cells, padded) = (convolution.cells[axis], convolution.padded[axis]);
+        let datum = 0.5 * cells as f64 * spacing[axis];
+        Self { admittance, axis, cells, padded, spacing, datum, singularity_distance }
     }
 
     /// Transform of K over the padded cells for the harmonic `index` of the `count` cells in the periodic direction.
@@ -88,12 +82,12 @@ impl<'a> OpenDirection<'a> {
         let paired = 2 * index == count;
         let period = self.wraparound_free_period(k);
         if period <= self.padded {
-            return (0..self.padded).map(|j| self.sum_over_aliases(j, self.padded, (k, paired))).collect();
+            return (0..self.padded).map(|j| self.sum_over_aliases(j, self.padded, k, paired)).collect();
         }
         // After cancellation the remaining values are set to zero, and the result is not used.
         let sum = |j| match cancel::requested() {
             true => [0.0; 9],
-            false => self.sum_over_aliases(j, period, (k, paired)),
+            false => self.sum_over_aliases(j, period, k, paired),
         };
         let wide: Vec<Hermitian> = (0..period).map(sum).collect();
         let kernel = kernel_from_symbol(&wide);
@@ -116,13 +110,13 @@ impl<'a> OpenDirection<'a> {
 
     /// Sum over the aliases of the wavenumber with index `j` on a line of `period` cells, for the wavenumber `k` of the periodic
     /// direction. If k and -k coincide on the grid (`paired`), returns the mean of the sums at k and -k.
-    pub(super) fn sum_over_aliases(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
+    pub(super) fn sum_over_aliases(&self, j: usize, period: usize, k: f64, paired: bool) -> Hermitian {
         let h = self.spacing[self.axis];
         let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };
         let kappa = 2.0 * PI * signed / (period as f64 * h);
         let mut sum = [0.0; 9];
         let half = 0.5 * kappa * h;
-        self.add((kappa, k, paired), if half == 0.0 { 1.0 } else { half.sin() / half }, &mut sum);
+        self.add(kappa, k, paired, if half == 0.0 { 1.0 } else { half.sin() / half }, &mut sum);
         if half != 0.0 {
             let plain = ALIASES
                 + (EXTRA_ALIASES_PER_KH * k * h / (2.0 * PI * self.singularity_distance)).ceil() as usize;
@@ -138,14 +132,14 @@ impl<'a> OpenDirection<'a> {
                 }
                 for shift in [i as f64, -(i as f64)] {
                     let alias = kappa + 2.0 * PI * shift / h;
-                    self.add((alias, k, paired), tail * weight / alias, &mut sum);
+                    self.add(alias, k, paired, tail * weight / alias, &mut sum);
                 }
             }
         }
         hermitian(&sum)
     }
 
-    fn add(&self, (kappa, k, paired): (f64, f64, bool), factor: f64, sum: &mut Rows) {
+    fn add(&self, kappa: f64, k: f64, paired: bool, factor: f64, sum: &mut Rows) {
         let at = |k: f64| if self.axis == 0 { [kappa, k] } else { [k, kappa] };
         if paired {
             self.admittance.add(at(k), 0.5 * factor, sum);

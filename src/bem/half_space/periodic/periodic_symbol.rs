@@ -39,15 +39,15 @@ pub(super) fn doubly_periodic_symbol(
     })
 }
 
-/// Symbol of a frame that is open along `axis` and periodic along the other axis, times 1/(padded size). `material`: admittance and
-/// singularity distance.
+/// Symbol of a frame that is open along `axis` and periodic along the other axis, times 1/(padded size).
 pub(super) fn singly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],
     axis: usize,
-    material: (&Admittance, f64),
+    admittance: &Admittance,
+    singularity_distance: f64,
 ) -> Vec<f64> {
-    let line = OpenDirection::new(axis, (convolution.cells, convolution.padded), spacing, material);
+    let line = OpenDirection::new(axis, convolution, spacing, admittance, singularity_distance);
     let count = convolution.padded[1 - axis];
     let harmonics: Vec<Vec<Hermitian>> = (0..count / 2 + 1)
         .into_par_iter()

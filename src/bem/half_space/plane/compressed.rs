@@ -39,9 +39,6 @@ const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 1.9;
 /// measured.
 const BUILD_SECONDS_PER_CELL: f64 = 2e-7;
 
-/// Cells: centres `[N]` and corners (counter-clockwise) `[N]` in the plane of the frame, mm, and areas `[N]`, mm2.
-pub type PolygonCells<'a> = (&'a [[f64; 2]], &'a [Vec<[f64; 2]>], &'a [f64]);
-
 /// Advice if memory does not suffice.
 pub const MEMORY_HELP: &str = "use a coarser frame or a grid frame, or raise solver.compression_tolerance";
 
@@ -87,15 +84,17 @@ impl CompressedFlexibility {
         green: &SurfaceGreen,
         tolerance: f64,
     ) -> Result<Self> {
-        Self::within_memory((centers, cells, areas), green, tolerance, &MemoryLimit::of_machine())
+        Self::within_memory(centers, cells, areas, green, tolerance, &MemoryLimit::of_machine())
     }
 
-    /// As [`Self::new`] with (centres, corners, areas) and a memory `limit`.
+    /// As [`Self::new`] with a memory `limit`.
     ///
     /// # Errors
     /// As [`Self::new`].
     pub fn within_memory(
-        (centers, cells, areas): PolygonCells<'_>,
+        centers: &[[f64; 2]],
+        cells: &[Vec<[f64; 2]>],
+        areas: &[f64],
         green: &SurfaceGreen,
         tolerance: f64,
         limit: &MemoryLimit,
@@ -148,7 +147,9 @@ impl CompressedFlexibility {
     /// Estimated memory, bytes, with an error of up to a third. Near blocks are counted, far blocks estimated from typical ranks
     /// for the tolerance. [`Self::new`] uses a more accurate estimate.
     pub fn typical_bytes(
-        (centers, cells, areas): PolygonCells<'_>,
+        centers: &[[f64; 2]],
+        cells: &[Vec<[f64; 2]>],
+        areas: &[f64],
         green: &SurfaceGreen,
         tolerance: f64,
     ) -> usize {
@@ -178,7 +179,8 @@ impl CompressedFlexibility {
     /// `y`, times `back(area)`.
     fn in_order(
         &self,
-        (x, y): (&[f64], &mut [f64]),
+        x: &[f64],
+        y: &mut [f64],
         factor: impl Fn(f64) -> f64,
         with: impl FnOnce(&[f64], &mut [f64]),
         back: impl Fn(f64) -> f64,
@@ -203,16 +205,11 @@ impl CompressedFlexibility {
     fn multiply(&self, uses: &[ComponentProduct], x: &[f64], y: &mut [f64]) {
         let scale = self.pairs.scale();
         let product = |x: &[f64], y: &mut [f64]| self.matrix.multiply(uses, x, y);
-        self.in_order((x, y), |area| area, product, |_| 1.0 / scale);
+        self.in_order(x, y, |area| area, product, |_| 1.0 / scale);
     }
 
     /// Multiplies by an approximation of S⁻¹ = A⁻¹ F⁻¹.
-    fn apply_approximate_inverse(
-        &self,
-        (which, uses): (usize, &[ComponentProduct]),
-        x: &[f64],
-        y: &mut [f64],
-    ) {
+    fn apply_approximate_inverse(&self, which: usize, uses: &[ComponentProduct], x: &[f64], y: &mut [f64]) {
         let (scale, n) = (self.pairs.scale(), self.place_and_area.len());
         let make = || {
             let mut weights = vec![0.0; n];
@@ -220,7 +217,7 @@ impl CompressedFlexibility {
             AdditiveSchwarz::new(&self.matrix, uses, x.len() / n, &weights)
         };
         let inverse = self.inverses[which].get_or_init(make);
-        self.in_order((x, y), |_| scale, |x, y| inverse.apply(x, y), |area| 1.0 / area);
+        self.in_order(x, y, |_| scale, |x, y| inverse.apply(x, y), |area| 1.0 / area);
     }
 }
 
@@ -269,12 +266,12 @@ impl Flexibility for CompressedFlexibility {
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        self.apply_approximate_inverse((0, &self.normal), normal_gap, pressure);
+        self.apply_approximate_inverse(0, &self.normal, normal_gap, pressure);
         true
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
-        self.apply_approximate_inverse((1, &self.all), gap, tractions);
+        self.apply_approximate_inverse(1, &self.all, gap, tractions);
         true
     }
 

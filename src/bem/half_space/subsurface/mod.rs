@@ -147,7 +147,8 @@ impl<'a> SubsurfaceField<'a> {
     /// Field under uniform tractions on cells. Each item of `cells` has the corners on the surface and the traction on the body
     /// (MPa). `field` belongs to the same `stiffness`, in the axes of the surface.
     pub fn new(
-        (stiffness, field): (&'a Stiffness, &'a PointForceField),
+        stiffness: &'a Stiffness,
+        field: &'a PointForceField,
         cells: impl Iterator<Item = (Vec<[f64; 2]>, Point)>,
     ) -> Self {
         let loaded = cells.filter(|(_, traction)| *traction != Point::zeros());
@@ -323,7 +324,7 @@ mod tests {
         };
         let cell = (0..n as usize).map(corner).collect();
         let below =
-            SubsurfaceField::new((&stiffness, &field), std::iter::once((cell, Point::new(0.0, 0.0, -p))));
+            SubsurfaceField::new(&stiffness, &field, std::iter::once((cell, Point::new(0.0, 0.0, -p))));
         for depth in [0.01, 0.1, 0.5, 1.0, 3.0] {
             let found = below.at(&Point::new(0.0, 0.0, -depth)).stress;
             let zeta = depth / f64::hypot(1.0, depth);
@@ -351,7 +352,7 @@ mod tests {
                 Point::new((k as f64).sin(), 0.3 * (2.0 * k as f64).cos(), -2.0 - (0.1 * k as f64).cos())
             };
             let cells: Vec<_> = (0..n * n).map(|k| (rectangle(place(k), [0.05; 2]), traction(k))).collect();
-            let below = SubsurfaceField::new((&stiffness, &field), cells.into_iter());
+            let below = SubsurfaceField::new(&stiffness, &field, cells.into_iter());
             let rules = [12, 6].map(gauss_legendre);
             for y in [
                 [1.15, 1.15, -0.05],
@@ -402,7 +403,7 @@ mod tests {
             let pressure = p0 * a / h * (integral((x + 0.5 * h) / a) - integral((x - 0.5 * h) / a));
             (rectangle([x, 0.0], [0.5 * h, length]), Point::new(0.0, 0.0, -pressure))
         };
-        let below = SubsurfaceField::new((&stiffness, &field), (0..n).map(strip));
+        let below = SubsurfaceField::new(&stiffness, &field, (0..n).map(strip));
         let shear = |depth: f64| {
             let stress = below.at(&Point::new(0.0, 0.0, -depth * a)).stress;
             0.5 * (stress[(0, 0)] - stress[(2, 2)])

@@ -73,7 +73,7 @@ impl PointForceField {
         let green = SurfaceGreen::new(stiffness, Side::Lower)?;
         let surface = SurfacePointForce::new(stiffness, &green);
         let symmetry = DirectionSymmetry::Planes([0, 1].map(|axis| is_mirror(stiffness, axis)));
-        let (inside, note) = CubeTable::load_or_compute((KIND, stiffness), symmetry, cache, || {
+        let (inside, note) = CubeTable::load_or_compute(KIND, stiffness, symmetry, cache, || {
             let integral = PointForceIntegral::new(stiffness, &green);
             let angles = (0..COMPARED_ON_SURFACE).map(|k| 2.0 * PI * k as f64 / COMPARED_ON_SURFACE as f64);
             let on_surface = angles.map(|phi| Vector3::new(phi.cos(), phi.sin(), -SURFACE_TOLERANCE));

@@ -98,7 +98,7 @@ impl<'p> CoarseToFine<'_, 'p> {
         };
         for _ in 0..MAX_WINDOWS {
             let (window, operator) = self.window(rectangle, 1)?;
-            self.on_window((window, operator), it, control)?;
+            self.on_window(window, operator, it, control)?;
             self.problem.evaluate(it);
             self.report.applications += self.problem.applications();
             self.report.residual = self.problem.natural_residual(it);
@@ -170,10 +170,10 @@ impl<'p> CoarseToFine<'_, 'p> {
         let options =
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
         while factor > 1 {
-            let window = self.window(rectangle, factor)?;
+            let (window, operator) = self.window(rectangle, factor)?;
             // The callback gets the residual 1, because it only decides whether to cancel.
             let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
-            self.on_window(window, it, &mut SolveControl::new(options, &mut told))?;
+            self.on_window(window, operator, it, &mut SolveControl::new(options, &mut told))?;
             if self.report.stop != StopReason::Converged {
                 return None;
             }
@@ -214,7 +214,8 @@ impl<'p> CoarseToFine<'_, 'p> {
 
     fn on_window(
         &mut self,
-        (window, operator): (Window, WindowOperator),
+        window: Window,
+        operator: WindowOperator,
         it: &mut ContactState,
         control: &mut SolveControl,
     ) -> Option<()> {

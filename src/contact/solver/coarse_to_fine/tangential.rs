@@ -37,7 +37,7 @@ impl CoarseToFine<'_, '_> {
             self.rolls() && !self.is_beyond(STEADY_ROLLING_RESIDUAL, &problem, &mut state, rectangle);
         let mut factor = if rolls_on { 1 } else { self.coarsest(rectangle) };
         while factor > 1 {
-            self.coarse_correction((&part, &mut state), (rectangle, factor), it, control)?;
+            self.coarse_correction(&part, &mut state, rectangle, factor, it, control)?;
             factor /= 2;
         }
         self.on_part(&part, &mut state, usize::MAX, control);
@@ -45,11 +45,14 @@ impl CoarseToFine<'_, '_> {
         Some(())
     }
 
-    /// Corrects the tractions on the window, and the rigid motions, by a solution on cells whose side is `factor` times as long.
+    /// Corrects the tractions `state` on the window `part`, and the rigid motions, by a solution on cells whose side is `factor`
+    /// times as long.
     fn coarse_correction(
         &mut self,
-        (part, state): (&WindowProblem, &mut ContactState),
-        (rectangle, factor): (Rectangle, usize),
+        part: &WindowProblem,
+        state: &mut ContactState,
+        rectangle: Rectangle,
+        factor: usize,
         it: &mut ContactState,
         control: &mut SolveControl,
     ) -> Option<()> {
@@ -61,7 +64,7 @@ impl CoarseToFine<'_, '_> {
             coarse.problem(self.problem).evaluate(&mut change);
             part.problem(self.problem).evaluate(state);
             self.report.applications += 2 * self.problem.applications();
-            add_coarse_defect((&part.window, state), (&mut coarse, &change));
+            add_coarse_defect(&part.window, state, &mut coarse, &change);
         }
         let before = change.scaled.clone();
         let options =
@@ -73,17 +76,20 @@ impl CoarseToFine<'_, '_> {
         if !self.report.converged() {
             return Some(());
         }
-        add_change((&window, &before, &mut change), (&part.window, state));
+        add_change(&window, &before, &mut change, &part.window, state);
         state.rigid_motion.clone_from(&change.rigid_motion);
         Some(())
     }
 }
 
-/// Adds the change of the coarse tractions since `before` to the fine tractions. The interpolated quantity is the change divided by
-/// the pressure.
+/// Adds the change of the coarse tractions since `before` to the fine tractions `state`. The interpolated quantity is the change
+/// divided by the pressure.
 fn add_change(
-    (coarse, before, change): (&Window, &[f64], &mut ContactState),
-    (fine, state): (&Window, &mut ContactState),
+    coarse: &Window,
+    before: &[f64],
+    change: &mut ContactState,
+    fine: &Window,
+    state: &mut ContactState,
 ) {
     let (cells, n) = (coarse.n(), fine.n());
     let pressures = &before[2 * cells..];
@@ -103,10 +109,7 @@ fn add_change(
 
 /// Adds the fine-to-coarse defect correction to the initial gap of the coarse cells. The correction is the mean of the fine elastic
 /// displacements minus the coarse elastic displacements. Both states must be evaluated.
-fn add_coarse_defect(
-    (fine, state): (&Window, &ContactState),
-    (part, coarse): (&mut WindowProblem, &ContactState),
-) {
+fn add_coarse_defect(fine: &Window, state: &ContactState, part: &mut WindowProblem, coarse: &ContactState) {
     let (n, cells, window) = (fine.n(), part.window.n(), part.window);
     let frame = window.frame[0] * window.frame[1];
     let mut field = vec![0.0; frame];

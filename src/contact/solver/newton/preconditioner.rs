@@ -34,7 +34,7 @@ impl ActiveSetInverse {
                 x.copy_from_slice(rows);
                 return;
             }
-            self.gather(problem, active, (rows, x), end);
+            self.gather(problem, active, rows, x, end);
         }
     }
 
@@ -98,13 +98,7 @@ impl ActiveSetInverse {
         }
     }
 
-    fn gather(
-        &self,
-        problem: &Increment,
-        active: &[ActiveCell],
-        (rows, x): (&[f64], &mut [f64]),
-        end: usize,
-    ) {
+    fn gather(&self, problem: &Increment, active: &[ActiveCell], rows: &[f64], x: &mut [f64], end: usize) {
         let n = problem.n();
         let (hat, rolls) = (problem.friction_scaling(), rolls(problem, end));
         for active in active.iter().filter(|active| active.end == end) {
