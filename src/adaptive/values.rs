@@ -88,7 +88,8 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
         // If the whole punch is in contact, its outline is the edge of the contact.
         let flat = punch.is_some_and(|area| record.contact_area > (1.0 - 1e-9) * area);
         let mut push = |quantity: AccuracyQuantity,
-                        (name, power): (&'static str, f64),
+                        name: &'static str,
+                        power: f64,
                         value: f64,
                         scale: f64| {
             let (step, area_power) = (step.name.clone(), if flat { power } else { 0.0 });
@@ -106,26 +107,27 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             match held.normal_force {
                 true => push(
                     load,
-                    ("approach", -PUNCH_LOAD_AREA_POWER),
+                    "approach",
+                    -PUNCH_LOAD_AREA_POWER,
                     record.approach,
                     if touches { record.approach.abs() } else { 0.0 },
                 ),
-                false => push(load, ("normal_force", PUNCH_LOAD_AREA_POWER), record.normal_force, force),
+                false => push(load, "normal_force", PUNCH_LOAD_AREA_POWER, record.normal_force, force),
             }
             match held.tangential_force {
                 true => [("shift x", sx), ("shift y", sy)]
-                    .map(|(name, value)| push(load, (name, -PUNCH_LOAD_AREA_POWER), value, motion)),
+                    .map(|(name, value)| push(load, name, -PUNCH_LOAD_AREA_POWER, value, motion)),
                 false => [("tangential_force x", qx), ("tangential_force y", qy)]
-                    .map(|(name, value)| push(load, (name, PUNCH_LOAD_AREA_POWER), value, force)),
+                    .map(|(name, value)| push(load, name, PUNCH_LOAD_AREA_POWER, value, force)),
             };
         }
         if wanted.contains(&AccuracyQuantity::PeakPressure) {
             let peak = record.peak_pressure;
-            push(AccuracyQuantity::PeakPressure, ("peak_pressure", 0.0), peak, peak);
+            push(AccuracyQuantity::PeakPressure, "peak_pressure", 0.0, peak, peak);
         }
         if wanted.contains(&AccuracyQuantity::WornVolume) && plan.wear != WearLaw::None {
             let worn = record.worn_volume;
-            push(AccuracyQuantity::WornVolume, ("worn_volume", 0.0), worn, worn);
+            push(AccuracyQuantity::WornVolume, "worn_volume", 0.0, worn, worn);
         }
     }
     for (name, quantity) in found.iter().map(|value| (value.name, value.quantity)).collect::<Vec<_>>() {

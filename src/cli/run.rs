@@ -168,8 +168,8 @@ pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
     code
 }
 
-/// Final report: table of results, outcome of the run, and location of the results.
-fn final_report(summary: &Summary, directory: &Path, tolerance: f64, total: f64) -> String {
+/// Final report: table of results, outcome of the run, run time in `seconds`, and location of the results.
+fn final_report(summary: &Summary, directory: &Path, tolerance: f64, seconds: f64) -> String {
     let mut text = format!("{}\n\n", summary.title);
     text.push_str(&table::results(summary));
     text.push_str(&table::body_peak_lines(summary));
@@ -195,7 +195,7 @@ fn final_report(summary: &Summary, directory: &Path, tolerance: f64, total: f64)
         Status::Failed => "FAILED; the results so far are kept".to_owned(),
         Status::Interrupted => "INTERRUPTED; the results so far are kept".to_owned(),
     };
-    let resources = format!("{}, {memory:.0} MiB", format_duration(total));
+    let resources = format!("{}, {memory:.0} MiB", format_duration(seconds));
     text.push_str(&match summary.status {
         Status::Converged => format!("\n{how} in {resources}\n"),
         _ => format!("\n{how}\nrun time and memory: {resources}\n"),

@@ -119,15 +119,15 @@ pub fn surface_grid(
 
 fn frame_surface(
     frame: &ContactFrame,
-    cells: &FrameMesh,
+    frame_mesh: &FrameMesh,
     field: &BodyField,
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
     check_field_size(field, frame.n_cells(), "cells of the frame")?;
-    let displacement = cells.average_at_points(&frame.areas, &field.displacement);
-    let mut grid = cells.grid();
+    let displacement = frame_mesh.average_at_points(&frame.areas, &field.displacement);
+    let mut grid = frame_mesh.grid();
     displace(&mut grid.points, &displacement);
-    grid.point_data = surface_arrays(&displacement, &cells.average_at_points(&frame.areas, tractions));
+    grid.point_data = surface_arrays(&displacement, &frame_mesh.average_at_points(&frame.areas, tractions));
     grid.cell_data = surface_arrays(&field.displacement, tractions);
     Ok(grid)
 }

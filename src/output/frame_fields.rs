@@ -87,12 +87,12 @@ fn extent(frame: &ContactFrame) -> f64 {
 /// If a field has the wrong length (kind `Numerical`).
 pub fn frame_grid(
     frame: &ContactFrame,
-    mesh: &FrameMesh,
+    frame_mesh: &FrameMesh,
     surface: &SurfaceProperties,
     state: &FrameState,
 ) -> Result<UnstructuredGrid> {
     let n = frame.n_cells();
-    let mut grid = mesh.grid();
+    let mut grid = frame_mesh.grid();
     let traction = planes_to_triples(&state.tractions, n, "traction")?;
     let [worn1, worn2] = surface.wear_depth_by_body(&state.wear_depth);
     grid.cell_data = vec![

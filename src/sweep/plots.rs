@@ -219,7 +219,7 @@ impl StudyPlots<'_> {
                 let series = self.family(Some(family), &choice, |choice| {
                     self.run(choice).map_or(Vec::new(), |run| run.curve(&quantity.path))
                 });
-                let (x, scale) = match self.sweep.step_kinds.get(&quantity.step) {
+                let (x_label, scale) = match self.sweep.step_kinds.get(&quantity.step) {
                     Some(StepKind::Fretting { .. }) => ("cycles".to_owned(), Scale::Linear),
                     Some(StepKind::Sliding { .. }) => {
                         (format!("distance slid, {}", self.sweep.units.length), Scale::Linear)
@@ -227,7 +227,7 @@ impl StudyPlots<'_> {
                     _ => ("increment".to_owned(), Scale::Whole),
                 };
                 let title = self.title(quantity, &[family], &choice);
-                self.add_chart(&mut panels, quantity, title, x, scale, series);
+                self.add_chart(&mut panels, quantity, title, x_label, scale, series);
             }
         }
         panels
@@ -300,12 +300,12 @@ impl StudyPlots<'_> {
         panels: &mut Panels,
         quantity: &CollectedQuantity,
         title: String,
-        x: String,
+        x_label: String,
         scale: Scale,
         series: Vec<Series>,
     ) {
         if series.iter().any(|series| !series.points.is_empty()) {
-            let labels = [x, quantity.label(&self.sweep.units)];
+            let labels = [x_label, quantity.label(&self.sweep.units)];
             panels.add(|| Chart { title, labels, scales: [scale, Scale::Linear], series }.panel());
         }
     }

@@ -158,6 +158,7 @@ struct FaceLoads<'a> {
     supports: HashMap<usize, f64>,
     /// T⁻¹ b of the weight b, axes of the patch.
     weight: Point,
+    /// Recovery points.
     points: &'a RecoveryPoints,
     /// Stress at `points` due to the body's own loads, global axes, MPa.
     stress: &'a [[f64; 6]],
@@ -340,7 +341,7 @@ impl<'a> FaceLoads<'a> {
             let normal = patch.axes.to_local(&point.area) / area;
             let map = TractionOperator::new(forces.stiffness, &normal);
             let moved: Point = moves.iter().zip(&point.values).map(|(u, value)| u * *value).sum();
-            let acting = self.acting(load, &moved, &local, &map, &normal);
+            let acting = self.acting(load, &patch.axes.to_local(&moved), &local, &map, &normal);
             if *in_plane {
                 local.z = 0.0;
             }
@@ -371,7 +372,8 @@ impl<'a> FaceLoads<'a> {
         Point::from([0, 1, 2].map(along))
     }
 
-    /// Actions at the point `local` of a face with the unit `normal`. The prescribed displacement `moved` has global axes.
+    /// Actions at the point `local` of a face with the unit `normal` and the prescribed displacement `moved`. All three have the
+    /// axes of the patch; `load` has global axes.
     fn acting(
         &self,
         load: Option<&(f64, Point)>,
@@ -380,13 +382,12 @@ impl<'a> FaceLoads<'a> {
         map: &TractionOperator,
         normal: &Point,
     ) -> FaceAction {
-        let axes = &self.forces.patch.axes;
         let mut acting = FaceAction { traction: Point::zeros(), displacement: Point::zeros() };
         if let Some((pressure, traction)) = load {
-            acting.traction += axes.to_local(traction) - normal * *pressure;
+            acting.traction += self.forces.patch.axes.to_local(traction) - normal * *pressure;
         }
         // The traction of G on the fixed face is a part of the support force R(g), which enters w with a minus sign.
-        acting.displacement -= axes.to_local(moved);
+        acting.displacement -= moved;
         if self.weight != Point::zeros() {
             let none = Point::zeros();
             let gradient = [

@@ -95,11 +95,11 @@ impl HybridBody {
                 let places = frame.grid_indices.as_deref();
                 free_gap = Some(displacement.gap(&far_field, &grid, places, &near.field, side)?);
                 applied_load_error = Some(polynomial_order::applied_load_error(
-                    &recovery.estimate_error(&model, &own.displacement, &stress)?,
                     &model,
                     &recovery,
                     &forces,
                     &correction,
+                    &recovery.estimate_error(&model, &own.displacement, &stress)?,
                     displacement.support_work(),
                 )?);
             }

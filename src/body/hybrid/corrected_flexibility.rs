@@ -34,6 +34,7 @@ impl CorrectedFlexibility {
         Self::on_cells(near, Arc::new(far), grid.cells, grid.spacing, first)
     }
 
+    /// Adds the far fields to `near` on `cells` with the sides `spacing`, from `first` relative to the patch centre, mm.
     fn on_cells(
         near: Arc<dyn Flexibility>,
         far: Arc<Vec<FarField>>,

@@ -133,7 +133,7 @@ impl Correction {
         } else {
             let prescribed_motion = PrescribedMotion::new(model, &prescribed);
             let work =
-                work_of_own(model, &prescribed_motion, &displacement, &held, &prescribed, &held_loads)?;
+                work_of_own(model, &prescribed_motion, &prescribed, &displacement, &held, &held_loads)?;
             Some(AppliedLoadResponse { displacement: model.expand(&free), work, prescribed_motion })
         };
         let mut matrix = boundary.work;
@@ -210,13 +210,13 @@ fn held_displacements(model: &FeModel, forces: &PatchForces, prescribed: &[usize
 }
 
 /// Work of the body's loads and prescribed displacements, less their rigid motion, on the correction of each force. The correction
-/// is given at the `free` and the `held` dofs.
+/// is `free` at the free dofs and `held` at the dofs `prescribed`. `held_loads` are its nodal loads on the dofs `prescribed`.
 fn work_of_own(
     model: &FeModel,
     supports: &PrescribedMotion,
+    prescribed: &[usize],
     free: &DenseMatrix,
     held: &DenseMatrix,
-    prescribed: &[usize],
     held_loads: &DenseMatrix,
 ) -> Result<Vec<f64>> {
     let forces = model.forces_of_prescribed_displacements(prescribed, &supports.deformation)?;
@@ -257,7 +257,7 @@ fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(
     Ok((free, held))
 }
 
-/// Displacement of all dofs; zero at nodes that belong to no solid.
+/// Displacement of all dofs: `free` at the free dofs, `held` at the dofs `prescribed`, zero at nodes that belong to no solid.
 fn expand_to_all_dofs(
     model: &FeModel,
     prescribed: &[usize],

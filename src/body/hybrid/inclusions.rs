@@ -92,15 +92,16 @@ impl Inclusion<'_> {
             |n| gauss_legendre(n).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
         let mut points = Vec::new();
         let rule = Rule { distance, lines: GAUSS_POINTS.map(line) };
-        self.divide(([0.0; 3], [1.0; 3]), &rule, MAX_SUBDIVISIONS, &mut points);
+        self.divide([0.0; 3], [1.0; 3], &rule, MAX_SUBDIVISIONS, &mut points);
         points
     }
 
-    /// Adds the quadrature points in the box of the unit cube with the corner `first` and the given sides. A subdivision halves
+    /// Adds the quadrature points in the box of the unit cube with the corner `first` and the given `sides`. A subdivision halves
     /// only edges longer than half the longest edge.
     fn divide(
         &self,
-        (first, sides): ([f64; 3], [f64; 3]),
+        first: [f64; 3],
+        sides: [f64; 3],
         rule: &Rule,
         divisions: usize,
         points: &mut Vec<VolumePoint>,
@@ -120,7 +121,7 @@ impl Inclusion<'_> {
             let half = [0, 1, 2].map(|axis| if halved[axis] { 0.5 * sides[axis] } else { sides[axis] });
             for k in (0..8).filter(|k| (0..3).all(|axis| halved[axis] || k >> axis & 1 == 0)) {
                 let first = [0, 1, 2].map(|axis| first[axis] + (k >> axis & 1) as f64 * half[axis]);
-                self.divide((first, half), rule, divisions - 1, points);
+                self.divide(first, half, rule, divisions - 1, points);
             }
             return;
         }

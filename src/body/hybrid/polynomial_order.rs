@@ -106,11 +106,11 @@ pub struct AppliedLoadError {
 /// fields. These are the field of the loads, with the error `by_own`, and the field of forces on the patch. The relative stress
 /// error times the support work `remainder` is added.
 pub(super) fn applied_load_error(
-    by_own: &ErrorEstimate,
     model: &FeModel,
     recovery: &StressRecovery,
     forces: &PatchForces,
     correction: &Correction,
+    by_own: &ErrorEstimate,
     remainder: &[f64],
 ) -> Result<AppliedLoadError> {
     let n = forces.points.len();

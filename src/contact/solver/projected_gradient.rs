@@ -72,8 +72,10 @@ pub(super) fn run_projected_gradient(
             best.take(it, measure, report.iterations);
             report.residual = residual;
         }
-        let normal = if lost > MAX_STEPS_WITHOUT_EQUILIBRIUM { 0.0 } else { normal };
-        if let Some(stop) = stop_reason(it, control.options.tolerance, sliding.is_some(), normal, residual) {
+        let normal_residual = if lost > MAX_STEPS_WITHOUT_EQUILIBRIUM { 0.0 } else { normal };
+        if let Some(stop) =
+            stop_reason(it, control.options.tolerance, sliding.is_some(), normal_residual, residual)
+        {
             let opens = sliding.is_some_and(|sliding| sliding.separates_bodies);
             report.stop = if opens { StopReason::ContactLost } else { stop };
             report.loss_of_equilibrium = sliding;
@@ -146,15 +148,16 @@ impl BestState {
     }
 }
 
-/// Returns why the iteration ends: convergence, or loss of equilibrium at converged pressures. `None` if it continues.
+/// Returns why the iteration ends: convergence, or loss of equilibrium at converged pressures. `None` if it continues. Pressures
+/// count as converged if `normal_residual`, the normal part of the natural residual, is at most `tolerance`.
 fn stop_reason(
     it: &ContactState,
     tolerance: f64,
     sliding: bool,
-    normal: f64,
+    normal_residual: f64,
     residual: f64,
 ) -> Option<StopReason> {
-    if sliding && normal <= tolerance {
+    if sliding && normal_residual <= tolerance {
         let n = it.wear_per_pass.len();
         let contact = it.scaled.chunks(3 * n).all(|planes| planes[2 * n..].iter().any(|p| *p > 0.0));
         return Some(if contact { StopReason::GrossSliding } else { StopReason::ContactLost });

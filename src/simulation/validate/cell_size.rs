@@ -57,10 +57,10 @@ pub(super) fn check_cell_size(
     }
     if [0, 1].into_iter().any(is_half_space) {
         let mut warnings = Vec::new();
-        for (index, face) in per_node.into_iter().enumerate() {
-            let Some(face) = face else { continue };
-            refuse_far_finer_cells(plan, frame, index, face, &why)?;
-            warnings.extend(coarse_faces_warning(plan, frame, index, face, frame.mean_cell_area()));
+        for (index, area) in per_node.into_iter().enumerate() {
+            let Some(area_per_node) = area else { continue };
+            refuse_far_finer_cells(plan, frame, index, area_per_node, &why)?;
+            warnings.extend(coarse_faces_warning(plan, frame, index, area_per_node, frame.mean_cell_area()));
         }
         return Ok(with_reasons(warnings, &why));
     }
@@ -68,23 +68,23 @@ pub(super) fn check_cell_size(
     let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
     let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
     // Boundary elements resolve the traction of each of their nodes if no cell covers two elements.
-    let cell = frame.mean_cell_area();
-    let by_boundary = |face: &f64| {
-        let of_boundary = |index: usize| aligned[index] && per_node[index] == Some(*face);
-        (0..2).any(of_boundary) && cell >= MIN_CELL_AREA_RATIO * face
+    let cell_area = frame.mean_cell_area();
+    let by_boundary = |area: &f64| {
+        let of_boundary = |index: usize| aligned[index] && per_node[index] == Some(*area);
+        (0..2).any(of_boundary) && cell_area >= MIN_CELL_AREA_RATIO * area
     };
-    let finest = finest.filter(|face| !by_boundary(face));
-    let note = finest.map(|face| check_cell_area_ratio(plan, frame, face, &why)).transpose()?.flatten();
+    let finest = finest.filter(|area| !by_boundary(area));
+    let note = finest.map(|area| check_cell_area_ratio(plan, frame, area, &why)).transpose()?.flatten();
     let least = per_node.into_iter().flatten().fold(f64::INFINITY, f64::min);
     // Nodal cells at an edge have half the area of inner cells.
-    let cell = match plan.frame {
-        FramePlan::Mesh { body, .. } if nodal => per_node[body].unwrap_or(cell),
-        _ => cell,
+    let cell_area = match plan.frame {
+        FramePlan::Mesh { body, .. } if nodal => per_node[body].unwrap_or(cell_area),
+        _ => cell_area,
     };
     let coarse = |index: usize| {
-        let face = per_node[index].filter(|face| *face > least)?;
+        let area_per_node = per_node[index].filter(|area| *area > least)?;
         let matters = compliance_share(plan, frame, index) >= MIN_COMPLIANCE_SHARE;
-        coarse_faces_warning(plan, frame, index, face, cell).filter(|_| matters)
+        coarse_faces_warning(plan, frame, index, area_per_node, cell_area).filter(|_| matters)
     };
     Ok(with_reasons(note.into_iter().chain((0..2).filter_map(coarse)).collect(), &why))
 }
@@ -107,25 +107,25 @@ fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
     compliances[index] / compliances.iter().sum::<f64>()
 }
 
-/// Warns if the condensed mesh of body `index` is coarser than the cells of the frame, which the other body resolves. `face` is the
-/// area per contact node, `cell` the area of a cell. Measured for a sphere on a block with a twentieth of the sphere's stiffness,
-/// at `cell` / `face` = 0.16, 0.36 and 0.92. Peaks are too high by factors of 1.7 to 3.3, by 25 %, and by less than 1 %.
+/// Warns if the condensed mesh of body `index` is coarser than the cells of the frame, which the other body resolves. Measured
+/// for a sphere on a block with a twentieth of the sphere's stiffness, at `cell_area` / `area_per_node` = 0.16, 0.36 and 0.92.
+/// Peaks are too high by factors of 1.7 to 3.3, by 25 %, and by less than 1 %.
 fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
     index: usize,
-    face: f64,
-    cell: f64,
+    area_per_node: f64,
+    cell_area: f64,
 ) -> Option<Warning> {
-    let ratio = cell / face;
+    let ratio = cell_area / area_per_node;
     (ratio < MIN_CELL_AREA_RATIO).then(|| {
         let (unit, key, partner) = (&plan.units.length, BODY_KEYS[index], BODY_KEYS[1 - index]);
         Warning::uncertain(&format!(
             "the contact faces of {key} are coarser than the cells of the frame: node spacing {} {unit}, mean cell side {} {unit} (cell area {} of the area per node). Pressures peak along these faces, several times too high if {key} is softer than {partner}; {}",
-            format_short(face.sqrt()),
-            format_short(cell.sqrt()),
+            format_short(area_per_node.sqrt()),
+            format_short(cell_area.sqrt()),
             format_short(ratio),
-            coarse_faces_remedy(plan, frame, index, face)
+            coarse_faces_remedy(plan, frame, index, area_per_node)
         ))
     })
 }
@@ -138,10 +138,10 @@ fn refuse_far_finer_cells(
     plan: &Plan,
     frame: &ContactFrame,
     index: usize,
-    face: f64,
+    area_per_node: f64,
     why: &str,
 ) -> Result<(), SceneError> {
-    let ratio = frame.mean_cell_area() / face;
+    let ratio = frame.mean_cell_area() / area_per_node;
     let auto = plan.bodies[index].as_fe().is_some_and(|fe| fe.near_field == NearField::Auto);
     if ratio >= MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE || !auto {
         return Ok(());
@@ -150,16 +150,16 @@ fn refuse_far_finer_cells(
     let error = Error::input(format!(
         "the cells of the frame are far smaller than the contact faces of {key}: cell side {} {unit}, node spacing {} {unit}. Pressures would be several times too high; {}, or accept this with {key}.near_field = \"mesh\"{why}",
         format_short(frame.mean_cell_area().sqrt()),
-        format_short(face.sqrt()),
-        coarse_faces_remedy(plan, frame, index, face)
+        format_short(area_per_node.sqrt()),
+        coarse_faces_remedy(plan, frame, index, area_per_node)
     ));
     Err(SceneError { error, key: format!("{key}.near_field") })
 }
 
 /// Recommendation for contact faces of body `index` that are coarser than the cells of the frame.
-fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, index: usize, face: f64) -> String {
+fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, index: usize, area_per_node: f64) -> String {
     let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
-    let side = format_number((face * MIN_CELL_AREA_RATIO).sqrt());
+    let side = format_number((area_per_node * MIN_CELL_AREA_RATIO).sqrt());
     let smaller = format!("use smaller faces of {key} under the contact");
     match plan.frame {
         FramePlan::Mesh { .. } => format!("{smaller}, or its faces as cells (frame.body = {})", index + 1),
@@ -167,7 +167,7 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, index: usize, face: f6
             let own = plan.bodies[index].as_fe().filter(|fe| fe.near_field == NearField::Mesh);
             let fits = own.is_some_and(|fe| matches!(fit_half_space(plan, fe, index, frame), Ok(Ok(_))));
             let half_space = if fits { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
-            let cells = at_most(frame, frame.mean_cell_area() / face, MIN_CELL_AREA_RATIO);
+            let cells = at_most(frame, frame.mean_cell_area() / area_per_node, MIN_CELL_AREA_RATIO);
             let cells =
                 if cells.is_empty() { cells } else { format!(", or cells of at least {side} {unit}{cells}") };
             format!("{smaller}{cells}{half_space}")
@@ -175,16 +175,15 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, index: usize, face: f6
     }
 }
 
-/// Compares the mean cell area with the area per contact node of the finest body (`face`). `why` is the reason why no half-space is
-/// used.
+/// Compares the mean cell area with the area per contact node of the finest body. `why` is the reason why no half-space is used.
 fn check_cell_area_ratio(
     plan: &Plan,
     frame: &ContactFrame,
-    face: f64,
+    area_per_node: f64,
     why: &str,
 ) -> Result<Option<Warning>, SceneError> {
-    let cell = frame.mean_cell_area();
-    let ratio = cell / face;
+    let cell_area = frame.mean_cell_area();
+    let ratio = cell_area / area_per_node;
     if ratio >= SMOOTH_CELL_AREA_RATIO {
         return Ok(None);
     }
@@ -192,12 +191,12 @@ fn check_cell_area_ratio(
     let first_order =
         |body: usize| plan.bodies[body].as_meshed().is_some_and(MeshedBodyPlan::has_linear_contact_faces);
     let own_nodes = matches!(plan.frame, FramePlan::Mesh { body, .. } if first_order(body));
-    let (cell, face) = (cell.sqrt(), face.sqrt());
+    let (cell_side, node_spacing) = (cell_area.sqrt(), area_per_node.sqrt());
     // Only a grid has cells of its own. A finer mesh keeps the number of cells in contact.
     let remedy = |wanted: f64| match (frame.grid, own_nodes) {
         (Some(_), _) => format!(
             "a finer mesh, elements of order 2, cells of at least {} {unit}{}",
-            format_number(face * wanted.sqrt()),
+            format_number(node_spacing * wanted.sqrt()),
             at_most(frame, ratio, wanted)
         ),
         (None, true) => "frame.points = \"nodes\", elements of order 2".to_owned(),
@@ -218,8 +217,8 @@ fn check_cell_area_ratio(
     }
     let error = Error::input(format!(
         "the cells of the frame are too small for the meshes: cell side {} {unit}, node spacing of the finest body {} {unit}. The tractions are not determined; use {}, or a half-space body{why}",
-        format_short(cell),
-        format_short(face),
+        format_short(cell_side),
+        format_short(node_spacing),
         remedy(MIN_CELL_AREA_RATIO)
     ));
     let key = match (frame.grid, own_nodes) {

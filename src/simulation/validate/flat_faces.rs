@@ -150,6 +150,8 @@ pub(crate) fn own_load_warning(
     )))
 }
 
+/// Warning about the edge `cut` of body `key`, whose faceting error is `lost` (mm), at the approach `depth` (mm). `bowed` as in
+/// [`check`].
 fn faceting_warning(
     plan: &Plan,
     key: &str,

@@ -101,8 +101,8 @@ impl GridSymbol {
     fn put(&self, symbol: &mut [f64], count: usize, transformed: &[Complex<f64>], planes: Range<usize>) {
         let (px, weight) = (self.plan.padded[0], self.weight());
         symbol.par_chunks_exact_mut(count * px).zip(transformed.par_chunks_exact(px)).for_each(
-            |(symbol, column)| {
-                let own = &mut symbol[planes.start * px..planes.end * px];
+            |(at_ky, column)| {
+                let own = &mut at_ky[planes.start * px..planes.end * px];
                 for (ix, value) in column.iter().enumerate() {
                     own[ix] = value.re * weight;
                     if planes.len() == 2 {

@@ -60,7 +60,8 @@ pub(super) struct OpenDirection<'a> {
 }
 
 impl<'a> OpenDirection<'a> {
-    /// Open direction along `axis` of the frame with the cells of `convolution` and the cell sides `spacing`.
+    /// Open direction along `axis` of the frame with the cells of `convolution` and the cell sides `spacing`, mm. `admittance` is
+    /// W / |(κ, k)|. `singularity_distance` is the distance δ of the nearest singularity of W(κ, 1) from the real κ axis.
     pub(super) fn new(
         axis: usize,
         convolution: &PaddedGridPlan,
@@ -139,6 +140,7 @@ impl<'a> OpenDirection<'a> {
         hermitian(&sum)
     }
 
+    /// Adds `factor` W / |(κ, k)| at κ = `kappa` to `sum`; if `paired`, the mean of the terms at k and -k.
     fn add(&self, kappa: f64, k: f64, paired: bool, factor: f64, sum: &mut Rows) {
         let at = |k: f64| if self.axis == 0 { [kappa, k] } else { [k, kappa] };
         if paired {

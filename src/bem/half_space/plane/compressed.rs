@@ -79,12 +79,12 @@ impl CompressedFlexibility {
     /// cancelled.
     pub fn new(
         centers: &[[f64; 2]],
-        cells: &[Vec<[f64; 2]>],
+        corners: &[Vec<[f64; 2]>],
         areas: &[f64],
         green: &SurfaceGreen,
         tolerance: f64,
     ) -> Result<Self> {
-        Self::within_memory(centers, cells, areas, green, tolerance, &MemoryLimit::of_machine())
+        Self::within_memory(centers, corners, areas, green, tolerance, &MemoryLimit::of_machine())
     }
 
     /// As [`Self::new`] with a memory `limit`.
@@ -93,29 +93,29 @@ impl CompressedFlexibility {
     /// As [`Self::new`].
     pub fn within_memory(
         centers: &[[f64; 2]],
-        cells: &[Vec<[f64; 2]>],
+        corners: &[Vec<[f64; 2]>],
         areas: &[f64],
         green: &SurfaceGreen,
         tolerance: f64,
         limit: &MemoryLimit,
     ) -> Result<Self> {
-        validate_cells(centers, cells, areas)?;
+        validate_cells(centers, corners, areas)?;
         if !(TOLERANCE_RANGE[0]..=TOLERANCE_RANGE[1]).contains(&tolerance) {
             return Err(Error::input(format!(
                 "an operator cannot be compressed with a tolerance of {tolerance:e}; the tolerance must lie between {:e} and {:e}",
                 TOLERANCE_RANGE[0], TOLERANCE_RANGE[1]
             )));
         }
-        let layout = layout(centers, cells, areas);
+        let layout = layout(centers, corners, areas);
         let order = &layout.tree().order;
-        let ordered = order.iter().map(|&cell| Cell::new(centers[cell], cells[cell].clone(), areas[cell]));
+        let ordered = order.iter().map(|&cell| Cell::new(centers[cell], corners[cell].clone(), areas[cell]));
         let mut places = vec![(0, 0.0); order.len()];
         order.iter().enumerate().for_each(|(place, &cell)| places[cell] = (place, areas[cell]));
         let pairs = CellInfluence::new(ordered.collect(), green, tolerance);
         let components = pairs.components();
         let entries = |i: usize, j: usize, values: &mut [f64]| pairs.entry(i, j, values);
         let bytes = layout.sampled_bytes(&entries, components.len(), tolerance)
-            + auxiliary_bytes(centers.len(), cells.iter().map(Vec::len).sum());
+            + auxiliary_bytes(centers.len(), corners.iter().map(Vec::len).sum());
         let what = format!("the compressed operator on {} cells", centers.len());
         limit.ensure_available(bytes as u128, &what, MEMORY_HELP)?;
         let uses = |(component, entry): (usize, &KernelComponent)| {
@@ -145,16 +145,17 @@ impl CompressedFlexibility {
     }
 
     /// Estimated memory, bytes, with an error of up to a third. Near blocks are counted, far blocks estimated from typical ranks
-    /// for the tolerance. [`Self::new`] uses a more accurate estimate.
+    /// for the tolerance. [`Self::new`] uses a more accurate estimate. `corners` `[N]` are the corners of each
+    /// cell, the other arguments as there.
     pub fn typical_bytes(
         centers: &[[f64; 2]],
-        cells: &[Vec<[f64; 2]>],
+        corners: &[Vec<[f64; 2]>],
         areas: &[f64],
         green: &SurfaceGreen,
         tolerance: f64,
     ) -> usize {
-        let layout = layout(centers, cells, areas);
-        auxiliary_bytes(centers.len(), cells.iter().map(Vec::len).sum())
+        let layout = layout(centers, corners, areas);
+        auxiliary_bytes(centers.len(), corners.iter().map(Vec::len).sum())
             + layout.estimated_bytes(
                 green.nonzero_components().len(),
                 tolerance,
@@ -221,14 +222,14 @@ impl CompressedFlexibility {
     }
 }
 
-fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> BlockLayout {
-    let extent = |corners: &Vec<[f64; 2]>| -> BoundingBox {
+fn layout(centers: &[[f64; 2]], corners: &[Vec<[f64; 2]>], areas: &[f64]) -> BlockLayout {
+    let extent = |cell: &Vec<[f64; 2]>| -> BoundingBox {
         let bound = |with: fn(f64, f64) -> f64, start: f64| {
-            [0, 1].map(|axis| corners.iter().map(|p| p[axis]).fold(start, with))
+            [0, 1].map(|axis| cell.iter().map(|p| p[axis]).fold(start, with))
         };
         [bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY)]
     };
-    let extents: Vec<BoundingBox> = cells.iter().map(extent).collect();
+    let extents: Vec<BoundingBox> = corners.iter().map(extent).collect();
     BlockLayout::new(ClusterTree::new(centers, &extents, LEAF), ADMISSIBILITY)
         .with_tolerance_shares(&tolerance_shares(areas))
 }

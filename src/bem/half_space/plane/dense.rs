@@ -29,19 +29,19 @@ pub struct DenseFlexibility {
 impl DenseFlexibility {
     /// Computes the operator by integration over every cell for every centre.
     ///
-    /// `centers` `[N]` and `cells` `[N]` (corners, counter-clockwise) are in the x and y of the frame's plane, mm; `areas` `[N]`,
-    /// mm2.
+    /// `centers` `[N]` and `corners` `[N]` (of each cell, counter-clockwise) are in the x and y of the frame's plane, mm. `areas`
+    /// `[N]`, mm2.
     ///
     /// # Errors
     /// - If the lengths differ or are zero, a number is not finite, or a cell is not a counter-clockwise polygon of positive area.
     /// - If the matrix does not fit into the memory, or the run is cancelled.
     pub fn new(
         centers: &[[f64; 2]],
-        cells: &[Vec<[f64; 2]>],
+        corners: &[Vec<[f64; 2]>],
         areas: &[f64],
         green: &SurfaceGreen,
     ) -> Result<Self> {
-        validate_cells(centers, cells, areas)?;
+        validate_cells(centers, corners, areas)?;
         let n = centers.len();
         let bytes = 72 * (n as u128) * (n as u128);
         let mend = "use a coarser frame or a grid frame";
@@ -61,7 +61,7 @@ impl DenseFlexibility {
                 if cancel::requested() {
                     return;
                 }
-                for (j, cell) in cells.iter().enumerate() {
+                for (j, cell) in corners.iter().enumerate() {
                     let block = integrator.polygon(cell, center);
                     for (i, row) in [&mut *row_x, &mut *row_y, &mut *row_n].into_iter().enumerate() {
                         (0..3).for_each(|component| row[component * n + j] = block[(i, component)]);
@@ -132,16 +132,16 @@ fn symmetrise(rows: &mut [f64], areas: &[f64]) {
 
 /// Checks that the numbers of centres, cells and areas are equal and not zero, and that each cell is a counter-clockwise polygon of
 /// positive area.
-pub(super) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
+pub(super) fn validate_cells(centers: &[[f64; 2]], corners: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
     let n = centers.len();
-    if n == 0 || cells.len() != n || areas.len() != n {
+    if n == 0 || corners.len() != n || areas.len() != n {
         return Err(Error::input(format!(
             "the contact frame has {n} centres, {} cells and {} areas; these numbers must be equal and at least 1",
-            cells.len(),
+            corners.len(),
             areas.len()
         )));
     }
-    for (i, ((center, cell), area)) in centers.iter().zip(cells).zip(areas).enumerate() {
+    for (i, ((center, cell), area)) in centers.iter().zip(corners).zip(areas).enumerate() {
         let finite = center.iter().chain(cell.iter().flatten()).all(|x| x.is_finite());
         let usable = cell.len() >= 3 && finite && signed_area(cell) > 0.0;
         if !(usable && area.is_finite() && *area > 0.0) {

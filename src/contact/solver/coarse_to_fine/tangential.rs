@@ -45,12 +45,12 @@ impl CoarseToFine<'_, '_> {
         Some(())
     }
 
-    /// Corrects the tractions `state` on the window `part`, and the rigid motions, by a solution on cells whose side is `factor`
-    /// times as long.
+    /// Corrects the tractions `fine_state` on the window of `fine`, and the rigid motions, by a solution on cells whose side is
+    /// `factor` times as long. `it` is the state on the frame.
     fn coarse_correction(
         &mut self,
-        part: &WindowProblem,
-        state: &mut ContactState,
+        fine: &WindowProblem,
+        fine_state: &mut ContactState,
         rectangle: Rectangle,
         factor: usize,
         it: &mut ContactState,
@@ -58,69 +58,70 @@ impl CoarseToFine<'_, '_> {
     ) -> Option<()> {
         let (window, operator) = self.window(rectangle, factor)?;
         let mut coarse = WindowProblem::new(self.problem, window, operator)?;
-        part.write_back(state, it);
-        let mut change = coarse.state(it);
-        if !self.rolls() && change.scaled[..2 * window.n()].iter().any(|q| *q != 0.0) {
-            coarse.problem(self.problem).evaluate(&mut change);
-            part.problem(self.problem).evaluate(state);
+        fine.write_back(fine_state, it);
+        let mut coarse_state = coarse.state(it);
+        if !self.rolls() && coarse_state.scaled[..2 * window.n()].iter().any(|q| *q != 0.0) {
+            coarse.problem(self.problem).evaluate(&mut coarse_state);
+            fine.problem(self.problem).evaluate(fine_state);
             self.report.applications += 2 * self.problem.applications();
-            add_coarse_defect(&part.window, state, &mut coarse, &change);
+            add_coarse_defect(&fine.window, fine_state, &mut coarse, &coarse_state);
         }
-        let before = change.scaled.clone();
+        let before = coarse_state.scaled.clone();
         let options =
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
         // The callback gets the residual 1, because it only decides whether to cancel.
         let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
         let mut part_control = SolveControl::new(options, &mut told);
-        self.on_part(&coarse, &mut change, MAX_WINDOW_ITERATIONS, &mut part_control);
+        self.on_part(&coarse, &mut coarse_state, MAX_WINDOW_ITERATIONS, &mut part_control);
         if !self.report.converged() {
             return Some(());
         }
-        add_change(&window, &before, &mut change, &part.window, state);
-        state.rigid_motion.clone_from(&change.rigid_motion);
+        add_change(&window, &before, &coarse_state.scaled, &fine.window, fine_state);
+        fine_state.rigid_motion.clone_from(&coarse_state.rigid_motion);
         Some(())
     }
 }
 
-/// Adds the change of the coarse tractions since `before` to the fine tractions `state`. The interpolated quantity is the change
-/// divided by the pressure.
-fn add_change(
-    coarse: &Window,
-    before: &[f64],
-    change: &mut ContactState,
-    fine: &Window,
-    state: &mut ContactState,
-) {
+/// Adds the change of the scaled tractions on the window `coarse`, from `before` to `after`, to `fine_state` on the window `fine`.
+/// The interpolated quantity is the change divided by the pressure.
+fn add_change(coarse: &Window, before: &[f64], after: &[f64], fine: &Window, fine_state: &mut ContactState) {
     let (cells, n) = (coarse.n(), fine.n());
     let pressures = &before[2 * cells..];
-    for (k, change) in change.scaled[..2 * cells].iter_mut().enumerate() {
+    let ratio = |k: usize| {
         let p = pressures[k % cells];
-        *change = if p > 0.0 { (*change - before[k]) / p } else { 0.0 };
-    }
+        if p > 0.0 { (after[k] - before[k]) / p } else { 0.0 }
+    };
+    let ratios: Vec<f64> = (0..2 * cells).map(ratio).collect();
     let pressed: Vec<bool> = pressures.iter().map(|p| *p > 0.0).collect();
     let mut shares = vec![0.0; 2 * coarse.frame[0] * coarse.frame[1]];
-    coarse.interpolate(&change.scaled[..2 * cells], &pressed, &mut shares);
-    let (tangential, pressures) = state.scaled.split_at_mut(2 * n);
+    coarse.interpolate(&ratios, &pressed, &mut shares);
+    let (tangential, pressures) = fine_state.scaled.split_at_mut(2 * n);
     for (k, share) in fine.restrict(&shares).iter().enumerate() {
         tangential[k] += share * pressures[k % n];
     }
-    state.project_to_cone();
+    fine_state.project_to_cone();
 }
 
-/// Adds the fine-to-coarse defect correction to the initial gap of the coarse cells. The correction is the mean of the fine elastic
-/// displacements minus the coarse elastic displacements. Both states must be evaluated.
-fn add_coarse_defect(fine: &Window, state: &ContactState, part: &mut WindowProblem, coarse: &ContactState) {
-    let (n, cells, window) = (fine.n(), part.window.n(), part.window);
+/// Adds the fine-to-coarse defect correction to the initial gap of the problem `coarse`. The correction is the mean of the elastic
+/// displacements in `fine_state`, on the window `fine`, minus the elastic displacements in `coarse_state`. Both states must be
+/// evaluated.
+fn add_coarse_defect(
+    fine: &Window,
+    fine_state: &ContactState,
+    coarse: &mut WindowProblem,
+    coarse_state: &ContactState,
+) {
+    let (n, cells, window) = (fine.n(), coarse.window.n(), coarse.window);
     let frame = window.frame[0] * window.frame[1];
     let mut field = vec![0.0; frame];
     fine.prolong(&vec![1.0; n], &mut field);
     let covered = window.restrict(&field);
     for plane in 0..2 {
-        fine.prolong(&state.elastic[plane * n..(plane + 1) * n], &mut field);
+        fine.prolong(&fine_state.elastic[plane * n..(plane + 1) * n], &mut field);
         let means = window.restrict(&field);
         for cell in (0..cells).filter(|&cell| covered[cell] > 0.0) {
             let k = plane * cells + cell;
-            part.initial_gap[k] += means[cell] / covered[cell] - coarse.elastic[k];
+            coarse.initial_gap[k] += means[cell] / covered[cell] - coarse_state.elastic[k];
         }
     }
 }
