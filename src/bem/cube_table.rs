@@ -10,25 +10,22 @@ use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CacheLookup};
 use crate::linalg::simd::wide;
 use crate::material::{Stiffness, voigt_to_tensor};
 
-/// Version of the table. Increase it with every change of the contents or of their arithmetic.
+/// Increase with every change of the table's contents or of their arithmetic.
 const FORMAT: u64 = 4;
 
-/// File extension of cached tables.
 pub(super) const CACHE_EXTENSION: &str = "directions";
 
 /// Total degree of the polynomials of a patch.
 const DEGREE: usize = 10;
 
-/// Number of polynomials of a patch.
 const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
 
-/// Number of fitting nodes along a side of a patch. It is one more than necessary, so that residuals show the truncation error.
+/// Number of fitting nodes along a side of a patch, one more than necessary, so that residuals show the truncation error.
 const NODES: usize = DEGREE + 2;
 
 /// Maximum number of halvings of the side of a cube face.
 const MOST_HALVINGS: u32 = 7;
 
-/// Maximum number of patches of a table. The patches with the largest errors are divided first.
 const MAX_PATCHES: usize = 1024;
 
 /// Number of directions in which a table of three faces is compared with the integrals.
@@ -57,7 +54,7 @@ pub(super) enum DirectionSymmetry {
     Planes([bool; 2]),
 }
 
-/// Field on the faces of a cube around the force. Each face is divided into patches until the polynomials are accurate enough.
+/// Field on the faces of a cube around the force, in patches.
 ///
 /// On a face normal to axis a the coordinates are x_b / |x_a| and x_c / |x_a|, where b and c follow a cyclically. The entries of a
 /// direction are G and its derivatives along b and c. G is homogeneous of degree -1; x·∂G = -G gives the derivative along a.
@@ -74,12 +71,10 @@ pub(super) struct CubeTable<const LEN: usize> {
     error: f64,
 }
 
-/// Chebyshev polynomials on a square of a face.
 #[derive(Debug, Clone, PartialEq)]
 struct ChebyshevPatch<const LEN: usize> {
     square: FaceSquare,
     middle: [f64; 2],
-    /// Reciprocal of half the side.
     inverse_half_side: f64,
     /// Coefficients of T_i(u) T_j(v) with i + j up to the degree, `[TERMS]`.
     coefficients: Vec<[f64; LEN]>,
@@ -93,7 +88,6 @@ struct FaceSquare {
     place: [usize; 2],
 }
 
-/// Cache key of the table of a `kind` of field for a material.
 pub(super) fn cache_key(kind: &str, stiffness: &Stiffness) -> CacheKey {
     let mut hash = CacheKeyBuilder::new(&format!("{kind} {FORMAT}"));
     hash.update(stiffness.voigt().as_slice(), |value| value.to_le_bytes());
@@ -110,7 +104,6 @@ fn spread_directions() -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
-/// Rows and columns of the stored entries of one matrix.
 fn components<const LEN: usize>() -> &'static [(usize, usize)] {
     if LEN == SYMMETRIC_LEN { &SYMMETRIC } else { &GENERAL }
 }
@@ -123,7 +116,6 @@ fn entries<const LEN: usize>(field: &GreenTensor, axis: usize) -> [f64; LEN] {
     entries
 }
 
-/// T_0 to T_DEGREE at `u`.
 #[inline(always)]
 fn chebyshev(u: f64) -> [f64; DEGREE + 1] {
     let mut values = [1.0; DEGREE + 1];
@@ -140,7 +132,7 @@ fn node(k: usize) -> f64 {
 }
 
 impl DirectionSymmetry {
-    /// Signs that map a point to its equivalent in the table. `axis` is the axis of its largest coordinate.
+    /// Signs that map a point to its equivalent in the table; `axis` is the axis of its largest coordinate.
     #[inline]
     fn signs(self, x: &Vector3<f64>, axis: usize) -> Vector3<f64> {
         let sign = |folds: bool, x: f64| if folds { 1.0_f64.copysign(x) } else { 1.0 };
@@ -239,9 +231,9 @@ impl<const LEN: usize> ChebyshevPatch<LEN> {
 }
 
 impl<const LEN: usize> CubeTable<LEN> {
-    /// Computes a table with an error of about `tolerance`. The error is larger if the limits on patches and halvings are reached,
-    /// or the integrals are less accurate. The table is compared with the integrals in evenly spread directions and in `others`.
-    /// `integral` returns the field and an estimate of its error, relative to the largest entries.
+    /// Computes a table with an error of about `tolerance`, if the limits on patches and halvings and the integrals allow it. The
+    /// error is measured in evenly spread directions and in `others`. `integral` returns the field and an estimate of its error,
+    /// relative to the largest entries.
     ///
     /// # Errors
     /// As the integrals, and if the run is cancelled.
@@ -290,8 +282,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         Ok(table)
     }
 
-    /// Reads the table of a `kind` of field for a material from a cache, or computes it and writes it to the cache. Also returns a
-    /// warning for a damaged entry or a failed write.
+    /// Reads the table from a cache, or computes and caches it. Also returns a warning for a damaged entry or a failed write.
     ///
     /// # Errors
     /// As `compute`, and if memory does not suffice.
@@ -320,7 +311,6 @@ impl<const LEN: usize> CubeTable<LEN> {
         Ok((table, note.or(written.err().map(|error| error.to_string()))))
     }
 
-    /// Assembles a table from patches that cover its directions.
     fn of(symmetry: DirectionSymmetry, patches: Vec<ChebyshevPatch<LEN>>, error: f64) -> Self {
         let halvings = patches.iter().map(|patch| patch.square.level).max().unwrap_or(0);
         let squares = 1 << halvings;
@@ -336,7 +326,6 @@ impl<const LEN: usize> CubeTable<LEN> {
         Self { symmetry, squares, patch_of, patches, error }
     }
 
-    /// Largest difference from the integrals, relative to the largest entries.
     fn measure_error(&self, wanted: &[(Vector3<f64>, GreenTensor)], size: [f64; 2]) -> f64 {
         let apart = wanted.iter().map(|(x, wanted)| {
             let found = self.at(x);
@@ -346,7 +335,6 @@ impl<const LEN: usize> CubeTable<LEN> {
         apart.fold(0.0, f64::max)
     }
 
-    /// Largest relative difference of displacement or gradient from the integrals; at least the error of the integrals.
     pub(super) fn error(&self) -> f64 {
         self.error
     }
@@ -367,7 +355,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         3 * components::<LEN>().len()
     }
 
-    /// Table from its serialised values; `None` if the values do not form a table.
+    /// Inverse of [`Self::values`]; `None` if the values do not form a table.
     pub(super) fn from_values(symmetry: DirectionSymmetry, values: &[f64]) -> Option<Self> {
         let (&error, rest) = values.split_first()?;
         let of_patch = rest.chunks_exact(SQUARE_LEN + TERMS * Self::used());

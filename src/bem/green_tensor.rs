@@ -33,18 +33,18 @@ impl TractionOperator {
 }
 
 impl GreenTensor {
-    /// Returns the field at `distance` from the force, if `self` is the field at distance 1 in the same direction.
+    /// The field at `distance` from the force, if `self` is the field at distance 1 in the same direction.
     pub(super) fn at_distance(self, distance: f64) -> Self {
         let inverse = 1.0 / distance;
         Self { value: self.value * inverse, gradient: self.gradient.map(|part| part * (inverse * inverse)) }
     }
 
-    /// Largest absolute value of the entries of the gradient.
+    /// Largest absolute entry of the gradient.
     pub(crate) fn max_gradient(&self) -> f64 {
         self.gradient.iter().map(Matrix3::amax).fold(0.0, f64::max)
     }
 
-    /// Largest absolute difference between corresponding entries of both gradients.
+    /// Largest absolute difference of the gradients' entries.
     pub(crate) fn max_gradient_difference(&self, other: &Self) -> f64 {
         let apart = |k: usize| (self.gradient[k] - other.gradient[k]).amax();
         apart(0).max(apart(1)).max(apart(2))

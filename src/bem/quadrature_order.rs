@@ -1,12 +1,10 @@
-//! Number of Gauss points for integrals of the kernels of a material over a patch ([`QuadratureOrder`]). It depends on the point y
-//! at which the integral is evaluated.
+//! Number of Gauss points for integrals of the kernels of a material over a patch ([`QuadratureOrder`]).
 //!
 //! On a line x(s) = m + s h, -1 ≤ s ≤ 1, a rule with n Gauss points has a relative error of about ρ^(-2n). Here
 //! `ρ + 1/ρ = |z - 1| + |z + 1|` for the nearest complex singularity z of the kernel. With r = x - y, the isotropic kernel of a
-//! point y is singular where r·r = 0. Along a stiff direction an anisotropic kernel varies as if distances were shorter. Its terms
-//! behave like 1/√(r·A⁻¹r). Here A_jl = C_kjkl (no sum over k) is the quadratic form of displacements along the material axis k.
-//! The zeros of r·A⁻¹r approximate all singularities. Displacement directions with much softer shear, such as the diagonals of
-//! cubic crystals, contribute additional forms.
+//! point y is singular where r·r = 0. The terms of an anisotropic kernel behave like 1/√(r·A⁻¹r). Here A_jl = C_kjkl (no sum over
+//! k) is the quadratic form of displacements along the material axis k. Displacement directions with much softer shear, such as the
+//! diagonals of cubic crystals, contribute additional forms.
 
 use std::f64::consts::PI;
 
@@ -15,14 +13,13 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use crate::geometry::Point;
 use crate::material::Stiffness;
 
-/// Parallelogram: its centre and half sides.
 #[derive(Debug, Clone)]
 pub(super) struct Parallelogram {
     pub middle: Point,
     pub half_sides: [Point; 2],
 }
 
-/// Quadratic forms of a material, and the semi-axes of the Bernstein ellipses that rules with 1, 2, ... Gauss points require.
+/// Quadratic forms of a material, and the semi-axes of the Bernstein ellipses that rules require.
 #[derive(Debug)]
 pub(super) struct QuadratureOrder {
     /// A⁻¹ of each form.
@@ -32,7 +29,7 @@ pub(super) struct QuadratureOrder {
 }
 
 impl QuadratureOrder {
-    /// Requirements of rules with up to `most` points per direction for a relative error of about `accuracy`.
+    /// Rules with up to `most` points per direction and a relative error of about `accuracy`.
     pub fn new(stiffness: &Stiffness, accuracy: f64, most: usize) -> Self {
         let reach = |n: usize| {
             let rho = accuracy.powf(-0.5 / n as f64);
@@ -49,8 +46,8 @@ impl QuadratureOrder {
             let [aa, ab, bb] =
                 [a.dot(&patch.half_sides[0]), a.dot(&patch.half_sides[1]), b.dot(&patch.half_sides[1])];
             let [ca, cb, cc] = [a.dot(&away), b.dot(&away), (metric * away).dot(&away)];
-            // For each side of the patch, the rule is chosen on one line parallel to it. The line passes through the projection of
-            // `y` on the other side (within the patch).
+            // For each side of the patch, the rule is chosen on one line parallel to it, through the projection of `y` on the other
+            // side.
             let across = |[aa, ab, bb]: [f64; 3], [ca, cb]: [f64; 2]| {
                 let t = (cb / bb).clamp(-1.0, 1.0);
                 bernstein_semi_axis(aa, ca - t * ab, cc - 2.0 * t * cb + t * t * bb)
@@ -60,7 +57,7 @@ impl QuadratureOrder {
         self.enough(nearest)
     }
 
-    /// Number of points along the line `middle` ± `half` for the evaluation point `y`; `None` if the line must be divided.
+    /// As [`Self::points`] for the line `middle` ± `half`.
     pub fn points_along(&self, middle: &Point, half: &Point, y: &Point) -> Option<usize> {
         let away = y - middle;
         let nearest = self.metrics.iter().map(|metric| {
@@ -88,7 +85,7 @@ const DIRECTIONS: usize = 200;
 /// Minimum ratio of largest to smallest eigenvalue for the form of an additional direction, relative to the largest ratio of the
 /// material axes.
 const MIN_RATIO_OVER_AXES: f64 = 1.2;
-/// The same minimum ratio, relative to the largest ratio of all sampled directions. The larger minimum counts.
+/// As [`MIN_RATIO_OVER_AXES`], relative to the largest ratio of all sampled directions. The larger minimum counts.
 const MIN_RATIO_SHARE: f64 = 0.5;
 
 /// Maximum cosine between additional directions (20 degrees).
@@ -127,7 +124,7 @@ fn metrics(stiffness: &Stiffness) -> Vec<Matrix3<f64>> {
     forms.iter().filter_map(|form| form.try_inverse()).collect()
 }
 
-/// Directions of a hemisphere: the diagonals between the coordinate axes, the z axis, and an evenly spread Fibonacci spiral.
+/// Directions of a hemisphere: the diagonals between the coordinate axes, the z axis, and a Fibonacci spiral.
 fn directions() -> impl Iterator<Item = Point> {
     let golden_angle = PI * (3.0 - 5f64.sqrt());
     let spiral = (0..DIRECTIONS).map(move |i| {
@@ -146,8 +143,8 @@ fn directions() -> impl Iterator<Item = Point> {
 mod tests {
     use super::*;
 
-    /// Truth: (|z - 1| + |z + 1|)/2 is (1 + 3)/2 for the pole z = 2 of 1/(x - 2). For the poles ± i d of 1/√(s² + d²) it is √(1 +
-    /// d²). The fibre form is κ² times as large along the fibre as across it, so distances along the fibre are divided by κ.
+    /// Truth: (|z - 1| + |z + 1|)/2 is 2 for the pole z = 2 of 1/(x - 2), and √(1 + d²) for the poles ± i d of 1/√(s² + d²).
+    /// Distances along the fibre are divided by κ.
     #[test]
     fn poles() {
         assert!((bernstein_semi_axis(1.0, 2.0, 4.0) - 2.0).abs() < 1e-15);

@@ -22,17 +22,13 @@ pub struct CondensedFlexibility {
     map: FaceMap,
     nodal: PackedSymmetric,
     normal: NormalOperator,
-    /// Buffers: forces and displacements of the contact nodes, `[3 n_c]`.
     scratch: Mutex<[Vec<f64>; 2]>,
-    /// Buffers for [`NormalOperator::Full`]: tractions and gaps, `[3, N]`, component by component.
     planes: Mutex<[Vec<f64>; 2]>,
 }
 
-/// Computation of normal gaps from pressures.
 enum NormalOperator {
     /// Matrix nᵀ F n, `[n_c, n_c]`, for cells that all have the same normal n.
     SharedNormal(PackedSymmetric),
-    /// Product with the full operator.
     Full,
 }
 
@@ -58,7 +54,6 @@ impl CondensedFlexibility {
         Ok(Self { map, nodal, normal, scratch, planes })
     }
 
-    /// Map between the contact nodes and the cells.
     pub(super) fn map(&self) -> &FaceMap {
         &self.map
     }
@@ -81,7 +76,6 @@ impl CondensedFlexibility {
     }
 }
 
-/// Matrix nᵀ F n, with one entry for every pair of nodes.
 fn normal_flexibility(nodal: &PackedSymmetric, normal: Point) -> Result<PackedSymmetric> {
     PackedSymmetric::from_lower(nodal.n() / 3, |i, j| {
         let block = Matrix3::from_fn(|a, b| nodal.at(3 * i + a, 3 * j + b));

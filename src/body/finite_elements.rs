@@ -35,8 +35,8 @@ pub struct FeBody {
 }
 
 impl FeBody {
-    /// Assembles the body and forms the flexibility of its contact nodes. These are the nodes of those faces of the group `contact`
-    /// that lie under the cells of `frame`. If the frame has candidate cells, only these cells count.
+    /// Assembles the body and forms the flexibility of its contact nodes: nodes of faces of the group `contact` under the
+    /// (candidate) cells of `frame`.
     ///
     /// # Errors
     /// If the group or the frame does not fit ([`FaceMap::new`]), or the body cannot be assembled or solved.
@@ -44,8 +44,8 @@ impl FeBody {
         Self::with_worn_mesh(spec, contact, side, frame, &CondensationResources::default(), None)
     }
 
-    /// As [`Self::new`], with the cache and the memory of `resources`. If given, the mesh `worn` ([`super::worn_mesh::worn_mesh`])
-    /// provides the stiffness. The gap and the map to the cells still follow from the initial mesh.
+    /// As [`Self::new`], with the cache and the memory of `resources`. A mesh `worn` gives the stiffness, but gap and map to the
+    /// cells follow from the initial mesh.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -91,13 +91,11 @@ impl FeBody {
         build().context(|| name)
     }
 
-    /// Weights of the stress recovery, computed when first needed.
     fn stress_recovery(&self) -> Result<&StressRecovery> {
         if let Some(recovery) = self.recovery.get() {
             return Ok(recovery);
         }
         let recovery = StressRecovery::new(self.condensed.model())?;
-        // Another thread may have been faster; both results are equal.
         Ok(self.recovery.get_or_init(|| recovery))
     }
 
@@ -111,8 +109,7 @@ impl FeBody {
         &self.map
     }
 
-    /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, due to tractions on body 2. The tractions are `[3, N]`, component
-    /// by component.
+    /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, due to tractions on body 2, `[3, N]`.
     pub fn contact_forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.map.nodes().len()];
         self.map.apply_transpose(tractions, &mut forces);
@@ -121,7 +118,6 @@ impl FeBody {
     }
 }
 
-/// Unconstrained rigid-body modes with their gaps, relative motions and load works; `None` if the supports fix the body.
 fn rigid_body_modes(
     condensed: &CondensedBody,
     map: &FaceMap,
@@ -176,7 +172,6 @@ impl ElasticBody for FeBody {
         Some(&self.surface)
     }
 
-    /// Displacement at all mesh nodes.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         let displacement =
             self.condensed.solve_with_forces_on(self.map.nodes(), &self.contact_forces(tractions))?;

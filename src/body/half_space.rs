@@ -21,8 +21,8 @@ use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
-/// Largest angle between the axes of a cell and the axes of the plane, radians. Also the largest distance of a cell from the plane,
-/// divided by the frame size.
+/// Largest angle between the axes of a cell and of the plane, radians. Also the largest distance of a cell from the plane, divided
+/// by the frame size.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
 /// Smallest depth of evaluation, divided by the cell size. The stress under uniform tractions is unbounded at the border of a cell.
@@ -31,11 +31,9 @@ const MIN_DEPTH_CELLS: f64 = 0.02;
 /// Height above the surface, divided by the cell size, up to which a point counts as on the surface.
 const SURFACE_TOLERANCE_CELLS: f64 = 1e-6;
 
-/// Error of displacement or gradient in the table of the interior field, relative to the largest entry, above which a warning is
-/// given.
+/// Relative error of the table of the interior field above which a warning is given.
 const FIELD_ERROR_WARNING: f64 = 1e-3;
 
-/// Points evaluated between two cancellation checks.
 const POINTS_PER_CANCEL_CHECK: usize = 256;
 
 /// Half-space of any anisotropy whose surface is the plane of the frame.
@@ -44,9 +42,7 @@ pub struct HalfSpaceBody {
     green: SurfaceGreen,
     axes: Triad,
     cells: PlaneCells,
-    /// Relative tolerance of a compressed operator.
     tolerance: f64,
-    /// Treatment of vanishing blocks in an operator that is only built for output fields.
     cross: CrossBlocks,
     /// Memory limit of a compressed operator.
     pub memory: MemoryLimit,
@@ -54,9 +50,7 @@ pub struct HalfSpaceBody {
     stiffness: Stiffness,
     /// Cache of the field tables between runs.
     pub cache: Option<Cache>,
-    /// Point-force field, computed when interior points are first requested.
     point_force: OnceLock<PointForceField>,
-    /// Operator of this body: the one taken for the contact, or one built for output fields.
     operator: OnceLock<Arc<dyn Flexibility>>,
 }
 
@@ -67,7 +61,6 @@ impl HalfSpaceBody {
     /// If the frame is not plane, or the surface Green's function of the material does not converge.
     pub fn new(stiffness: &Stiffness, side: Side, frame: &ContactFrame) -> Result<Self> {
         let axes = plane_axes(frame)?;
-        // Active rotation by the inverse of the axes gives the components in those axes.
         let local = stiffness.rotated(&axes.0.transpose());
         let green = SurfaceGreen::new(&local, side)?;
         let (cells, cross) = (PlaneCells::new(frame)?, CrossBlocks::SkipVanishing);
@@ -92,16 +85,16 @@ impl HalfSpaceBody {
         Self { tolerance, ..self }
     }
 
-    /// Sets the treatment of vanishing blocks in an operator that is only built for output fields. An operator that keeps these
-    /// blocks is not compressed.
+    /// Sets the treatment of vanishing blocks in an operator built only for output fields. An operator that keeps them is not
+    /// compressed.
     pub fn with_blocks(self, cross: CrossBlocks) -> Self {
         Self { cross, ..self }
     }
 
-    /// Memory of the operator with the block treatment `cross`, bytes, estimated before the operator is built.
+    /// Estimated memory of the operator, bytes.
     pub fn operator_bytes(&self, cross: CrossBlocks) -> usize {
         match &self.cells {
-            // Nine components of the symbol and the padded vectors of one product, on a grid with twice the cells along each side.
+            // Symbol and padded vectors of one product, on a grid with twice the cells along each side.
             PlaneCells::Grid { cells, .. } => 4 * 8 * 16 * cells[0] * cells[1],
             PlaneCells::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => {
                 CompressedFlexibility::typical_bytes(centers, corners, areas, &self.green, self.tolerance)
@@ -124,7 +117,6 @@ impl HalfSpaceBody {
     pub fn prepare_interior_field(&self) -> Result<Option<String>> {
         let (field, note) = PointForceField::load_or_compute(&self.stiffness, self.cache.as_ref())?;
         let error = field.error();
-        // Another thread may have been faster; both fields are equal.
         let _ = self.point_force.set(field);
         let doubt = (error > FIELD_ERROR_WARNING).then(|| {
             format!(
@@ -141,12 +133,12 @@ impl HalfSpaceBody {
     }
 }
 
-/// Rotation that makes the outward normal the third axis: the identity, or half a turn about the first axis.
+/// Rotation that makes the outward normal the third axis.
 fn outward_rotation(side: Side) -> Matrix3<f64> {
     Matrix3::from_diagonal(&Point::new(1.0, side.outward(), side.outward()))
 }
 
-/// First of `points` above the surface of a half-space on `side` of a plane frame: its index and height.
+/// Index and height of the first of `points` above the surface of a half-space on `side` of a plane frame.
 ///
 /// # Errors
 /// If the frame is not plane.
@@ -161,7 +153,6 @@ pub fn first_point_above_surface(
     Ok(points.iter().map(height).enumerate().find(|(_, height)| *height > slack))
 }
 
-/// Cell size of a frame: square root of the mean cell area.
 fn cell_size(frame: &ContactFrame) -> f64 {
     (frame.areas.iter().sum::<f64>() / frame.areas.len().max(1) as f64).sqrt()
 }
@@ -187,7 +178,6 @@ pub(crate) fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
     Ok(*first)
 }
 
-/// Cells of a plane frame in coordinates of the plane, as input of the half-space operators.
 enum PlaneCells {
     /// A grid, or the cells `places` of a grid.
     Grid {
@@ -203,7 +193,6 @@ enum PlaneCells {
     },
 }
 
-/// Centres and corners of the cells in the plane of the frame.
 #[allow(clippy::type_complexity)]
 fn plane_polygons(frame: &ContactFrame) -> Result<(Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>)> {
     let axes = plane_axes(frame)?;
@@ -215,7 +204,6 @@ fn plane_polygons(frame: &ContactFrame) -> Result<(Vec<[f64; 2]>, Vec<Vec<[f64; 
     Ok((frame.centers.iter().map(flat).collect(), corners))
 }
 
-/// Smallest grid around the cells `places` of a grid of `cells`, and the indices of these cells in the smallest grid.
 fn bounding_grid(cells: [usize; 2], places: &[usize]) -> ([usize; 2], Vec<usize>) {
     let at = |place: usize| [place / cells[1], place % cells[1]];
     let mut bounds = [[usize::MAX, 0]; 2];
@@ -237,7 +225,7 @@ impl PlaneCells {
         if let Some(grid) = frame.grid {
             let (spacing, periodic) = (grid.spacing, grid.periodic);
             let (cells, places) = match &frame.grid_indices {
-                // A period spans the whole grid, so a periodic grid is not reduced to the bounding grid.
+                // A period spans the whole grid, so a periodic grid is not reduced.
                 Some(places) if periodic == [false; 2] => {
                     let (cells, places) = bounding_grid(grid.cells, places);
                     (cells, Some(places))
@@ -250,7 +238,6 @@ impl PlaneCells {
         Ok(Self::Polygons { centers, corners, areas: frame.areas.clone() })
     }
 
-    /// Number of cells.
     fn n(&self) -> usize {
         match self {
             Self::Grid { cells, places, .. } => places.as_ref().map_or(cells[0] * cells[1], Vec::len),
@@ -291,8 +278,7 @@ pub fn uses_compression(n_cells: usize, cross: CrossBlocks) -> bool {
     n_cells > MAX_DENSE_CELLS && cross == CrossBlocks::SkipVanishing
 }
 
-/// Operator of a half-space, or of two half-spaces with summed Green's functions. On grids, periodic or not, it uses FFT. On other
-/// frames it is dense, or compressed to the default tolerance if [`uses_compression`] returns true.
+/// Operator of a half-space, or of two half-spaces with summed Green's functions: by FFT on grids, otherwise dense or compressed.
 ///
 /// # Errors
 /// If the frame is not plane, or memory does not suffice.
@@ -304,7 +290,7 @@ pub fn half_space_flexibility(
     PlaneCells::new(frame)?.flexibility(green, cross, DEFAULT_TOLERANCE, &MemoryLimit::of_machine())
 }
 
-/// The operator of [`half_space_flexibility`] as a dense matrix of integrals over the cells, on any frame that is not periodic.
+/// The operator of [`half_space_flexibility`] as a dense matrix of integrals over the cells.
 ///
 /// # Errors
 /// If the frame is not plane or is periodic, or memory does not suffice.
@@ -318,7 +304,7 @@ pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<D
     DenseFlexibility::new(&centers, &corners, &frame.areas, green)
 }
 
-/// Displacement of the body at `side` at the cell centres of a plane frame, due to tractions on body 2; global axes, mm.
+/// Displacement of the body at `side` at the cell centres, due to tractions on body 2; global axes, mm.
 pub(super) fn surface_displacement(
     operator: &dyn Flexibility,
     tractions: &[f64],
@@ -354,10 +340,8 @@ impl ElasticBody for HalfSpaceBody {
         Ok(Some(shared))
     }
 
-    /// Displacement at the cell centres.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         if self.operator.get().is_none() {
-            // Another thread may have been faster; both operators are equal.
             let _ = self.operator.set(self.make(self.cross)?);
         }
         let operator = self.operator.get().expect("set above");

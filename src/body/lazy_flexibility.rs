@@ -1,7 +1,7 @@
 //! Flexibility of a condensed body on the frame, with rows formed for part of the cells.
 //!
-//! Rows are first formed for the cells that may come into contact, or for all cells if these are unknown; other rows are empty. The
-//! gap of cells without rows takes one solve with the body's factor. Additional rows take one solve for each new dof.
+//! Rows are first formed for the cells that may come into contact. The gap of cells without rows takes one solve with the body's
+//! factor, additional rows one solve for each new dof.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, RwLock, RwLockReadGuard};
@@ -19,7 +19,6 @@ use crate::linalg::dense::SymmetricDense;
 
 /// Operator S = I F Iᵀ A ([`CondensedFlexibility`]) with rows for some of the cells.
 pub struct LazyFlexibility {
-    /// Map of all cells.
     whole: FaceMap,
     body: Arc<CondensedBody>,
     formed: RwLock<FormedRows>,
@@ -52,15 +51,14 @@ impl LazyFlexibility {
         Ok(Self { whole, body, formed: RwLock::new(formed) })
     }
 
-    /// Forces on the nodes under all cells, `[3 n]`, global axes, for tractions on body 2, `[3, N]`, component by component. The
-    /// sign of the body is omitted, because it cancels with the sign in the gap.
+    /// Forces on the nodes under all cells, `[3 n]`, global axes. The sign of the body is omitted, because it cancels with the sign
+    /// in the gap.
     fn forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.whole.nodes().len()];
         self.whole.apply_transpose(tractions, &mut forces);
         forces
     }
 
-    /// Gaps in all cells, `[3, N]`, component by component, due to displacements of the nodes under all cells.
     fn gap(&self, displacement: &[f64]) -> Vec<f64> {
         let mut gap = vec![0.0; 3 * self.n_cells()];
         self.whole.apply(displacement, &mut gap);
@@ -72,7 +70,6 @@ impl LazyFlexibility {
     }
 }
 
-/// Extends the formed rows `old` to the marked `cells`. Solves `body` for the new rows.
 fn extend_rows(
     old: &CondensedFlexibility,
     whole: &FaceMap,
@@ -132,9 +129,8 @@ impl Flexibility for LazyFlexibility {
         Ok(())
     }
 
-    /// Gaps from a direct solve of the body's assembled equations, for comparison with the condensed flexibility. The solve costs
-    /// as much as many products, so that it runs once for each set of formed rows; later calls return `None`. The result is also
-    /// `None` if the solve fails or would need a factorisation; a later call then tries again.
+    /// Gaps from a direct solve of the assembled equations, for comparison. It runs once for each set of formed rows. If it fails
+    /// or would need a factorisation, a later call tries again.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let n = self.n_cells();
         let formed = self.formed();

@@ -1,6 +1,6 @@
-//! Elastic bodies in contact. An [`ElasticBody`] provides its flexibility on the frame (gap change per traction on body 2), its
-//! free gap and its rigid-body modes. It recovers displacement and stress for given tractions. Vectors `[3, N]` are stored
-//! component by component: the x components of all N cells, then all y, then all n components.
+//! Elastic bodies in contact. An [`ElasticBody`] provides its flexibility, free gap and rigid-body modes, and recovers displacement
+//! and stress for given tractions. Vectors `[3, N]` are stored component by component: the x components of all N cells, then all y,
+//! then all n components.
 
 pub mod boundary_elements;
 pub mod condensed_flexibility;
@@ -32,7 +32,7 @@ pub use rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
 pub use stress::{ErrorEstimation, StressField};
 pub use truncated_half_space::{TruncatedHalfSpace, TruncatedSpec, Truncation};
 
-/// Displacement and, if requested, stress of a body at the points of its surface or volume, for output.
+/// Displacement and, if requested, stress of a body for output.
 #[derive(Debug, Clone, Default)]
 pub struct BodyField {
     /// Displacement, global axes, `[n_points]`, mm.
@@ -51,8 +51,7 @@ pub enum BodyEquations<'a> {
     FiniteElements(&'a FeBody),
     /// u = G t at the cells, plus the correction for a finite body.
     Hybrid(&'a HybridBody),
-    /// Collocation equations of a boundary-element body. The body has already solved them for unit tractions at the nodes that the
-    /// frame covers.
+    /// Collocation equations of a boundary-element body, solved for unit tractions at the nodes under the frame.
     BoundaryElements(&'a BeBody),
     /// Only the flexibility is known.
     Unknown,
@@ -68,14 +67,13 @@ pub trait ElasticBody: Send + Sync {
         BodyEquations::Unknown
     }
 
-    /// Green's function of the half-space that governs the flexibility near a force; `None` without a half-space.
+    /// Green's function of the half-space that governs the flexibility near a force.
     fn near_field_green(&self) -> Option<&SurfaceGreen> {
         None
     }
 
-    /// Takes the flexibility of the body on the frame (gap change per traction on body 2); `None` if rigid. A body whose matrix
-    /// moves into the operator returns the operator only once. `cross` states whether vanishing blocks between normal and
-    /// tangential components are omitted.
+    /// Takes the flexibility of the body on the frame (gap change per traction on body 2); `None` if rigid. `cross` states whether
+    /// vanishing blocks between normal and tangential components are omitted.
     ///
     /// # Errors
     /// If the operator cannot be built (memory), or was taken before.
@@ -87,9 +85,8 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// Unconstrained rigid-body modes; `None` if the supports fix the body. The flexibility of an unconstrained body is the
-    /// generalised inverse with zero mean motion. Its free gap is that of its loads together with added forces that cancel their
-    /// unbalanced resultant. Finite elements spread these forces over the volume, boundary elements over the surface. The
-    /// flexibility adds such forces to the contact tractions, too; all added forces cancel once the contact balances the loads.
+    /// generalised inverse with zero mean motion. Forces added to balance its own loads and the contact tractions are spread over
+    /// the volume, in boundary elements over the surface. They cancel once the contact balances the loads.
     fn rigid_body_modes(&self) -> Option<&UnconstrainedModes> {
         None
     }
@@ -99,15 +96,14 @@ pub trait ElasticBody: Send + Sync {
         None
     }
 
-    /// Displacement at the points of the body's output mesh. It is caused by the body's own loads and prescribed displacements, and
-    /// by `tractions` on body 2, `[3, N]`. Without a mesh, these points are the cell centres of the frame.
+    /// Displacement at the points of the output mesh, or at the cell centres without a mesh. It is caused by `tractions` on body 2,
+    /// `[3, N]`, and by the body's own loads and prescribed displacements.
     ///
     /// # Errors
     /// If the equations of the body cannot be solved, or its operator cannot be built.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
 
-    /// Stress in the volume or, for boundary elements, on the surface. It is caused by the body's own loads and prescribed
-    /// displacements, and by tractions on body 2, `[3, N]`. `None` for a body without a mesh. The displacement of all mesh nodes
+    /// Stress of the same actions as in [`Self::recover`]; `None` for a body without a mesh. The displacement of all mesh nodes
     /// must come from [`Self::recover`] with the same tractions.
     ///
     /// # Errors
@@ -121,9 +117,8 @@ pub trait ElasticBody: Send + Sync {
         Ok(None)
     }
 
-    /// Displacement (mm) and stress (MPa) at interior points, global axes. They are caused by the body's own loads and prescribed
-    /// displacements, and by tractions on body 2 in the cells of `frame`, `[3, N]`. `None` if the body cannot evaluate interior
-    /// points in this way.
+    /// Displacement (mm) and stress (MPa) at interior points, global axes, for the same actions as in [`Self::recover`]. `None` if
+    /// the body cannot evaluate them.
     ///
     /// # Errors
     /// For half-spaces, if a point lies outside the body, the frame is periodic, or the field of a point force cannot be computed.

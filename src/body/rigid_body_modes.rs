@@ -6,7 +6,7 @@ use crate::fem::{RigidBodyModes, SUBSPACE_TOLERANCE, translations_in};
 use crate::frame::ContactFrame;
 use crate::geometry::Side;
 
-/// Rigid-body mode that the supports leave unconstrained: its relative motion, its gap, and the work of the loads.
+/// Rigid-body mode that the supports leave unconstrained.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBodyMode {
     /// Motion of body 2 relative to body 1 per unit amplitude: translation along the frame's x, y, n at its origin, then rotation
@@ -48,7 +48,6 @@ pub fn have_common_motion(a: &[[f64; 6]], b: &[[f64; 6]], size: f64) -> bool {
     SymmetricEigen::new(p + q).eigenvalues.max() > 2.0 - SUBSPACE_TOLERANCE
 }
 
-/// Orthogonal projector on the span of `motions`; `None` if the span is empty.
 fn projector(motions: &[[f64; 6]], size: f64) -> Option<Matrix6<f64>> {
     let mut basis: Vec<Vector6<f64>> = Vec::new();
     for motion in motions {

@@ -18,22 +18,20 @@ pub enum ErrorEstimation {
 /// Stress of a body, in the volume or, for boundary elements, on the surface.
 #[derive(Debug, Clone)]
 pub struct StressField {
-    /// Points of the stress: nodes of the mesh, doubled where materials meet or, for boundary elements, where smooth parts of the
-    /// surface meet.
+    /// Nodes of the mesh, doubled where materials meet or, for boundary elements, where smooth parts of the surface meet.
     pub points: Arc<RecoveryPoints>,
     /// Recovered stress in Voigt order 11 22 33 23 13 12, global axes, MPa, `[n_points]`.
     pub stress: Vec<[f64; 6]>,
     /// Exposure of the materials with known strengths, by criterion.
     pub exposures: Vec<ExposureField>,
-    /// Strain in the contact surface. Together with the tractions it gives the stress in this surface.
+    /// Strain in the contact surface, which together with the tractions gives its stress.
     pub contact: Vec<SurfaceStressPoint>,
     /// Estimated error of the elements' own stress, if requested; `None` for boundary elements.
     pub error: Option<ErrorEstimate>,
 }
 
 impl StressField {
-    /// Combines the stress of a model at `points` with its estimated error, if any. The exposures follow from `limits`, the
-    /// strengths by material name.
+    /// Combines the stress at `points` with its estimated error and the exposures for `limits`, the strengths by material name.
     pub(super) fn new(
         model: &FeModel,
         points: &Arc<RecoveryPoints>,

@@ -1,8 +1,8 @@
 //! Half-space whose surface is meshed around the frame, with full-space kernels. Beyond the elements, displacements are taken as
 //! zero.
 //!
-//! This model reproduces results of other programs that have no exact half-space. The exact operator is computed as well, and the
-//! difference is reported.
+//! This model reproduces results of other programs that have no exact half-space. The difference from the exact operator is
+//! reported.
 
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ use crate::material::Stiffness;
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
 /// Admissible half-side of the meshed square, divided by half of the longer side of the frame. Beyond the upper limit, elements are
-/// needles and other errors exceed the truncation error.
+/// needles.
 pub(crate) const HALF_SIZE_TO_FRAME_RANGE: [f64; 2] = [1.1, 1000.0];
 const ROUNDING: f64 = 1e-9;
 
@@ -54,7 +54,7 @@ pub struct Truncation {
     /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform traction along a on the
     /// displacements under a uniform traction along b.
     pub difference: f64,
-    /// Residual of equations that are recomputed after the solution, relative to the magnitude of their terms.
+    /// Largest relative residual of the equations that are recomputed after the solution.
     pub residual: f64,
 }
 
@@ -67,8 +67,7 @@ pub struct TruncatedHalfSpace {
     cache_warning: Option<String>,
 }
 
-/// Element edges along an axis of the frame, relative to the centre of the frame, mm: cell edges, and beyond them edges of growing
-/// elements.
+/// Cell edges, and beyond them edges of growing elements, relative to the centre of the frame, mm.
 fn element_edges(cells: usize, spacing: f64, half_size: f64) -> Vec<f64> {
     let half = 0.5 * cells as f64 * spacing;
     let length = half_size - half;
@@ -85,7 +84,6 @@ fn element_edges(cells: usize, spacing: f64, half_size: f64) -> Vec<f64> {
     outer.chain(inner).chain((1..=k).map(beyond)).collect()
 }
 
-/// Element edges of a grid frame along x and y.
 fn element_ends(grid: &Grid, half_size: f64) -> [Vec<f64>; 2] {
     [0, 1].map(|axis| element_edges(grid.cells[axis], grid.spacing[axis], half_size))
 }
@@ -106,7 +104,7 @@ impl TruncatedSpec<'_> {
     /// As [`Self::n_elements`].
     pub fn bytes(&self, frame: &ContactFrame) -> Result<u128> {
         let (n, loaded) = (3 * self.n_elements(frame)? as u128, 3 * frame.n_cells() as u128);
-        // The equations, two copies of the solution, and the used part of the buffers of dense products.
+        // Equations, two copies of the solution, and the used part of the buffers of dense products.
         let equations = 8 * n * n;
         Ok(equations + 16 * n * loaded + dense_lu::product_buffer_bytes(equations))
     }
@@ -206,7 +204,7 @@ impl TruncatedHalfSpace {
         &self.truncation
     }
 
-    /// Warning about the cache, if any.
+    /// Warning about the cache.
     pub fn cache_warning(&self) -> Option<&str> {
         self.cache_warning.as_deref()
     }
@@ -217,7 +215,7 @@ impl TruncatedHalfSpace {
     }
 }
 
-/// Matrix of the works of uniform unit tractions along x, y, n (rows) on the displacements under these tractions (columns).
+/// Works of uniform unit tractions along x, y, n (rows) on the displacements under these tractions (columns).
 fn uniform_traction_works(operator: &dyn Flexibility, frame: &ContactFrame) -> Matrix3<f64> {
     let n = frame.n_cells();
     let mut sums = Matrix3::zeros();
@@ -259,7 +257,6 @@ impl ElasticBody for TruncatedHalfSpace {
         Ok(Some(self.flexibility.clone()))
     }
 
-    /// Displacement at the cell centres.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         Ok(surface_displacement(self.flexibility.as_ref(), tractions, &self.axes, self.side))
     }

@@ -1,9 +1,8 @@
 //! Mesh of a worn body: its contact surface is moved inward by the wear depth.
 //!
 //! The transpose of the cell averages distributes the wear volume of the cells to the corners of the contact faces. The depth of a
-//! corner is its volume divided by its area ∫ L_c dS. The shape function L_c of a corner is linear or bilinear on each face, so
-//! that all areas are positive. Middle nodes follow the adjacent corners. The volume between old and new surface equals the wear
-//! volume of the cells, and a uniform depth stays uniform (docs/theory-wear.md).
+//! corner is its volume divided by its area ∫ L_c dS. L_c is linear or bilinear on each face, so that all areas are positive.
+//! Middle nodes follow the adjacent corners. The wear volume is preserved, and a uniform depth stays uniform (docs/theory-wear.md).
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::error::Result;
@@ -63,7 +62,7 @@ pub fn worn_mesh(
     move_mesh(spec, &faces, &motion, &frame.axes, memory)
 }
 
-/// Volume vector that each node receives from a `depth` of the cells along the cell normals, `[n_points]`, mm3.
+/// Volume vector of each node from a `depth` of the cells along the cell normals, `[n_points]`, mm3.
 fn volumes(map: &FaceMap, depth: &[f64], n_points: usize) -> Vec<Point> {
     let mut planes = vec![0.0; 3 * depth.len()];
     planes[2 * depth.len()..].copy_from_slice(depth);
@@ -76,7 +75,7 @@ fn volumes(map: &FaceMap, depth: &[f64], n_points: usize) -> Vec<Point> {
     volumes
 }
 
-/// Corners of a face whose mean reference coordinates are the coordinates of node `i`; for a corner, the corner itself.
+/// Corners of a face whose mean reference coordinates are the coordinates of node `i`.
 fn parent_corners(kind: ElementKind, i: usize) -> &'static [usize] {
     const CORNERS: [&[usize]; 4] = [&[0], &[1], &[2], &[3]];
     const OF_SQUARE: [&[usize]; 5] = [&[0, 1], &[1, 2], &[2, 3], &[3, 0], &[0, 1, 2, 3]];
@@ -89,8 +88,8 @@ fn parent_corners(kind: ElementKind, i: usize) -> &'static [usize] {
     }
 }
 
-/// Height of the solid behind each contact node along the normal of its face, `[n_points]`, mm. It is the smallest height of the
-/// adjacent solids, and infinite at other nodes.
+/// Smallest height of the adjacent solids behind each contact node along the face normal, `[n_points]`, mm; infinite at other
+/// nodes.
 ///
 /// # Errors
 /// If the group does not consist of outer faces.

@@ -1,9 +1,8 @@
-//! Assembled block system of two bodies and the frame, factorised once. It serves as a reference for the flexibility of condensed
-//! bodies.
+//! Assembled block system of two bodies and the frame, a reference for the flexibility of condensed bodies.
 //!
-//! The unknowns are the displacements x1, x2 of the bodies and the gap k; the tractions P are given. For a meshed body, x contains
-//! the free displacement components of the nodes. For a half-space, x contains the displacements at the cells. I maps displacements
-//! to cells. A is the matrix of the cell areas, and F are the loads. G integrates the Green's function over the cells. k_go is the
+//! The unknowns are the displacements x1, x2 of the bodies and the gap k; the tractions P are given. x contains the free
+//! displacement components of the nodes of a mesh, or the displacements of a half-space at the cells. I maps displacements to
+//! cells. A is the matrix of the cell areas, and F are the loads. G integrates the Green's function over the cells. k_go is the
 //! distance of the undeformed surfaces plus prescribed displacements. C_gn w is the wear depth as a normal gap:
 //!
 //! ```text
@@ -12,8 +11,8 @@
 //! | I1  -I2   1 | | k  |   | k_go + C_gn w    |          s1 = -1, s2 = +1
 //! ```
 //!
-//! Lengths are scaled by the cell size l0, stresses by the geometric mean E0 of the bodies' moduli at the contact. The scaled
-//! unknowns are x / l0 and k / l0. Rows of finite elements are scaled by 1 / (E0 l0^2), all other rows by 1 / l0.
+//! Lengths are scaled by the cell size l0, stresses by the geometric mean E0 of the bodies' moduli at the contact. Rows of finite
+//! elements are scaled by 1 / (E0 l0^2), all other rows by 1 / l0.
 //!
 //! # Source
 //! docs/theory-coupling.md.
@@ -30,14 +29,13 @@ use crate::flexibility::per_cell::PerCell;
 use crate::frame::{ContactFrame, Side};
 use crate::linalg::sparse_lu::{LuWorkspace, MAX_RHS, SparseLu};
 
-/// Largest number of unknowns of the block system. The LU factors of larger systems of meshed solids take many GiB.
+/// Largest number of unknowns. The LU factors of larger systems of meshed solids take many GiB.
 const MAX_UNKNOWNS: usize = 60_000;
 
 /// Factorised block system. As a [`Flexibility`] it computes the gap k that tractions alone cause.
 pub struct BlockSystem {
     n_cells: usize,
     bodies: [BodyRows; 2],
-    /// Index of the first gap unknown.
     first_gap: usize,
     scales: BlockScales,
     lu: SparseLu,
@@ -47,7 +45,6 @@ pub struct BlockSystem {
 struct BlockWorkspace {
     rhs: Vec<f64>,
     memory: LuWorkspace,
-    /// Buffers for tractions and gap, `[3, N]` each.
     planes: [Vec<f64>; 2],
 }
 
@@ -55,8 +52,8 @@ impl BlockSystem {
     /// Assembles and factors the system.
     ///
     /// # Errors
-    /// If both bodies are rigid, or the block system does not support a body. If the system has too many unknowns, or the
-    /// factorisation fails.
+    /// If both bodies are rigid, the block system does not support a body, the system has too many unknowns, or the factorisation
+    /// fails.
     pub fn new(body1: &dyn ElasticBody, body2: &dyn ElasticBody, frame: &ContactFrame) -> Result<Self> {
         let n_cells = frame.n_cells();
         refuse_size(body1, body2, n_cells)?;
@@ -86,10 +83,8 @@ impl BlockSystem {
         Ok(Self { n_cells, bodies, first_gap, scales, lu, work })
     }
 
-    /// Computes the gap k, `[3, N]`, mm; overwrites `gap`.
-    ///
-    /// The gap includes the effects of `tractions` (on body 2, `[3, N]`), of the bodies' own loads and of their prescribed
-    /// displacements. The normal gap `normal_gap` and the wear depth `worn`, `[N]` each, mm, are added to its normal component.
+    /// Computes the gap k, `[3, N]`, mm, due to `tractions` (on body 2, `[3, N]`), own loads and prescribed displacements. The
+    /// normal gap `normal_gap` and the wear depth `worn`, `[N]` each, mm, are added to its normal component.
     pub fn gap(&self, tractions: &[f64], normal_gap: &[f64], worn: &[f64], gap: &mut [f64]) {
         let mut work = self.work.lock().expect("no panic while the buffers are held");
         let BlockWorkspace { rhs, memory, .. } = &mut *work;
@@ -101,8 +96,6 @@ impl BlockSystem {
         self.solve(rhs, memory, gap);
     }
 
-    /// Assembles the right-hand side of the bodies' rows; with [`LoadTerms::All`] also the prescribed displacements in the gap
-    /// rows.
     fn load(&self, tractions: &[f64], forces: LoadTerms, rhs: &mut [f64]) {
         rhs.fill(0.0);
         let (rows, frame_rows) = rhs.split_at_mut(self.first_gap);
@@ -122,7 +115,6 @@ impl BlockSystem {
     }
 }
 
-/// Refuses a system with more than [`MAX_UNKNOWNS`] unknowns before anything is assembled.
 fn refuse_size(body1: &dyn ElasticBody, body2: &dyn ElasticBody, n_cells: usize) -> Result<()> {
     let rows = |body: &dyn ElasticBody| match body.equations() {
         BodyEquations::FiniteElements(body) => body.condensed().model().n_free(),
@@ -163,7 +155,7 @@ impl Flexibility for BlockSystem {
         normal_gap.copy_from_slice(&gap[2 * n..]);
     }
 
-    /// Solves for one unit traction per cell and component, [`MAX_RHS`] at a time. Half-spaces add their blocks without a solve.
+    /// Half-spaces need no solve.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let (n, rows) = (self.n_cells, self.lu.n());
         let mut blocks = vec![Matrix3::zeros(); n];

@@ -21,10 +21,8 @@ pub(super) struct BlockScales {
     pub length: f64,
 }
 
-/// Terms that a right-hand side includes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LoadTerms {
-    /// Contact tractions.
     Tractions,
     /// Contact tractions, on meshed bodies only.
     TractionsOnMeshes,
@@ -39,7 +37,6 @@ pub(super) enum BodyRows {
     FiniteElements(Box<MeshRows>),
 }
 
-/// Rows of a finite-element body: its stiffness matrix, its map to the cells and its loads.
 pub(super) struct MeshRows {
     first: usize,
     side: Side,
@@ -54,7 +51,6 @@ pub(super) struct MeshRows {
     scratch: Mutex<Vec<f64>>,
 }
 
-/// Matrix entry (row, column, value).
 type Entry = (usize, usize, f64);
 
 impl BodyRows {
@@ -80,7 +76,6 @@ impl BodyRows {
         }
     }
 
-    /// Number of rows.
     pub(super) fn n(&self) -> usize {
         match self {
             Self::Rigid => 0,
@@ -89,7 +84,6 @@ impl BodyRows {
         }
     }
 
-    /// Sets the index of the body's first row and first unknown to `start`.
     pub(super) fn place(&mut self, start: usize) {
         match self {
             Self::Rigid => {}
@@ -102,10 +96,8 @@ impl BodyRows {
         matches!(self, Self::FiniteElements(_))
     }
 
-    /// Modulus of the body at the contact, MPa, for cells of size `length`, mm; `None` if rigid.
-    ///
-    /// It follows from the mean diagonal of the flexibility (half-space) or of the stiffness at the contact nodes (finite
-    /// elements).
+    /// Modulus of the body at the contact, MPa, for cells of size `length`, mm. It follows from the mean diagonal of the
+    /// flexibility or of the stiffness at the contact nodes.
     pub(super) fn modulus(&self, length: f64) -> Option<f64> {
         match self {
             Self::Rigid => None,
@@ -124,7 +116,7 @@ impl BodyRows {
         }
     }
 
-    /// Scaled entries of the body's own rows, which have non-zeros only in the columns of this body.
+    /// Scaled entries of the body's own rows.
     pub(super) fn entries(&self, scales: BlockScales) -> Box<dyn Iterator<Item = Entry> + '_> {
         match self {
             Self::Rigid => Box::new(std::iter::empty()),
@@ -169,7 +161,7 @@ impl BodyRows {
         }
     }
 
-    /// Adds to the gap rows the scaled gap that prescribed displacements of the contact nodes cause.
+    /// Adds the scaled gap that prescribed displacements of the contact nodes cause.
     pub(super) fn prescribed_gap(&self, scales: BlockScales, frame_rows: &mut [f64]) {
         if let Self::FiniteElements(mesh) = self {
             let mut gap = vec![0.0; frame_rows.len()];
@@ -180,7 +172,6 @@ impl BodyRows {
         }
     }
 
-    /// Adds the diagonal blocks of a half-space's flexibility, which need no solve.
     pub(super) fn add_direct_diagonal(&self, blocks: &mut [Matrix3<f64>]) {
         if let Self::HalfSpace { matrix, .. } = self {
             blocks.iter_mut().zip(matrix.diagonal_blocks().iter()).for_each(|(sum, block)| *sum += block);

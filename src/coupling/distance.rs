@@ -8,50 +8,44 @@ use crate::geometry::Point;
 /// steeper cells, a small error of the meshes causes a large motion of body 2.
 const MIN_FACING_COSINE: f64 = 0.5;
 
-/// Minimum cosine n_I.n, relative to the largest, of cells that determine the first touch if less steep cells leave an overlap. It
-/// is also the minimum cosine itself of cells that may face a plane.
+/// As `MIN_FACING_COSINE`, if less steep cells leave an overlap. Also the minimum cosine itself of cells that may face a plane.
 pub const MIN_STEEP_COSINE: f64 = 0.05;
 
-/// Allowed overlap of the meshed bodies, as a share of the cells' mean side. It allows for the difference between flat faces and
-/// the curved surface.
+/// Allowed overlap for the difference between flat faces and the curved surface, as a share of the cells' mean side.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 
-/// Part of the possible error of a curved shape that is fitted to a straight edge, as a share of the larger sagitta for the two
-/// ends of the edge. The disagreement of the ends is added.
+/// Possible error of a curved shape fitted to a straight edge, as a share of the larger sagitta of the two ends. Their disagreement
+/// is added.
 const CURVED_SHAPE_ERROR: f64 = 0.01;
 
-/// Safety factor on the interpolation error of curved edges.
 const SHAPE_ERROR_MARGIN: f64 = 3.0;
 
 /// Rounding error of overlaps, as a share of the cells' mean side.
 const ROUNDING_SHARE: f64 = 1e-6;
 
-/// The initial gap between two meshed surfaces.
+/// Initial gap between two meshed surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshedGap {
     /// Mean distance over each cell, along its normal, with body 2 at the first touch, `[N]`, mm.
     pub distance: Vec<f64>,
-    /// Motion of body 2 towards body 1 along the frame's n, from its meshed position to the first touch, mm. Negative if the meshes
-    /// overlap.
+    /// Motion of body 2 against n from its meshed position to the first touch, mm. Negative if the meshes overlap.
     pub closing_motion: f64,
 }
 
-/// Mean distance of the undeformed surfaces over each cell, along its normal, with body 2 at the first touch. A surface `None` is
-/// the plane through the global origin normal to the frame's n.
+/// Distance of the undeformed surfaces with body 2 at the first touch. A surface `None` is the plane through the global origin
+/// normal to the frame's n.
 ///
-/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). The motion to the first touch is against
-/// n, by the minimum of d / n_I.n over the points of the cells that face n (`MIN_FACING_COSINE`, then `MIN_STEEP_COSINE` if an
-/// overlap remains). d is the distance at a point.
+/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). The motion to the first touch is the
+/// minimum of d / n_I.n, against n. It is taken over points with distance d in the cells that face n.
 ///
-/// For a condensed mesh, the heights are means over its flat faces, because displacements of its contact surface are averaged with
-/// the same shape functions. If the body deforms to a curved surface, its nodes lie on this surface and its faces are flat, too, so
-/// that the errors of the faces of both bodies cancel. A body with the near field of a half-space has the mean heights of the
-/// curved surface ([`MeshedSurface::curved_gap`]).
+/// For a condensed mesh, the heights are means over its flat faces, because its displacements are averaged with the same shape
+/// functions. If both bodies deform to a curved surface, the errors of their flat faces cancel. A body with the near field of a
+/// half-space has the mean heights of the curved surface ([`MeshedSurface::curved_gap`]).
 ///
 /// # Errors
-/// If body 2 must move away from body 1 by more than a tenth of the mean cell side to the first touch. If the motion to the first
-/// touch does not remove an overlap of the curved surfaces (interference fit). If no motion along n separates the bodies, no cell
-/// faces n, or a plane is opposite to cells that do not face it.
+/// If the first touch needs a motion away from body 1 above a tenth of the mean cell side. If the motion to the first touch does
+/// not remove an overlap of curved surfaces (interference fit). If no motion along n separates the bodies, no cell faces n, or a
+/// plane is opposite to cells that do not face it.
 pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]) -> Result<MeshedGap> {
     let n = frame.axes.normal();
     let cosines = frame.triads.map(|triad| triad.normal().dot(&n)).into_vec();
@@ -72,7 +66,7 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
             "no cell of the contact frame faces along its n, so that body 2 cannot be moved towards body 1: let frame.normal point from body 1 to body 2",
         ));
     }
-    // Overlap may remain on flanks that the first touch did not consider. A level frame has no flanks.
+    // Overlap may remain on flanks that the first touch did not consider.
     if !frame.has_uniform_axes() {
         let flanks = curved_overlap(frame, &cosines, first, surfaces);
         if first < 0.0 {
@@ -90,7 +84,6 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
     Ok(MeshedGap { distance: touching, closing_motion: first })
 }
 
-/// Distances over the cells between surfaces with the given mean heights, `[N]`, mm. `None` is the plane through the global origin.
 fn distances(frame: &ContactFrame, cosines: &[f64], heights: [Option<&[f64]>; 2]) -> Vec<f64> {
     let n = frame.axes.normal();
     let plane = |cell: usize| -n.dot(&frame.centers[cell]) / cosines[cell];
@@ -99,25 +92,21 @@ fn distances(frame: &ContactFrame, cosines: &[f64], heights: [Option<&[f64]>; 2]
     (0..frame.n_cells()).map(|cell| upper(cell) - lower(cell)).collect()
 }
 
-/// Largest overlap among `distances`, mm; negative if no cell overlaps.
 fn deepest(distances: &[f64]) -> f64 {
     -distances.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Overlap of the curved surfaces in the meshed position and after the motion to the first touch.
 struct CurvedOverlap {
     /// Largest overlap in the meshed position, mm; negative if all cells are open.
     meshed: f64,
-    /// Largest overlap after the motion, mm; negative if all cells are open.
+    /// The same after the motion to the first touch.
     left: f64,
-    /// Largest overlap that may be an error of the curved shapes, mm.
     shape_error: f64,
-    /// Number of cells that overlap in the meshed position, and number of all cells.
+    /// Number of cells that overlap in the meshed position, and of all cells.
     cells: [usize; 2],
 }
 
 impl CurvedOverlap {
-    /// Whether the overlap after the motion exceeds the error of the curved shapes.
     fn is_certain(&self) -> bool {
         self.left > self.shape_error
     }
@@ -141,8 +130,7 @@ fn curved_overlap(
     }
 }
 
-/// Refuses curved surfaces that overlap both as meshed and after the motion to the first touch (interference fit). If one surface
-/// encloses the other with interference, the flanks overlap in any position of body 2.
+/// Refuses curved surfaces that overlap both as meshed and after the motion to the first touch (interference fit).
 fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     if overlap.meshed <= overlap.shape_error || !overlap.is_certain() {
         return Ok(());
@@ -154,15 +142,12 @@ fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     )))
 }
 
-/// Possible error of a curved surface between the nodes of its mesh, mm.
-///
-/// A quadratic interpolation of a circle over an edge of length h with sagitta s has an error of at most s^3 / h^2; a third is
-/// added. Curvatures that are fitted to flat faces are less certain.
+/// Possible error of a curved surface between the nodes of its mesh, mm. For a circle, quadratic interpolation over an edge of
+/// length h with sagitta s has an error of at most s^3 / h^2. A third is added.
 fn shape_error(surface: &MeshedSurface) -> f64 {
     let edges = edge_sagittas(&surface.mesh, &surface.faces).into_iter().flatten().flatten();
     let flat = edges.map(|edge| edge.disagreement() + CURVED_SHAPE_ERROR * edge.largest());
     let point = |node: usize| Point::from(surface.mesh.points[node]);
-    // The middle node of the edge from corner i, if any, has the index n + i.
     let interpolation = |nodes: &[usize], n: usize, i: usize| {
         let (start, end) = (point(nodes[i]), point(nodes[(i + 1) % n]));
         let sagitta = (point(nodes[n + i]) - 0.5 * (start + end)).norm();
@@ -176,8 +161,7 @@ fn shape_error(surface: &MeshedSurface) -> f64 {
     flat.chain(curved.map(|error| SHAPE_ERROR_MARGIN * error)).fold(0.0, f64::max)
 }
 
-/// Refuses cells that are nearly perpendicular to a plane or face away from it, because their distance from the plane is uncertain
-/// or undefined.
+/// Refuses cells whose distance from a plane is uncertain or undefined.
 fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
     let Some(cell) = cosines.iter().position(|cosine| *cosine < MIN_STEEP_COSINE) else { return Ok(()) };
     let x = frame.centers[cell];
@@ -195,12 +179,10 @@ enum Overlap {
     EveryPosition,
 }
 
-/// Overlap that is attributed to the difference between faces and the curved surface, mm.
 fn tolerance(frame: &ContactFrame) -> f64 {
     OVERLAP_TOLERANCE_CELLS * frame.mean_cell_side()
 }
 
-/// Refuses a penetration `depth`, mm, above [`tolerance`].
 fn refuse_overlap(frame: &ContactFrame, distance: &[f64], depth: f64, when: Overlap) -> Result<()> {
     let tolerance = tolerance(frame);
     if depth <= tolerance {

@@ -1,9 +1,8 @@
 //! Coupling of two bodies on one contact frame: the gap is g = g_free + S P + w n.
 //!
 //! S (mm/MPa) is the flexibility of both bodies, P (MPa) the traction on body 2, w (mm) the wear depth, n the normal. [`couple`]
-//! computes S and the part of g_free that loads and prescribed displacements cause ([`CoupledBodies`]). [`surface_distance`]
-//! computes the other part of g_free, the distance of the undeformed surfaces; for meshes it uses [`mesh_distance`].
-//! [`BlockSystem`] is the reference implementation of S.
+//! computes S and the part of g_free due to loads and prescribed displacements, [`surface_distance`] the distance of the undeformed
+//! surfaces. [`BlockSystem`] is the reference implementation of S.
 
 pub mod block;
 mod block_rows;
@@ -55,8 +54,7 @@ pub struct CoupledBodies {
 }
 
 impl CoupledBodies {
-    /// Gap at zero tractions and zero rigid motion, `[3, N]`: the free gap plus the distance `normal` `[N]` of the undeformed
-    /// surfaces.
+    /// Gap at zero tractions and zero rigid motion, `[3, N]`, with the distance `normal` `[N]` of the undeformed surfaces.
     pub fn initial_gap(&self, normal: &[f64]) -> Vec<f64> {
         let mut gap = self.free_gap.clone();
         let n = normal.len();
@@ -75,17 +73,15 @@ pub struct HalfSpaceOperators {
 }
 
 impl From<CrossBlocks> for HalfSpaceOperators {
-    /// Sums the Green's functions if vanishing blocks are skipped.
     fn from(cross: CrossBlocks) -> Self {
         Self { cross, summed: cross == CrossBlocks::SkipVanishing }
     }
 }
 
-/// Couples two bodies on `frame`: computes their flexibility, free gap and unconstrained rigid-body modes.
+/// Computes flexibility, free gap and unconstrained rigid-body modes of two bodies on `frame`.
 ///
 /// # Errors
-/// If both bodies are rigid, or an operator cannot be built. If [`Coupling::Block`] is chosen, and a body is unconstrained or not
-/// supported.
+/// If both bodies are rigid, or an operator cannot be built. If [`Coupling::Block`] gets an unconstrained or unsupported body.
 pub fn couple(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
@@ -100,8 +96,7 @@ pub fn couple(
     Ok(constrained(coupled, frame))
 }
 
-/// Sets tractions and gaps across planes of symmetry to zero in the cells on these planes. Returns `coupled` unchanged if no cell
-/// lies on a plane of symmetry.
+/// Sets tractions and gaps across planes of symmetry to zero in the cells on these planes.
 fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
     let projectors = frame.symmetry_projectors();
     if projectors.is_empty() {
@@ -166,8 +161,7 @@ fn sum_of_bodies(
     Ok(CoupledBodies { flexibility, free_gap, floating, skipped })
 }
 
-/// S = S_1 + S_2, and for each body whether it is rigid. If `summed`, two half-spaces share one operator of their summed Green's
-/// functions.
+/// S = S_1 + S_2, and for each body whether it is rigid.
 fn sum_of_flexibilities(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
@@ -189,7 +183,6 @@ fn sum_of_flexibilities(
     Ok((flexibility, rigid))
 }
 
-/// Operator of two half-spaces, corrected by the far fields of hybrid bodies if the frame is a grid.
 fn with_far_fields(
     green: &SurfaceGreen,
     bodies: [&mut dyn ElasticBody; 2],
@@ -209,10 +202,8 @@ fn with_far_fields(
     }
 }
 
-/// Work that is omitted when the flexibilities are summed.
-///
-/// It consists of the flexibilities of `rigid` bodies and, if `summed`, of the second half-space operator. If `couples` is false,
-/// the sum does not couple normal and tangential components, and the products between them are omitted, too.
+/// Work that is omitted when the flexibilities are summed; `couples` tells whether the sum couples normal and tangential
+/// components.
 pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<OmittedWork> {
     let mut skipped = Vec::new();
     if summed {
@@ -237,8 +228,8 @@ pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Omitte
 
 /// Distance of the undeformed surfaces along n at each cell, `[N]`, mm; zero at the first touch.
 ///
-/// For the shape "mesh", [`mesh_distance`] computes it from the meshes. If a body has the near field of a half-space, the curved
-/// surface replaces the flat faces that approximate it. Reason: half-space displacements do not follow flat faces.
+/// If a body has the near field of a half-space, the curved surface replaces its flat faces, because half-space displacements do
+/// not follow flat faces.
 ///
 /// # Errors
 /// If the shape is not admissible. If it is "mesh", and neither body has a mesh or [`mesh_distance`] fails.

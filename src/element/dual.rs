@@ -1,9 +1,7 @@
-//! Dual numbers: values with their derivatives with respect to the three reference coordinates. They give the gradients of shape
-//! functions.
+//! Dual numbers: values with their derivatives with respect to the three reference coordinates.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Value and its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dual {
     pub value: f64,
@@ -11,7 +9,7 @@ pub(super) struct Dual {
 }
 
 impl Dual {
-    /// The reference coordinates `xi` of a point as dual numbers: their gradients are the unit vectors.
+    /// Reference coordinates of a point, whose gradients are the unit vectors.
     pub fn coordinates(xi: [f64; 3]) -> [Self; 3] {
         std::array::from_fn(|i| {
             let mut gradient = [0.0; 3];
@@ -24,7 +22,7 @@ impl Dual {
         Self { value, gradient: std::array::from_fn(|i| a * x.gradient[i] + b * y.gradient[i]) }
     }
 
-    /// Maximum of the value and `least`; the gradient is zero where `least` applies.
+    /// Maximum of the value and `least`, where the gradient is zero.
     pub fn at_least(self, least: f64) -> Self {
         if self.value < least { Self { value: least, gradient: [0.0; 3] } } else { self }
     }
@@ -87,7 +85,6 @@ impl Mul<f64> for Dual {
     }
 }
 
-/// `1 - x`.
 pub(super) fn one_minus(x: Dual) -> Dual {
     -x + 1.0
 }

@@ -1,10 +1,8 @@
-//! The 20-node hexahedron on [-1, 1]^3, serendipity.
-
 use super::Hex27;
 use super::dual::{Dual, one_minus};
 use super::shape::DualShapeFunctions;
 
-/// The 20-node hexahedron.
+/// The 20-node hexahedron on [-1, 1]^3, serendipity.
 pub struct Hex20;
 
 impl DualShapeFunctions<20> for Hex20 {

@@ -1,9 +1,7 @@
-//! The 27-node hexahedron on [-1, 1]^3, triquadratic.
-
 use super::dual::{Dual, quadratic};
 use super::shape::DualShapeFunctions;
 
-/// The 27-node hexahedron.
+/// The 27-node hexahedron on [-1, 1]^3, triquadratic.
 pub struct Hex27;
 
 impl DualShapeFunctions<27> for Hex27 {

@@ -1,9 +1,7 @@
-//! The 8-node hexahedron on [-1, 1]^3, trilinear.
-
 use super::Hex27;
 use super::shape::ShapeFunctions;
 
-/// The 8-node hexahedron.
+/// The 8-node hexahedron on [-1, 1]^3, trilinear.
 pub struct Hex8;
 
 impl ShapeFunctions<8, 3> for Hex8 {

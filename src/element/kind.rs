@@ -1,5 +1,3 @@
-//! Kinds of mesh cells: dimension, numbers of nodes, codes of gmsh and VTK, name.
-
 /// Kind of a mesh cell, with gmsh's node order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)]
@@ -25,7 +23,6 @@ pub enum ElementKind {
     Pyramid14,
 }
 
-/// Constants of an element kind.
 struct Facts {
     dim: usize,
     corners: usize,
@@ -97,7 +94,7 @@ impl ElementKind {
         self.facts().nodes
     }
 
-    /// Number of corner nodes; corner nodes come first in the node order.
+    /// Number of corner nodes, which come first in the node order.
     pub const fn n_corners(self) -> usize {
         self.facts().corners
     }
@@ -107,7 +104,7 @@ impl ElementKind {
         self.facts().gmsh
     }
 
-    /// Kind of an element type number in .msh files; `None` for all other types, such as elements of order 3.
+    /// Kind of an element type number in .msh files; `None` for other types, such as elements of order 3.
     pub fn from_gmsh_code(code: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.gmsh_code() == code)
     }

@@ -1,14 +1,11 @@
-//! The 13-node pyramid on the base [-1, 1]^2 at z = 0 with its apex at (0, 0, 1).
-//!
-//! Rational shape functions: quadratic on the triangles, serendipity on the base.
-//!
-//! # Source
-//! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
-
 use super::dual::{Dual, one_minus};
 use super::shape::DualShapeFunctions;
 
-/// The 13-node pyramid.
+/// The 13-node pyramid on the base [-1, 1]^2 at z = 0 with its apex at (0, 0, 1). The shape functions are rational: quadratic on
+/// the triangles, serendipity on the base.
+///
+/// # Source
+/// Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
 pub struct Pyramid13;
 
 impl DualShapeFunctions<13> for Pyramid13 {
@@ -28,7 +25,6 @@ impl DualShapeFunctions<13> for Pyramid13 {
         [-0.5, 0.5, 0.5],
     ];
 
-    /// Shape functions of the 13-node pyramid; [`super::Pyramid14`] adds multiples of its bubble function to them.
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 13] {
         // Half side of the cross-section at height z, kept positive so that the shape functions take their limits at the apex.
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);

@@ -1,12 +1,8 @@
-//! The 14-node pyramid on the base [-1, 1]^2 at z = 0 with its apex at (0, 0, 1).
-//!
-//! The 13-node pyramid with a bubble function on the base: quadratic on the triangles, biquadratic on the base.
-
 use super::Pyramid13;
 use super::dual::{Dual, one_minus};
 use super::shape::{DualShapeFunctions, ShapeFunctions};
 
-/// The 14-node pyramid.
+/// The 13-node pyramid with a bubble function on the base: quadratic on the triangles, biquadratic on the base.
 pub struct Pyramid14;
 
 impl DualShapeFunctions<14> for Pyramid14 {
@@ -23,8 +19,7 @@ impl DualShapeFunctions<14> for Pyramid14 {
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         let bubble = ((side + x) * (side - x) / side) * ((side + y) * (side - y) / side);
         let thirteen = Pyramid13::dual_values(xi);
-        // Shape functions of the 13-node pyramid at the centre of the base: -1/4 for its corners, 1/2 for middle nodes of its
-        // edges, 0 for other nodes.
+        // -1/4 for the corners of the base, 1/2 for middle nodes of its edges, 0 for other nodes.
         let at_middle = Pyramid13::values([0.0; 3]);
         std::array::from_fn(|i| if i == 13 { bubble } else { thirteen[i] - bubble * at_middle[i] })
     }

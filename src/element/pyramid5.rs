@@ -1,14 +1,11 @@
-//! The 5-node pyramid on the base [-1, 1]^2 at z = 0 with its apex at (0, 0, 1).
-//!
-//! Rational shape functions: linear on the triangles, bilinear on the base.
-//!
-//! # Source
-//! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
-
 use super::dual::{Dual, one_minus};
 use super::shape::DualShapeFunctions;
 
-/// The 5-node pyramid.
+/// The 5-node pyramid on the base [-1, 1]^2 at z = 0 with its apex at (0, 0, 1). The shape functions are rational: linear on the
+/// triangles, bilinear on the base.
+///
+/// # Source
+/// Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
 pub struct Pyramid5;
 
 impl DualShapeFunctions<5> for Pyramid5 {

@@ -1,8 +1,6 @@
-//! The 4-node quadrilateral on [-1, 1]^2, bilinear: a face of the 8-node hexahedron, the 6-node wedge and the 5-node pyramid.
-
 use super::shape::ShapeFunctions;
 
-/// The 4-node quadrilateral.
+/// The 4-node quadrilateral on [-1, 1]^2, bilinear.
 pub struct Quad4;
 
 impl ShapeFunctions<4, 2> for Quad4 {

@@ -1,9 +1,7 @@
-//! The 8-node quadrilateral on [-1, 1]^2, serendipity: a face of the 20-node hexahedron, the 15-node wedge and the 13-node pyramid.
-
 use super::Quad9;
 use super::shape::ShapeFunctions;
 
-/// The 8-node quadrilateral.
+/// The 8-node quadrilateral on [-1, 1]^2, serendipity.
 pub struct Quad8;
 
 impl ShapeFunctions<8, 2> for Quad8 {

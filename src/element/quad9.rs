@@ -1,8 +1,6 @@
-//! The 9-node quadrilateral on [-1, 1]^2, biquadratic: a face of the 27-node hexahedron, the 18-node wedge and the 14-node pyramid.
-
 use super::shape::ShapeFunctions;
 
-/// The 9-node quadrilateral.
+/// The 9-node quadrilateral on [-1, 1]^2, biquadratic.
 pub struct Quad9;
 
 fn line(node: f64, x: f64) -> f64 {

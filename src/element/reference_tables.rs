@@ -5,7 +5,6 @@
 
 use super::ElementKind::{self, Quad4, Quad8, Quad9, Tri3, Tri6};
 
-/// Face of a solid: its kind and the nodes of the solid on it, oriented outward.
 type Face = (ElementKind, &'static [usize]);
 
 impl ElementKind {
@@ -22,8 +21,8 @@ impl ElementKind {
         }
     }
 
-    /// Faces of a solid: for each face its kind and its nodes in gmsh's order of that kind, as indices into gmsh's nodes of the
-    /// solid. Normals point outward for a positive Jacobian. The list is empty for points, lines and surfaces.
+    /// Faces of a solid: for each face its kind, and its nodes in gmsh's order as indices into the nodes of the solid. Normals
+    /// point outward for a positive Jacobian. Empty for points, lines and surfaces.
     pub const fn local_faces(self) -> &'static [(ElementKind, &'static [usize])] {
         match self {
             Self::Tet4 => TET4_FACES,

@@ -1,8 +1,6 @@
-//! Shape functions and gradients of an element with `N` nodes and `D` reference coordinates.
-
 use super::dual::Dual;
 
-/// Shape functions of an element; node order is gmsh's.
+/// Shape functions of an element with `N` nodes in gmsh's order and `D` reference coordinates.
 pub trait ShapeFunctions<const N: usize, const D: usize> {
     /// Reference coordinates of the nodes.
     const NODES: [[f64; D]; N];
@@ -16,10 +14,8 @@ pub trait ShapeFunctions<const N: usize, const D: usize> {
 
 /// Shape functions of a solid in dual numbers, which give values and gradients from one formula.
 pub(super) trait DualShapeFunctions<const N: usize> {
-    /// Reference coordinates of the nodes.
     const NODES: [[f64; 3]; N];
 
-    /// Values with their gradients; `xi` are the reference coordinates with their gradients.
     fn dual_values(xi: [Dual; 3]) -> [Dual; N];
 }
 
@@ -60,10 +56,8 @@ mod tests {
         check::<Pyramid14, 14, 3>([0.2, -0.3, 0.1]);
     }
 
-    /// Truths: N_a(x_b) = delta_ab; sum N = 1; gradients equal central differences of the values with step h = 1e-5. The truncation
-    /// error of the differences is zero for functions that are quadratic along each coordinate. It is h² / 6 times the third
-    /// derivative for rational functions. Tolerances: 1e-15 for N_a(x_b); 1e-15 and 1e-10 for sum and gradients, or 1e-14 and 1e-9
-    /// for pyramids and elements with more than nine nodes.
+    /// Truths: N_a(x_b) = delta_ab; sum N = 1; gradients equal central differences. The error of the differences is zero for
+    /// functions that are quadratic along each coordinate. For rational functions it is h² / 6 times the third derivative.
     fn check<S: ShapeFunctions<N, D>, const N: usize, const D: usize>(at: [f64; D]) {
         let name = std::any::type_name::<S>();
         for (a, node) in S::NODES.iter().enumerate() {

@@ -25,8 +25,8 @@ macro_rules! solids {
                 }
             }
 
-            /// Derivatives of the shape functions of a solid with respect to the reference coordinates at `xi`, `[n_nodes]`. Empty
-            /// for points, lines and surfaces.
+            /// Derivatives of the shape functions with respect to the reference coordinates at `xi`, `[n_nodes]`; empty for points,
+            /// lines and surfaces.
             pub fn shape_gradients(self, xi: [f64; 3]) -> Vec<[f64; 3]> {
                 match self {
                     $(Self::$element => $element::gradients(xi).to_vec(),)*

@@ -8,8 +8,7 @@ pub const MAX_FACE_NODES: usize = 9;
 macro_rules! surfaces {
     ($($element:ident, $n:literal;)*) => {
         impl ElementKind {
-            /// Values of the shape functions of a surface at the reference point `xi`. Entries beyond its nodes are 0; all entries
-            /// are 0 for kinds that are not surfaces.
+            /// Values of the shape functions of a surface at `xi`; 0 beyond its nodes, and for kinds that are not surfaces.
             pub fn face_values(self, xi: [f64; 2]) -> [f64; MAX_FACE_NODES] {
                 let mut all = [0.0; MAX_FACE_NODES];
                 match self {
@@ -19,8 +18,7 @@ macro_rules! surfaces {
                 all
             }
 
-            /// Derivatives of the shape functions with respect to the reference coordinates at `xi`, with zeros as in
-            /// [`Self::face_values`].
+            /// Derivatives with respect to the reference coordinates at `xi`, with zeros as in [`Self::face_values`].
             pub fn face_gradients(self, xi: [f64; 2]) -> [[f64; 2]; MAX_FACE_NODES] {
                 let mut all = [[0.0; 2]; MAX_FACE_NODES];
                 match self {
@@ -38,8 +36,7 @@ macro_rules! surfaces {
                 }
             }
 
-            /// Area of the reference element of a surface: 1/2 for the triangle (0,0), (1,0), (0,1), and 4 for the square of
-            /// side 2.
+            /// Area of the reference element of a surface.
             pub fn face_reference_area(self) -> f64 {
                 if self.n_corners() == 3 { 0.5 } else { 4.0 }
             }

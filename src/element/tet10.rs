@@ -1,9 +1,7 @@
-//! The 10-node tetrahedron on (0,0,0), (1,0,0), (0,1,0), (0,0,1), quadratic.
-
 use super::dual::{Dual, one_minus};
 use super::shape::DualShapeFunctions;
 
-/// The 10-node tetrahedron.
+/// The 10-node tetrahedron on (0,0,0), (1,0,0), (0,1,0), (0,0,1), quadratic.
 pub struct Tet10;
 
 impl DualShapeFunctions<10> for Tet10 {

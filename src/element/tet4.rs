@@ -1,8 +1,6 @@
-//! The 4-node tetrahedron on (0,0,0), (1,0,0), (0,1,0), (0,0,1), linear.
-
 use super::shape::ShapeFunctions;
 
-/// The 4-node tetrahedron.
+/// The 4-node tetrahedron on (0,0,0), (1,0,0), (0,1,0), (0,0,1), linear.
 pub struct Tet4;
 
 impl ShapeFunctions<4, 3> for Tet4 {

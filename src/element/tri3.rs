@@ -1,8 +1,6 @@
-//! The 3-node triangle on (0,0), (1,0), (0,1), linear: a face of the 4-node tetrahedron, the 6-node wedge and the 5-node pyramid.
-
 use super::shape::ShapeFunctions;
 
-/// The 3-node triangle.
+/// The 3-node triangle on (0,0), (1,0), (0,1), linear.
 pub struct Tri3;
 
 impl ShapeFunctions<3, 2> for Tri3 {

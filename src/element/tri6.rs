@@ -1,8 +1,6 @@
-//! The 6-node triangle on (0,0), (1,0), (0,1), quadratic: a face of the 10-node tetrahedron, and of wedges and pyramids of order 2.
-
 use super::shape::ShapeFunctions;
 
-/// The 6-node triangle.
+/// The 6-node triangle on (0,0), (1,0), (0,1), quadratic.
 pub struct Tri6;
 
 impl ShapeFunctions<6, 2> for Tri6 {

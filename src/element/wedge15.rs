@@ -1,10 +1,8 @@
-//! The 15-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], serendipity.
-
 use super::Wedge18;
 use super::dual::{Dual, one_minus};
 use super::shape::DualShapeFunctions;
 
-/// The 15-node wedge.
+/// The 15-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], serendipity.
 pub struct Wedge15;
 
 impl DualShapeFunctions<15> for Wedge15 {

@@ -1,9 +1,7 @@
-//! The 18-node wedge on the triangle (0,0), (1,0), (0,1) times the line [-1, 1], quadratic on both.
-
 use super::dual::{Dual, quadratic, triangle6};
 use super::shape::DualShapeFunctions;
 
-/// The 18-node wedge.
+/// The 18-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], quadratic on both.
 pub struct Wedge18;
 
 impl DualShapeFunctions<18> for Wedge18 {
@@ -31,7 +29,7 @@ impl DualShapeFunctions<18> for Wedge18 {
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 18] {
         let t = triangle6(x, y);
         let line = [-1.0, 0.0, 1.0].map(|node| quadratic(z, node));
-        // Indices (triangle function, line function) of the two factors of each shape function.
+        // (triangle function, line function) of each shape function.
         const PARTS: [(usize, usize); 18] = [
             (0, 0),
             (1, 0),

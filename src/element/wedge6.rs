@@ -1,10 +1,8 @@
-//! The 6-node wedge on the triangle (0,0), (1,0), (0,1) times the line [-1, 1], linear on both.
-
 use super::Wedge18;
 use super::dual::{Dual, one_minus};
 use super::shape::DualShapeFunctions;
 
-/// The 6-node wedge.
+/// The 6-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], linear on both.
 pub struct Wedge6;
 
 impl DualShapeFunctions<6> for Wedge6 {

@@ -1,7 +1,6 @@
 //! Estimates the work, the omitted work and the required resources of a run of a plan, without running it.
 //!
-//! [`estimate`] returns the memory and time of the run ([`RunEstimate`]) and of its bodies ([`BodyEstimate`]). Times are operation
-//! counts, divided by typical rates or multiplied by typical costs (the constants of this module).
+//! Times are operation counts, divided by typical rates or multiplied by typical costs (the constants of this module).
 
 mod time;
 
@@ -36,8 +35,8 @@ const FLOPS_PER_SECOND: f64 = 2.8e10;
 /// Seconds of ordering and symbolic analysis per unknown.
 const PER_UNKNOWN: f64 = 5e-6;
 
-/// Expected number of conjugate gradient iterations for a batch of right-hand sides. Each iteration takes `PER_ENTRY` × (stored
-/// matrix entries) seconds.
+/// Expected number of conjugate gradient iterations for a batch of right-hand sides. Each takes `PER_ENTRY` × (stored matrix
+/// entries) seconds.
 const EXPECTED_CG_ITERATIONS: usize = 40;
 const PER_ENTRY: f64 = 1.1e-8;
 
@@ -53,23 +52,22 @@ const MEMORY_BYTES_PER_SECOND: f64 = 6e9;
 /// Seconds per point of the zero-padded grid, for one application of a half-space operator.
 const FFT_SECONDS_PER_POINT: f64 = 4.0e-8;
 
-/// The far field takes `PER_VALUE` × unknowns × columns seconds, with three columns for each polynomial. `TABLE` is the time, s, to
-/// tabulate the field of an anisotropic material.
+/// Seconds of the far field per unknown and column, with three columns for each polynomial. `TABLE` is the time, s, to tabulate the
+/// field of an anisotropic material.
 const PER_VALUE: f64 = 1.5e-6;
 const TABLE: f64 = 1.0;
 
-/// Costs of each quadrature point in elements whose material differs from the half-space: `PER_FORCE` seconds per unit force, and
-/// `PER_PAIR` seconds per pair of columns. `PER_FORCE` is [isotropic half-space, by closed forms; anisotropic half-space, by a
-/// table].
+/// Costs of each quadrature point in another material than the half-space: `PER_FORCE` seconds per unit force, [isotropic,
+/// anisotropic], and `PER_PAIR` seconds per pair of columns.
 const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
 const PER_PAIR: f64 = 5e-10;
 
-/// Seconds for the influence integrals of a pair of node and element: [isotropic, by closed forms; anisotropic, by a table].
+/// Seconds for the influence integrals of a pair of node and element: [isotropic, anisotropic].
 const INFLUENCE_SECONDS_PER_PAIR: [f64; 2] = [2e-6, 4.5e-6];
 
-/// Scaling of compressed boundary elements with n unknowns: a row [a, b] stands for a (n / 10 000)^b. The first row gives the share
-/// of the integrals that are computed, the second row gives the number of entries kept per matrix row. `PRODUCTS` is the number of
-/// products for each right-hand side.
+/// Scaling of compressed boundary elements with n unknowns: a row [a, b] stands for a (n / 10 000)^b. The rows give the share of
+/// the integrals that are computed, and the entries kept per matrix row. `PRODUCTS` is the number of products for each right-hand
+/// side.
 const COMPRESSED_BE_SCALING: [[f64; 2]; 2] = [[0.65, -0.57], [3500.0, 0.2]];
 const PRODUCTS: f64 = 15.0;
 
@@ -88,19 +86,19 @@ pub enum CacheContent {
 /// Description, memory and time of one body.
 #[derive(Debug, Clone, Default)]
 pub struct BodyEstimate {
-    /// Short description: type, material and size.
+    /// Type, material and size.
     pub description: String,
     /// Peak memory during construction, bytes.
     pub memory_bytes: f64,
     /// Memory kept after construction, bytes.
     pub resident_bytes: usize,
-    /// Warning about the method of construction, if any.
+    /// Warning about the method of construction.
     pub warning: Option<Warning>,
     /// Time of construction, s.
     pub seconds: f64,
     /// Time per application of the body's flexibility, s.
     pub seconds_per_product: f64,
-    /// Expected content of the cache. With sufficient content nothing is factorised.
+    /// Expected content of the cache.
     pub cached: CacheContent,
 }
 
@@ -115,7 +113,7 @@ pub struct RunEstimate {
     pub bodies: [BodyEstimate; 2],
     /// Number of contact problems to solve: increments, and path points of the solved cycles.
     pub n_contact_problems: usize,
-    /// Work that the scene does not need and the run omits.
+    /// Work that the run omits because the scene does not need it.
     pub skipped: Vec<OmittedWork>,
     /// Peak memory, bytes.
     pub memory_bytes: f64,
@@ -125,7 +123,7 @@ pub struct RunEstimate {
     pub warnings: Vec<Warning>,
 }
 
-/// Checks `plan` and estimates its run. Builds finite-element models and the structure of their factors, but does not factorise.
+/// Checks `plan` and estimates its run. Builds finite-element models, but does not factorise.
 ///
 /// # Errors
 /// If a mesh, support, material or frame of the plan is wrong, or bodies and frame do not fit together. If both bodies are rigid,
@@ -229,7 +227,6 @@ fn dense_matrix_seconds(n_cells: usize) -> f64 {
     9.0 * (n_cells as f64).powi(2) * 2e-7
 }
 
-/// Estimate of a half-space with a meshed surface.
 fn truncated(
     spec: &TruncatedHalfSpacePlan,
     index: usize,
@@ -266,7 +263,6 @@ fn truncated(
     })
 }
 
-/// Estimate of a body of boundary elements.
 fn boundary_elements(
     be: &BeBodyPlan,
     index: usize,
@@ -307,7 +303,6 @@ fn boundary_elements(
     })
 }
 
-/// Estimate of a meshed body with the near field of the half-space `site`, corrected by finite elements.
 fn estimate_hybrid(
     plan: &Plan,
     fe: &MeshedBodyPlan,
@@ -358,7 +353,6 @@ fn estimate_hybrid(
     })
 }
 
-/// Description of a condensation method, and its time in seconds.
 fn condensation_cost(
     model: &FeModel,
     analysis: &SymbolicAnalysis,
@@ -379,8 +373,6 @@ fn condensation_cost(
     }
 }
 
-/// Estimate of a body of finite elements. Analyses the structure of its factor, unless the cache contains its flexibility and no
-/// loads or fields require a solve.
 fn finite_elements(
     plan: &Plan,
     fe: &MeshedBodyPlan,

@@ -11,21 +11,17 @@ use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::omitted::on_grid;
 use crate::simulation::plan_bodies::SIDES;
 
-/// Seconds per interior point: [in an isotropic half-space, in an anisotropic half-space, in a boundary-element body for each of
-/// its elements].
+/// Seconds per interior point: in an isotropic and an anisotropic half-space, and for each element of a boundary-element body.
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
 
-/// The table of the field inside a half-space takes this × √(C_max / C_min) seconds. C_max and C_min are the largest and the
-/// smallest diagonal stiffness.
+/// Seconds for the table of the field inside a half-space, divided by √(C_max / C_min) of the diagonal stiffnesses.
 const INSIDE_TABLE: f64 = 0.5;
 
-/// With an approximate inverse, a contact problem takes `PRODUCTS_WITH_PRECONDITIONER` operator products. On a grid of n cells, it
-/// takes `PRODUCTS_ON_GRID` × n^(1/6) products.
+/// Operator products per contact problem with an approximate inverse. On a grid of n cells they are `PRODUCTS_ON_GRID` × n^(1/6).
 const PRODUCTS_WITH_PRECONDITIONER: f64 = 70.0;
 const PRODUCTS_ON_GRID: f64 = 10.0;
 
-/// Factors on the cost of a product: `WINDOW` on a window around the contact, `PRESSURES` on a grid with pressures as the only
-/// unknowns.
+/// Factors on the cost of a product: on a window around the contact, and on a grid with pressures as the only unknowns.
 const WINDOW: f64 = 0.5;
 const PRESSURES: f64 = 0.3;
 
@@ -41,7 +37,7 @@ pub(super) fn of_steps(
     let n = frame.n_cells() as f64;
     let on_grid = on_grid(plan, frame, near);
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
-    // The number of iterations grows with the number of cells across the contact, but hardly if an approximate inverse is used.
+    // The number of iterations grows with the number of cells, but hardly with an approximate inverse.
     let products = match on_grid {
         true => PRODUCTS_ON_GRID * n.powf(1.0 / 6.0),
         false if half_space && is_compressed(plan, frame) => PRODUCTS_WITH_PRECONDITIONER,
@@ -58,7 +54,6 @@ pub(super) fn of_steps(
     plan.steps.iter().map(of_step).sum()
 }
 
-/// Number of contact problems of a step.
 pub(super) fn contact_problems(step: &Step) -> usize {
     match step.kind.cycles() {
         None => step.increments,
@@ -67,14 +62,13 @@ pub(super) fn contact_problems(step: &Step) -> usize {
     }
 }
 
-/// Estimated time of points inside bodies, s: tables of the fields, and an evaluation after each of `n_solves` contact problems.
+/// Estimated time of points inside bodies, s.
 pub(super) fn inside(plan: &Plan, n_solves: usize) -> f64 {
     let points: f64 = plan.interior_requests.iter().map(|request| of_points(plan, request)).sum();
     inside_tables(plan) + n_solves as f64 * points
 }
 
-/// Time for the tables of the field inside anisotropic half-spaces, s, as if they were not cached. It grows with the variation of
-/// the stiffness with direction.
+/// Time for the tables of the field inside anisotropic half-spaces, s, as if they were not cached.
 fn inside_tables(plan: &Plan) -> f64 {
     let of = |index: usize| match &plan.bodies[index] {
         BodyPlan::HalfSpace(elastic)
@@ -89,7 +83,6 @@ fn inside_tables(plan: &Plan) -> f64 {
     of(0) + of(1)
 }
 
-/// Time for one evaluation of the points inside a body, s.
 fn of_points(plan: &Plan, request: &InteriorPointRequest) -> f64 {
     let n = request.points().len() as f64;
     match &plan.bodies[usize::from(request.side == SIDES[1])] {

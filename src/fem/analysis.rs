@@ -7,8 +7,7 @@ use crate::linalg::cholesky::{CholeskyFactor, SymbolicCholesky};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::nested_dissection;
 
-/// Bytes that dense products of large supernodes use in their buffers. Measured: 15 to 17 MB of the 67 MB that the products
-/// request.
+/// Bytes that dense products of large supernodes use in their buffers.
 const PRODUCT_BUFFER_BYTES: usize = 16_000_000;
 
 /// Structure and cost of the factorisation of a body's stiffness for given contact nodes.
@@ -21,7 +20,7 @@ pub struct SymbolicAnalysis {
 }
 
 impl FeModel {
-    /// Orders the unknowns, `contact_nodes` last, and computes the structure of the factor, which gives its cost.
+    /// Orders the unknowns, `contact_nodes` last, and computes the structure and the cost of the factor.
     ///
     /// # Errors
     /// If a contact node is given twice or belongs to no solid; if memory does not suffice.
@@ -72,8 +71,7 @@ impl SymbolicAnalysis {
         self.symbolic.flops() + 2.0 / 3.0 * (self.n_contact_dofs as f64).powi(3)
     }
 
-    /// Peak memory of a factorisation, bytes: assembled body + factor + buffers of dense products + max(workspace, dense matrices
-    /// of the contact dofs). It does not depend on the number of threads.
+    /// Peak memory of a factorisation, bytes. It does not depend on the number of threads.
     pub fn factorisation_peak_bytes(&self) -> usize {
         let values = self.factor_bytes();
         // Small factors use less of the buffers for dense products.
@@ -82,7 +80,6 @@ impl SymbolicAnalysis {
         self.model_bytes + values + products + workspace.max(self.symbolic.trailing_inverse_bytes())
     }
 
-    /// Memory of the stored values of the factor, bytes.
     fn factor_bytes(&self) -> usize {
         8 * self.symbolic.n_values()
     }
@@ -105,7 +102,6 @@ impl SymbolicAnalysis {
         [peak, self.model_bytes + self.solver_bytes(model, method) + flexibility]
     }
 
-    /// Memory of the solver, bytes.
     pub(super) fn solver_bytes(&self, model: &FeModel, method: CondensationMethod) -> usize {
         match method {
             CondensationMethod::Factorisation => self.factor_bytes(),
@@ -113,7 +109,6 @@ impl SymbolicAnalysis {
         }
     }
 
-    /// Number of stored values of the factor.
     pub(super) fn n_values(&self) -> usize {
         self.symbolic.n_values()
     }

@@ -15,11 +15,9 @@ use crate::linalg::ordering::NodeGraph;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::mesh::{CellRef, Mesh};
 
-/// Number of elements whose stiffnesses are computed in parallel before they are added to the matrix. It limits the memory of these
-/// stiffnesses (14 MB for hex27).
+/// Elements computed in parallel before they are added to the matrix; limits the memory of their stiffnesses.
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// Data from which the stiffness of any element of a body is computed.
 #[derive(Clone, Copy)]
 pub(super) struct ElementContext<'a> {
     pub mesh: &'a Mesh,
@@ -34,7 +32,6 @@ impl ElementContext<'_> {
         self.regions.cells.len()
     }
 
-    /// Coordinates of the nodes of a cell.
     pub fn node_coordinates(&self, cell: CellRef) -> Vec<[f64; 3]> {
         self.mesh.cell_nodes(cell).iter().map(|&node| self.mesh.points[node]).collect()
     }
@@ -57,7 +54,6 @@ impl ElementContext<'_> {
         Ok(packed)
     }
 
-    /// Error for an element without a valid stiffness.
     pub fn defect_error(&self, cell: CellRef, unsound: ElementDefect) -> Error {
         let mesh = self.mesh;
         let element = format!("element {} ({}) of {}", mesh.tag(cell), mesh.kind(cell).name(), mesh.source);
@@ -76,8 +72,7 @@ impl ElementContext<'_> {
 /// Assembles K of the free dofs f, including `foundations`, and the forces -K_fc ū, `[n_free]`, of the displacements ū prescribed
 /// at the dofs c.
 ///
-/// Elements are computed in parallel and added in their order. `graph`, in which the nodes of each element are connected, gives the
-/// sparsity pattern. The result has the same bits for any number of threads.
+/// Elements are added in their order, so that the result has the same bits for any number of threads.
 ///
 /// # Errors
 /// If an element is inverted or degenerate, or its enhanced strains have no positive definite stiffness. If the run is cancelled.
@@ -105,7 +100,6 @@ pub(super) fn assemble(
     Ok((matrix, rhs))
 }
 
-/// Number of stored entries of the stiffness of the free dofs.
 pub(super) fn n_stiffness_entries(dofs: &DofMap, graph: &NodeGraph) -> usize {
     let of_node = |&node: &usize| {
         let beside: usize = later_neighbours(graph, node).map(|other| rows_of(dofs, other).count()).sum();
@@ -123,7 +117,7 @@ fn later_neighbours(graph: &NodeGraph, node: usize) -> impl Iterator<Item = usiz
     graph.neighbours(node).iter().copied().filter(move |&other| other > node)
 }
 
-/// Zero matrix with the sparsity pattern that couples the free dofs of each node with the free dofs of its neighbours.
+/// Zero matrix that couples the free dofs of each node with the free dofs of its neighbours.
 fn pattern(dofs: &DofMap, graph: &NodeGraph) -> SymmetricSparse {
     let mut offsets = Vec::with_capacity(dofs.n_free() + 1);
     offsets.push(0);

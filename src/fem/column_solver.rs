@@ -1,5 +1,4 @@
-//! Solves K u = f of one body for many right-hand sides, and computes the forces of prescribed displacements. Both serve to
-//! superpose corrections on a known field.
+//! Solves K u = f of one body for many right-hand sides, and computes the forces of prescribed displacements.
 
 use rayon::prelude::*;
 
@@ -14,11 +13,10 @@ use crate::linalg::dense::try_zeroed;
 use crate::linalg::memory::MemoryLimit;
 use crate::mesh::CellRef;
 
-/// Number of right-hand sides per solve.
 const COLUMNS_PER_SOLVE: usize = 32;
 
-/// Solver of K u = f for any number of right-hand sides, by one factorisation, or by conjugate gradients if the factor does not fit
-/// into memory.
+/// Solver of K u = f for many right-hand sides, by one factorisation, or by conjugate gradients if the factor does not fit into
+/// memory.
 pub struct ColumnSolver {
     solver: Box<dyn SymmetricSolver>,
     n_free: usize,
@@ -43,7 +41,7 @@ impl ColumnSolver {
         build().context(|| model.name().to_owned())
     }
 
-    /// Solves K u = f and replaces the forces f by the displacements u of the free dofs, `[n_columns, n_free]`.
+    /// Replaces the forces f by the solution u of K u = f at the free dofs, `[n_columns, n_free]`.
     ///
     /// # Errors
     /// If the solution does not converge, or memory does not suffice.
@@ -51,14 +49,14 @@ impl ColumnSolver {
         let solve = |batch: &mut [f64]| self.solver.solve_in_place(batch, batch.len() / self.n_free);
         let batch = COLUMNS_PER_SOLVE * self.n_free;
         match self.method {
-            // A solve with the factor uses one thread; the batches are independent.
+            // A solve with the factor uses one thread.
             CondensationMethod::Factorisation => columns.par_chunks_mut(batch).try_for_each(solve),
             CondensationMethod::ConjugateGradients(_) => columns.chunks_mut(batch).try_for_each(solve),
         }
     }
 }
 
-/// Forces due to displacements of the prescribed dofs while all free dofs are fixed, for each column of displacements.
+/// Forces due to displacements of the prescribed dofs while all free dofs are fixed.
 pub struct PrescribedDisplacementForces {
     /// Forces on the free dofs, N, `[n_columns, n_free]`.
     pub on_free_dofs: Vec<f64>,
@@ -81,9 +79,9 @@ impl FeModel {
         })
     }
 
-    /// Forces K_fb g on the free dofs f and K_bb g on the `prescribed` dofs b, including foundations, for displacements g of the
-    /// dofs b, mm, `[n_columns, n_prescribed]`. `prescribed` are all dofs of [`Self::prescribed_dofs`]. The displacements g take
-    /// the place of those that the model prescribes.
+    /// Forces K_fb g on the free dofs f and K_bb g on the `prescribed` dofs b, including foundations. g are displacements of the
+    /// dofs b, mm, `[n_columns, n_prescribed]`. `prescribed` are all dofs of [`Self::prescribed_dofs`]. Displacements that the
+    /// model prescribes do not count.
     ///
     /// # Errors
     /// If memory does not suffice, or the run is cancelled.

@@ -37,11 +37,10 @@ impl std::fmt::Display for MemoryShortfall {
 }
 
 impl CondensationMethod {
-    /// Chooses the method for a body with `n_trailing` contact dofs and a factorisation that takes `needed_bytes`. The choice does
-    /// not depend on the number of threads.
+    /// Chooses the method for a body with `n_trailing` contact dofs and a factorisation that takes `needed_bytes`.
     ///
     /// # Errors
-    /// If conjugate gradients do not fit either (kind `Resources`); the message gives the bytes needed and allowed.
+    /// If conjugate gradients do not fit either (kind `Resources`).
     pub(super) fn choose(
         model: &FeModel,
         n_trailing: usize,
@@ -71,8 +70,7 @@ impl CondensationMethod {
     }
 }
 
-/// Peak memory of the condensation of a body to `n_trailing` contact dofs by conjugate gradients, bytes. It includes the assembled
-/// body.
+/// Peak memory of the condensation of a body to `n_trailing` contact dofs by conjugate gradients, bytes.
 pub(super) fn iterative_peak_bytes(model: &FeModel, n_trailing: usize) -> usize {
     let n_batches = n_trailing.div_ceil(TwoLevelSolver::rhs_per_batch());
     let solver = TwoLevelSolver::memory_bytes(model.stiffness().n_stored(), model.n_nodes(), n_batches);

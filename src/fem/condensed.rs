@@ -1,8 +1,7 @@
 //! Static condensation of a body to its contact nodes: F_cc = (K⁻¹)_cc from the trailing block of the factor.
 //!
 //! The contact dofs c are ordered last, after the other dofs i. K = L Lᵀ then gives the Schur complement K_cc - K_ci K_ii⁻¹ K_ic =
-//! L_cc L_ccᵀ without back-substitution. The inverse of the Schur complement is the flexibility of the contact nodes. If L does not
-//! fit into memory, conjugate gradients solve for the columns of F_cc.
+//! L_cc L_ccᵀ, whose inverse is F_cc. If L does not fit into memory, conjugate gradients solve for the columns of F_cc.
 
 mod solve;
 
@@ -21,16 +20,15 @@ use crate::linalg::two_level::TwoLevelSolver;
 /// Cache and memory that a condensation may use.
 #[derive(Debug, Clone, Copy)]
 pub struct CondensationResources<'a> {
-    /// Cache of flexibilities for later runs; `None` for no cache.
+    /// Cache of flexibilities for later runs.
     pub cache: Option<&'a FlexibilityCache>,
-    /// Contents of the cache.
+    /// What the cache stores.
     pub cache_contents: CacheContents,
     /// Memory limit.
     pub memory: MemoryLimit,
 }
 
 impl Default for CondensationResources<'_> {
-    /// No cache, and the default share of the memory that the machine has available now.
     fn default() -> Self {
         Self { cache: None, cache_contents: CacheContents::Flexibility, memory: MemoryLimit::of_machine() }
     }
@@ -41,11 +39,11 @@ impl Default for CondensationResources<'_> {
 pub enum CacheContents {
     /// Flexibility of the contact nodes, and the factor if the body has loads of its own or is unconstrained.
     Flexibility,
-    /// Flexibility and the factor, which the recovery of fields needs.
+    /// Flexibility and the factor, for the recovery of fields.
     FlexibilityAndFactor,
 }
 
-/// Origin of a flexibility: method, iterations, cache.
+/// Method, iterations and cache of a flexibility.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FlexibilityOrigin {
     /// Method of computation, in this run or in the run that wrote the cache entry.
@@ -54,16 +52,15 @@ pub struct FlexibilityOrigin {
     pub iterations: usize,
     /// Whether the flexibility was read from the cache.
     pub cached: bool,
-    /// Warning about the cache: a damaged entry, or a failed write.
+    /// Damaged entry, or a failed write.
     pub cache_warning: Option<String>,
 }
 
-/// Body with the flexibility of its contact nodes. If the flexibility was read from the cache, the solver is created at first use.
+/// Body with the flexibility of its contact nodes.
 pub struct CondensedBody {
     model: FeModel,
     contact_nodes: Vec<usize>,
     solver: OnceLock<Box<dyn SymmetricSolver>>,
-    /// Cache and key with which the first use of the solver reads or stores the factor; `None` if it uses no cache.
     factor_cache: Option<(FlexibilityCache, CacheKey)>,
     factor_was_cached: bool,
     resident_bytes: usize,
@@ -73,7 +70,6 @@ pub struct CondensedBody {
     contact_free_displacement: Vec<[f64; 3]>,
 }
 
-/// Result of a condensation: flexibility of the free contact dofs, solver, residual and origin.
 struct CondensationResult {
     contact_nodes: Vec<usize>,
     contact_flexibility: SymmetricDense,
@@ -87,14 +83,13 @@ impl FeModel {
     /// Computes the flexibility of `contact_nodes` (mesh node indices), without a cache and within the default memory limit.
     ///
     /// # Errors
-    /// See [`Self::analyse`]. Also if K is singular, the factorisation fails its check, conjugate gradients do not converge, or the
-    /// machine has too little memory.
+    /// As [`Self::analyse`], or if K is singular, the factorisation fails its check, conjugate gradients do not converge, or memory
+    /// does not suffice.
     pub fn condense(self, contact_nodes: &[usize]) -> Result<CondensedBody> {
         self.condense_with(contact_nodes, &CondensationResources::default())
     }
 
-    /// As [`Self::condense`], within the memory limit and with the cache of `resources`. If the cache contains the flexibility, it
-    /// is read; otherwise it is computed and stored.
+    /// As [`Self::condense`], within the memory limit and with the cache of `resources`.
     ///
     /// # Errors
     /// See [`Self::condense`]. A failed write to the cache is not an error; [`CondensedBody::origin`] reports it.
@@ -121,8 +116,7 @@ impl FeModel {
         CacheKey::new(self.stiffness(), &self.contact_rows(contact_nodes), method.name())
     }
 
-    /// Memory of a factorisation, bytes. The cache stores it with the flexibility of `contact_nodes` that `method` computed. Checks
-    /// only the header and the size of the cache entry. `None` if no entry passes this check.
+    /// Memory of a factorisation, bytes, as stored in the cache. Checks only the header and the size of the entry.
     pub fn cached_factorisation_bytes(
         &self,
         contact_nodes: &[usize],
@@ -135,7 +129,7 @@ impl FeModel {
         )
     }
 
-    /// Whether the cache has the factor for the recovery of fields.
+    /// Whether the cache has the factor.
     pub fn has_cached_factor(&self, contact_nodes: &[usize], cache: &FlexibilityCache) -> bool {
         cache.has_factor(&self.cache_key(contact_nodes, CondensationMethod::Factorisation))
     }
@@ -148,7 +142,6 @@ impl CondensedBody {
         Self::build(model, condensed, None)
     }
 
-    /// Reads the flexibility from the cache, or computes and stores it.
     pub(super) fn cached(
         model: FeModel,
         contact_nodes: &[usize],
@@ -247,7 +240,6 @@ impl CondensedBody {
         Ok(body)
     }
 
-    /// Solver for K u = f of the body. Created at first use if the flexibility was read from the cache.
     fn solver(&self) -> Result<&dyn SymmetricSolver> {
         if let Some(solver) = self.solver.get() {
             return Ok(solver.as_ref());
@@ -256,11 +248,10 @@ impl CondensedBody {
             CondensationMethod::Factorisation => Box::new(self.factor()?),
             CondensationMethod::ConjugateGradients(_) => Box::new(iterative(&self.model)?),
         };
-        // Another thread may have stored its solver first. The solvers of all threads are equal.
+        // Another thread may have stored an equal solver first.
         Ok(self.solver.get_or_init(|| solver).as_ref())
     }
 
-    /// Reads the factor from the cache, or computes it. Stores a computed factor if there is a cache for it.
     fn factor(&self) -> Result<CholeskyFactor> {
         let analysis = self.model.analyse(&self.contact_nodes)?;
         let Some((cache, key)) = &self.factor_cache else { return analysis.factorise(&self.model) };
@@ -275,12 +266,12 @@ impl CondensedBody {
         Ok(factor)
     }
 
-    /// Whether the cache had an entry of the factor when the body was created, so that solves should need no factorisation.
+    /// Whether the cache had the factor when the body was created.
     pub fn factor_was_cached(&self) -> bool {
         self.factor_was_cached
     }
 
-    /// Memory of the condensed body, bytes: assembled body, solver if it is used, flexibility and its packed copy.
+    /// Memory of the condensed body, bytes.
     pub fn resident_bytes(&self) -> usize {
         self.resident_bytes
     }
@@ -301,24 +292,22 @@ impl CondensedBody {
     }
 
     /// Displacement of the contact nodes due to unit forces on them, global axes, mm/N, `[3 n_c, 3 n_c]`. Component c of contact
-    /// node i has index 3 i + c. Rows of prescribed dofs are zero. Unconstrained bodies use the generalised inverse.
+    /// node i has index 3 i + c. Rows of prescribed dofs are zero.
     pub fn flexibility(&self) -> &SymmetricDense {
         &self.flexibility
     }
 
-    /// Moves the flexibility, the largest dense matrix, out of the body and leaves an empty one.
+    /// Moves the flexibility out of the body and leaves an empty one.
     pub fn take_flexibility(&mut self) -> SymmetricDense {
         std::mem::take(&mut self.flexibility)
     }
 
-    /// Displacement of all mesh nodes due to the body's own loads and prescribed displacements, global axes, mm, `[n_points]`. Zero
-    /// if there are no own loads and no prescribed displacements, and at points on no solid.
+    /// Displacement of all mesh nodes due to the body's own loads and prescribed displacements, global axes, mm, `[n_points]`.
     pub fn contact_free_displacement(&self) -> &[[f64; 3]] {
         &self.contact_free_displacement
     }
 
-    /// Relative residual of the check of the factorisation, or largest relative residual of the columns solved by conjugate
-    /// gradients.
+    /// Relative residual of the check of the factorisation, or the largest of the columns solved by conjugate gradients.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -343,8 +332,6 @@ pub(super) fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
     TwoLevelSolver::new(model.stiffness(), &model.unknowns())
 }
 
-/// Condenses the body by `method`. `kept` is the cache and the key under which a computed factor is stored; `None` if it is not
-/// stored.
 fn compute(
     model: &FeModel,
     analysis: SymbolicAnalysis,
@@ -379,7 +366,7 @@ fn compute(
     })
 }
 
-/// Expands the flexibility of the free contact dofs to all contact dofs, with zeros for prescribed dofs.
+/// Adds zeros for the prescribed contact dofs.
 fn expand_to_contact_dofs(
     model: &FeModel,
     contact_nodes: &[usize],
@@ -404,7 +391,7 @@ fn expand_to_contact_dofs(
     Ok(full)
 }
 
-/// Replaces forces on the free dofs, `[n_free]`, by the resulting displacements. Unconstrained bodies use the generalised inverse.
+/// Replaces forces on the free dofs, `[n_free]`, by the resulting displacements.
 fn solve_in_place(model: &FeModel, solver: &dyn SymmetricSolver, rhs: &mut [f64]) -> Result<()> {
     match model.generalised_inverse() {
         Some(floating) => floating.solve(rhs, |rhs| solver.solve_in_place(rhs, 1)),

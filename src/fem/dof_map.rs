@@ -11,17 +11,15 @@ const UNASSIGNED: usize = usize::MAX;
 /// Free and prescribed displacement components of the mesh nodes; component `c` of node `i` is dof 3 i + c.
 #[derive(Debug, Clone)]
 pub(super) struct DofMap {
-    /// Row of each dof in the system of the free dofs, `[3 n_points]`; [`UNASSIGNED`] for other dofs.
+    /// Row of each dof in the system of the free dofs, `[3 n_points]`.
     row_of_dof: Vec<usize>,
     /// Dof of each row, `[n_free]`.
     dof_of_row: Vec<usize>,
-    /// Index of the support that prescribes each dof, `[3 n_points]`; [`UNASSIGNED`] for other dofs.
+    /// Index of the support that prescribes each dof, `[3 n_points]`.
     support_of_dof: Vec<usize>,
     /// Prescribed displacement, mm, `[3 n_points]`; 0 for other dofs.
     prescribed: Vec<f64>,
-    /// Nodes of solid cells, ascending.
     pub solid_nodes: Vec<usize>,
-    /// Whether each mesh node belongs to a solid cell, `[n_points]`.
     pub is_solid_node: Vec<bool>,
 }
 
@@ -97,7 +95,6 @@ impl DofMap {
         Ok(())
     }
 
-    /// Number of free dofs.
     pub fn n_free(&self) -> usize {
         self.dof_of_row.len()
     }
@@ -107,7 +104,6 @@ impl DofMap {
         Some(self.row_of_dof[dof]).filter(|&row| row != UNASSIGNED)
     }
 
-    /// Dof of each row, `[n_free]`.
     pub fn dofs_of_rows(&self) -> &[usize] {
         &self.dof_of_row
     }
@@ -117,7 +113,6 @@ impl DofMap {
         (self.support_of_dof[dof] != UNASSIGNED).then(|| self.prescribed[dof])
     }
 
-    /// Displacement of all mesh nodes, `[n_points]`, from the displacement of the free dofs, `[n_free]`.
     pub fn expand(&self, free: &[f64]) -> Vec<[f64; 3]> {
         let value = |dof: usize| self.row(dof).map_or(self.prescribed[dof], |row| free[row]);
         (0..self.is_solid_node.len())

@@ -12,13 +12,11 @@ use super::spec::HexFormulation;
 use crate::element::{ElementKind, Hex8};
 use crate::quadrature::RulePoint;
 
-/// Number of entries of the packed lower triangle of the stiffness of an element with N nodes, 3 N (3 N + 1) / 2.
 pub(super) fn packed_len(kind: ElementKind) -> usize {
     let n = 3 * kind.n_nodes();
     n * (n + 1) / 2
 }
 
-/// Strain at a point for the nodal displacements `u`.
 fn strain<const N: usize>(point: &MappedPoint<N>, u: &[[f64; 3]; N]) -> Vector6<f64> {
     let mut strain = Vector6::zeros();
     for (g, u) in point.gradients.iter().zip(u) {
@@ -58,10 +56,7 @@ fn add_stiffness<const N: usize>(point: &MappedPoint<N>, c: &Matrix6<f64>, packe
     }
 }
 
-/// Computes the stiffness of an element as a packed lower triangle, row by row. Overwrites `packed`. Does not allocate.
-///
-/// # Panics
-/// If the kind is not a solid (a body has only solid cells).
+/// Computes the stiffness of an element as a packed lower triangle, row by row. Does not allocate.
 pub(super) fn element_stiffness(
     kind: ElementKind,
     nodes: &[[f64; 3]],
@@ -77,7 +72,7 @@ pub(super) fn element_stiffness(
     visit_element(kind, StiffnessKernel { nodes, c, rules, packed })
 }
 
-/// Stiffness kernel of the displacement interpolation, ∫ Bᵀ C B dV.
+/// ∫ Bᵀ C B dV with B of the displacement interpolation.
 struct StiffnessKernel<'a> {
     nodes: &'a [[f64; 3]],
     c: &'a Matrix6<f64>,
@@ -97,7 +92,6 @@ impl ElementVisitor for StiffnessKernel<'_> {
     }
 }
 
-/// Stiffness of a hexahedron with enhanced strains or mean dilatation.
 fn mixed_stiffness(
     nodes: &[[f64; 3]],
     c: &Matrix6<f64>,
@@ -120,7 +114,7 @@ fn as_node_array<const N: usize>(values: &[[f64; 3]]) -> &[[f64; 3]; N] {
     values.try_into().expect("as many nodes as the kind has")
 }
 
-/// State of an element for `strains` at the mapped points of a rule. Forces are ∫ Bᵀ σ dV with B of the displacement interpolation.
+/// State of an element for `strains` at the points of a rule. Forces are ∫ Bᵀ σ dV with B of the displacement interpolation.
 fn state_of_strains<const N: usize>(
     rule: &[ReferencePoint<N>],
     mapped: &[MappedPoint<N>],
@@ -144,9 +138,6 @@ fn state_of_strains<const N: usize>(
 }
 
 /// Stress, energy and nodal forces of an element for the nodal displacements `u`.
-///
-/// # Panics
-/// If the kind is not a solid (a body has only solid cells).
 pub(super) fn element_state(
     kind: ElementKind,
     nodes: &[[f64; 3]],
@@ -161,7 +152,6 @@ pub(super) fn element_state(
     visit_element(kind, StateKernel { nodes, u, c, rules })
 }
 
-/// Kernel of the element state with the strains of the displacement interpolation.
 struct StateKernel<'a> {
     nodes: &'a [[f64; 3]],
     u: &'a [[f64; 3]],
@@ -182,7 +172,6 @@ impl ElementVisitor for StateKernel<'_> {
     }
 }
 
-/// State of a hexahedron with enhanced strains or mean dilatation.
 fn mixed_state(
     nodes: &[[f64; 3]],
     u: &[[f64; 3]],
@@ -210,9 +199,6 @@ fn mixed_state(
 
 /// Stress of the displacement interpolation at the points of a rule. Does not apply to hexahedra with enhanced strains or mean
 /// dilatation.
-///
-/// # Panics
-/// If the kind is not a solid (a body has only solid cells).
 pub(super) fn stresses_at(
     kind: ElementKind,
     nodes: &[[f64; 3]],
@@ -274,9 +260,8 @@ mod tests {
         .rotated(&crate::geometry::fibre_axes(0.6, 0.3))
     }
 
-    /// Truth: the stiffness of a free element has six zero eigenvalues, one for each rigid-body mode, and otherwise positive ones.
-    /// This also holds for distorted and slender elements (`rigid-body-modes` in docs/verification.md). Tolerance of zero: 1e-12 of
-    /// the largest eigenvalue. The seventh eigenvalue must exceed 1e-7 or 1e-9 of the largest.
+    /// Truth: the stiffness of a free element has six zero eigenvalues and otherwise positive ones (`rigid-body-modes` in
+    /// docs/verification.md). Tolerance of zero: 1e-12 of the largest eigenvalue.
     #[test]
     fn six_zero_modes() {
         let rules = RuleSet::new();
@@ -293,7 +278,7 @@ mod tests {
             values.sort_by(f64::total_cmp);
             let largest = values[n - 1];
             assert!(values[..6].iter().all(|v| v.abs() < 1e-12 * largest), "{values:?}");
-            // Quadratic, wedge and pyramid elements may have smaller nonzero eigenvalues if they are slender, hence the limit 1e-9.
+            // Slender quadratic, wedge and pyramid elements may have smaller nonzero eigenvalues.
             let least = if matches!(kind, ElementKind::Hex8 | ElementKind::Tet4) { 1e-7 } else { 1e-9 };
             assert!(values[6] > least * largest, "{values:?}");
         };
@@ -315,8 +300,7 @@ mod tests {
         }
     }
 
-    /// Truth: nodal forces are K u and the energy is ½ uᵀ K u, with the element stiffness K and nodal displacements u. K comes from
-    /// a separate function. Tolerance: rounding.
+    /// Truth: nodal forces are K u and the energy is ½ uᵀ K u, with K from a separate function. Tolerance: rounding.
     #[test]
     fn forces_are_stiffness_times_displacements() {
         let rules = RuleSet::new();

@@ -15,13 +15,11 @@ use crate::mesh::{CellRef, Mesh};
 /// allows for filament windings.
 const MAX_SMOOTH_TURN_RAD: f64 = 0.26;
 
-/// Solid cells with their materials and material axes. Elements with equal material and equal axes share one stored pair.
-/// Stiffnesses are rotated on request, because a stored stiffness per element takes far more memory.
+/// Solid cells with their materials and material axes. A stored stiffness per element would take far more memory, so that
+/// stiffnesses are rotated on request.
 #[derive(Debug, Clone)]
 pub struct ElementMaterials {
-    /// Solid cells of the mesh, `[n_cells]`.
     pub(super) cells: Vec<CellRef>,
-    /// Materials of all regions and plies, in their order.
     materials: Vec<PlacedMaterial>,
     /// Distinct pairs of material index and axes.
     material_states: Vec<(usize, Matrix3<f64>)>,
@@ -33,15 +31,15 @@ impl ElementMaterials {
     /// Assigns each solid cell of the mesh its material.
     ///
     /// # Errors
-    /// If the mesh has no solid cell, or a cell has no region or several regions. If a group is missing, or an element has no
-    /// material or no axes in its region.
+    /// If there is no solid cell, or a group is missing. If a cell has no region or several regions, or no material or axes in its
+    /// region.
     pub fn new(spec: &FeSpec) -> Result<Self> {
         let (cells, region) = cells_and_regions(spec)?;
         let (regions, problems) = Self::assign(spec, cells, &region);
         problems.into_iter().flatten().next().map_or(Ok(regions), Err)
     }
 
-    /// Assigns materials to cells with known regions. Also returns the error of each region, `[n_regions]`.
+    /// Also returns the error of each region, `[n_regions]`.
     fn assign(spec: &FeSpec, cells: Vec<CellRef>, region: &[usize]) -> (Self, Vec<Option<Error>>) {
         let mut first = vec![0; spec.regions.len()];
         let mut materials = Vec::new();
@@ -90,7 +88,7 @@ impl ElementMaterials {
 
     /// Index of the solid `cell` in [`Self::cells`]; `None` if the mesh has no such solid.
     pub fn element(&self, cell: CellRef) -> Option<usize> {
-        // Cells are sorted, block by block.
+        // Cells are sorted.
         self.cells.binary_search(&cell).ok()
     }
 
@@ -105,9 +103,8 @@ impl ElementMaterials {
         &self.material_states[self.state_of_cell[i] as usize].1
     }
 
-    /// Whether the material is continuous across the face between elements `i` and `j`. Either their stiffnesses in global axes are
-    /// equal, or they have one material and axes that differ by at most 0.26 rad (filament winding). Different plies are different
-    /// materials, even if their axes are almost equal.
+    /// Whether the material is continuous across the face between elements `i` and `j`. Different plies are different materials,
+    /// even if their axes are almost equal.
     pub(super) fn is_continuous(&self, i: usize, j: usize) -> bool {
         if self.state_of_cell[i] == self.state_of_cell[j] {
             return true;
@@ -144,7 +141,6 @@ pub struct RegionReport {
 pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     let (cells, region) = cells_and_regions(spec)?;
     let (_, problems) = ElementMaterials::assign(spec, cells.clone(), &region);
-    // Only regions with plies or wound layers need the corners of their cells.
     let stacked: Vec<bool> = spec.regions.iter().map(|(_, placement)| placement.is_stacked()).collect();
     let mut corners_by_region: Vec<Vec<Vec<Point>>> = vec![Vec::new(); spec.regions.len()];
     for (&cell, &region) in cells.iter().zip(&region) {
@@ -155,7 +151,6 @@ pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     let mut findings = Vec::with_capacity(problems.len());
     for (((_, placement), problem), corners) in spec.regions.iter().zip(problems).zip(corners_by_region) {
         let mut errors: Vec<String> = problem.iter().map(|error| error.message().to_owned()).collect();
-        // Empty plies are reported only for regions that have elements and no other error.
         if errors.is_empty() && !corners.is_empty() {
             errors = placement.empty_ply_errors(&corners);
         }
@@ -167,7 +162,6 @@ pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
     Ok(findings)
 }
 
-/// Solid cells, and the region index of each cell.
 fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
     let mesh = &spec.mesh;
     let cells: Vec<CellRef> = mesh.volume_cells().collect();
@@ -201,7 +195,6 @@ fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
     Ok((cells, region))
 }
 
-/// Index of the material of a cell within its region, and the material axes.
 fn material_and_axes(
     mesh: &Mesh,
     cell: CellRef,
@@ -226,12 +219,10 @@ fn material_and_axes(
     Ok((index, axes))
 }
 
-/// Graph of the nodes; nodes of the same cell are connected.
 pub(super) fn node_graph(mesh: &Mesh, cells: &[CellRef]) -> NodeGraph {
     NodeGraph::from_elements(mesh.n_points(), cells.iter().map(|&cell| mesh.cell_nodes(cell)))
 }
 
-/// Corners of a cell, mm.
 fn corners(mesh: &Mesh, cell: CellRef) -> Vec<Point> {
     let nodes = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];
     nodes.iter().map(|&node| mesh.points[node].into()).collect()

@@ -7,37 +7,29 @@ use crate::element::{
 };
 use crate::quadrature::{RulePoint, gauss_legendre, hexahedron, pyramid, tetrahedron, wedge};
 
-/// Integration points of an element kind with `N` nodes.
 #[derive(Debug, Clone)]
 pub(super) struct IntegrationRules<const N: usize> {
-    /// Points for the stiffness.
     pub stiffness: Vec<ReferencePoint<N>>,
     /// Points for loads that vary in space.
     pub loads: Vec<ReferencePoint<N>>,
 }
 
-/// Solid element kind with `N` nodes.
 pub(super) trait SolidElement<const N: usize>: ShapeFunctions<N, 3> {
-    /// Integration rules of the element kind.
     fn rules(all: &RuleSet) -> &IntegrationRules<N>;
 }
 
 /// Generic computation that runs for one element kind (visitor).
 pub(super) trait ElementVisitor {
-    /// Result of the computation.
     type Output;
 
-    /// Runs the computation for the element `S`.
     fn visit_element<S: SolidElement<N>, const N: usize>(self) -> Self::Output;
 }
 
 macro_rules! solids {
     ($($element:ident, $n:literal, $field:ident: $stiffness:expr, $loads:expr;)*) => {
-        /// All solid element kinds.
         #[cfg(test)]
         pub(super) const ALL: &[ElementKind] = &[$(ElementKind::$element),*];
 
-        /// Integration rules of all element kinds.
         #[derive(Debug, Clone)]
         pub(super) struct RuleSet {
             $($field: IntegrationRules<$n>,)*
@@ -68,8 +60,8 @@ macro_rules! solids {
     };
 }
 
-// The stiffness rules are exact for elements with a constant Jacobian. On other elements they have enough points for full rank, and
-// integrate ∫ B dV exactly, hence the nodal forces of a constant stress.
+// Exact for elements with a constant Jacobian. On other elements the stiffness rules have full rank and integrate ∫ B dV exactly,
+// hence the nodal forces of a constant stress.
 solids! {
     Hex8, 8, hex8: corners(), hexahedron(4);
     Hex20, 20, hex20: hexahedron(3), hexahedron(4);

@@ -1,9 +1,9 @@
 //! Nine enhanced strain modes of the 8-node hexahedron, condensed in the element.
 //!
 //! The strain is ε = B u + G α with G = (j0 / j) T0 M(ξ). Here j = det J, 0 marks the centre, and T0 maps natural to global
-//! strains. M is linear in ξ with zero mean, so ∫ G dV = j0 T0 ∫ M dξ = 0. Constant stresses then do no work on the modes, and the
-//! patch test holds on any hexahedron. The modes are the strains of Wilson's incompatible displacements 1 - ξ². With H = ∫ Gᵀ C G
-//! dV and Γ = ∫ Gᵀ C B dV, stationarity in α gives α = -H⁻¹ Γ u. The condensed stiffness is K = ∫ Bᵀ C B dV - Γᵀ H⁻¹ Γ.
+//! strains. M is linear in ξ with zero mean, so ∫ G dV = 0. Constant stresses then do no work on the modes, and the patch test
+//! holds on any hexahedron. With H = ∫ Gᵀ C G dV and Γ = ∫ Gᵀ C B dV, stationarity in α gives α = -H⁻¹ Γ u. The condensed stiffness
+//! is K = ∫ Bᵀ C B dV - Γᵀ H⁻¹ Γ.
 //!
 //! # Source
 //! Simo and Rifai (1990), Int. J. Numer. Meth. Engng 29, eqs. 3.6-3.15; Taylor, Beresford and Wilson (1976).
@@ -18,14 +18,13 @@ use crate::material::VOIGT;
 
 type Modes = SMatrix<f64, 6, 9>;
 
-/// Enhanced strain modes at the integration points, and the matrices H and Γ.
 pub(super) struct EnhancedStrain {
     modes: [Modes; 8],
     gamma: SMatrix<f64, 9, 24>,
     h: Cholesky<f64, Const<9>>,
 }
 
-/// Transformation of strains from the natural coordinates at the centre to global axes: ε_ij = A_ki Ê_kl A_lj, A = J0⁻¹.
+/// T0: strains from natural coordinates at the centre to global axes, ε_ij = A_ki Ê_kl A_lj, A = J0⁻¹.
 fn transformation(inverse: &Matrix3<f64>) -> Matrix6<f64> {
     let a = inverse;
     Matrix6::from_fn(|row, column| {
@@ -38,7 +37,7 @@ fn transformation(inverse: &Matrix3<f64>) -> Matrix6<f64> {
     })
 }
 
-/// M(ξ): natural strains of the nine modes.
+/// M(ξ): natural strains of the nine modes, from Wilson's incompatible displacements 1 - ξ².
 fn natural_modes([x, y, z]: [f64; 3]) -> Modes {
     let mut m = Modes::zeros();
     for (row, column, value) in
@@ -50,8 +49,6 @@ fn natural_modes([x, y, z]: [f64; 3]) -> Modes {
 }
 
 impl EnhancedStrain {
-    /// Modes of the element with nodes `nodes` and stiffness `c`. `samples` are its integration points, and `mapped` the same
-    /// points mapped to the element.
     pub fn new(
         nodes: &[[f64; 3]; 8],
         samples: &[ReferencePoint<8>],
@@ -105,7 +102,6 @@ impl EnhancedStrain {
     }
 }
 
-/// Maps the eight integration points to the element.
 pub(super) fn map_gauss_points(
     nodes: &[[f64; 3]; 8],
     samples: &[ReferencePoint<8>],

@@ -1,13 +1,12 @@
 //! Cache of factors, next to the flexibilities: the recovery of fields in a second run needs no factorisation.
 //!
-//! An entry is the list of the stored values of L. The structure of L is not stored. The symbolic analysis recomputes it in a few
-//! per cent of the time of a factorisation.
+//! An entry is the list of the stored values of L. The symbolic analysis recomputes its structure in a few per cent of the time of
+//! a factorisation.
 
 use super::flexibility_cache::{CacheKey, FlexibilityCache};
 use crate::error::Result;
 use crate::linalg::cache::{CacheLookup, list_bytes};
 
-/// File extension of the entries.
 pub(super) const FILE_EXTENSION: &str = "factor";
 
 impl FlexibilityCache {
@@ -17,9 +16,6 @@ impl FlexibilityCache {
     }
 
     /// Reads the `n` stored values of the factor of a key. `None` if the file does not exist, is damaged or has another size.
-    ///
-    /// # Errors
-    /// If memory does not suffice.
     pub(super) fn read_factor(&self, key: &CacheKey, n: usize) -> Result<Option<Vec<f64>>> {
         Ok(match self.read_list(key, FILE_EXTENSION)? {
             CacheLookup::Hit(values) => Some(values).filter(|values| values.len() == n),
@@ -28,9 +24,6 @@ impl FlexibilityCache {
     }
 
     /// Writes the stored values of a factor, unless they exceed half of the cache limit.
-    ///
-    /// # Errors
-    /// If the directory cannot be created or written.
     pub(super) fn write_factor(&self, key: &CacheKey, values: &[f64]) -> Result<()> {
         if list_bytes(values.len() as u64) > self.limit_bytes() / 2 {
             return Ok(());
@@ -46,8 +39,8 @@ mod tests {
     use super::*;
     use crate::linalg::sparse::SymmetricTriplets;
 
-    /// Truth: the cache returns written values to the last bit. It returns no damaged entry and no entry of another size, and
-    /// stores no factor larger than half of its limit.
+    /// Truth: the cache returns written values to the last bit, but no damaged entry and no entry of another size. It stores no
+    /// factor larger than half of its limit.
     #[test]
     fn factors_come_back_whole_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();
@@ -66,7 +59,7 @@ mod tests {
         bytes[100_000] ^= 1;
         fs::write(&path, &bytes).unwrap();
         assert_eq!(cache.read_factor(&key, 20_000).unwrap(), None);
-        // A file in an older format, which has another header, counts as damaged and is overwritten.
+        // A file in an older format counts as damaged and is overwritten.
         bytes[..8].copy_from_slice(b"ORTHOFCT");
         fs::write(&path, &bytes).unwrap();
         assert!(!cache.has_factor(&key) && cache.read_factor(&key, 20_000).unwrap().is_none());

@@ -1,7 +1,7 @@
 //! Cache of condensed flexibilities on disk: a second run of the same body skips the factorisation.
 //!
 //! An entry is one list of [`crate::linalg::cache`]: residual of the solution, bytes that a factorisation takes, and the lower
-//! triangle of the flexibility row by row, `[n (n + 1) / 2]`. The cache also stores factors and the lists of other modules.
+//! triangle of the flexibility row by row, `[n (n + 1) / 2]`.
 
 use crate::error::Result;
 use crate::linalg::cache::CacheKeyBuilder;
@@ -11,9 +11,7 @@ use crate::linalg::sparse::SymmetricSparse;
 
 /// Version of the entries. Increase it whenever layout or arithmetic change.
 const FORMAT: u64 = 4;
-/// Number of values before the lower triangle.
 const HEADER_VALUES: usize = 2;
-/// File extension of the entries.
 const FILE_EXTENSION: &str = "flexibility";
 
 /// Cached flexibility of a body.
@@ -28,8 +26,7 @@ pub struct FlexibilityEntry {
 }
 
 impl CacheKey {
-    /// Key of the flexibility of the rows `contact` of `stiffness`, computed by `method`. The hash covers the matrix, the rows in
-    /// their order, the method, the versions of entry format and program, and the instruction set of the dense kernels.
+    /// Key of the flexibility of the rows `contact` of `stiffness`, computed by `method`.
     pub fn new(stiffness: &SymmetricSparse, contact: &[usize], method: &str) -> Self {
         let mut hash = CacheKeyBuilder::new(&format!("format {FORMAT} {method}"));
         let (offsets, rows, values) = stiffness.lower();
@@ -42,8 +39,7 @@ impl CacheKey {
 }
 
 impl FlexibilityCache {
-    /// Memory of a factorisation, bytes, as stored with a flexibility of `n` rows. Reads only the size and the header of the entry.
-    /// `None` if the cache has no entry of this size.
+    /// Memory of a factorisation, bytes. Reads only the size and the header of the entry.
     pub fn peek_factorisation_bytes(&self, key: &CacheKey, n: usize) -> Option<usize> {
         let (found, [_, bytes]) = self.peek_list::<HEADER_VALUES>(key, FILE_EXTENSION)?;
         (found == n_values(n) as u64).then_some(bytes as usize)
@@ -90,7 +86,6 @@ impl FlexibilityCache {
     }
 }
 
-/// Number of values in the entry of a flexibility of `n` rows.
 fn n_values(n: usize) -> usize {
     HEADER_VALUES + n * (n + 1) / 2
 }
@@ -104,7 +99,6 @@ mod tests {
     use crate::linalg::cache::list_bytes;
     use crate::linalg::sparse::SymmetricTriplets;
 
-    /// Age at which unfinished files are stale.
     const STALE: Duration = Duration::from_secs(86_400);
 
     fn key(number: usize) -> CacheKey {

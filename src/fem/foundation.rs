@@ -8,11 +8,8 @@ use crate::error::{Context, Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
-/// Foundation stiffness of one face.
 pub(super) struct FoundationFace {
-    /// Face and its foundation stiffness per area.
     pub face: LoadedFace,
-    /// Nodes of the face.
     pub nodes: Vec<usize>,
     /// Stiffness matrix, lower triangle row by row, N/mm; component c of node a has index 3 a + c.
     pub packed: Vec<f64>,
@@ -32,9 +29,6 @@ pub(super) fn foundation_faces(spec: &FeSpec) -> Result<Vec<FoundationFace>> {
 }
 
 /// Nodes and directions in which foundations resist motion.
-///
-/// # Errors
-/// As [`foundation_faces`].
 pub(super) fn restrained_directions(spec: &FeSpec) -> Result<Vec<RestrainedDirection>> {
     let mut resistances = Vec::new();
     for_each_face(spec, |mesh, face, bedding| {
@@ -43,8 +37,7 @@ pub(super) fn restrained_directions(spec: &FeSpec) -> Result<Vec<RestrainedDirec
         let entry = |i: usize, j: usize| stiffness.packed[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)];
         debug_assert_eq!(stiffness.packed.len(), n * (n + 1) / 2);
         for (a, &node) in face.nodes.iter().enumerate() {
-            // Diagonal block of the node. Its columns are scaled by its largest diagonal entry, because only their directions
-            // matter.
+            // Scaled, because only the directions of the columns matter.
             let block = Matrix3::from_fn(|i, j| entry(3 * a + i, 3 * a + j));
             let largest = block.diagonal().max();
             for c in (0..3).filter(|&c| block[(c, c)] > 1e-12 * largest) {

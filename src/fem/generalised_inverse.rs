@@ -14,14 +14,13 @@ use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::vector::dot;
 
-/// Rigid-body modes of an unconstrained body at its free dofs, which define the projector Π.
 #[derive(Debug, Clone)]
 pub(super) struct GeneralisedInverse {
     /// Rigid-body modes, with mean square displacement 1 over the body.
     pub modes: RigidBodyModes,
     /// R: each mode at the free dofs, `[n_free]`.
     modes_on_dofs: Vec<Vec<f64>>,
-    /// Columns of M R, `[n_free]` each. Forces are put in equilibrium by subtracting multiples of these columns.
+    /// Columns of M R, `[n_free]` each.
     weighted_modes: Vec<Vec<f64>>,
 }
 
@@ -49,7 +48,7 @@ impl GeneralisedInverse {
     }
 
     /// Adds grounding springs at as many dofs as there are modes. Each step chooses the dof that moves most in the modes that the
-    /// previous springs leave free. The spring stiffness is the diagonal entry of K at the dof.
+    /// previous springs leave free.
     pub fn add_grounding_springs(&self, stiffness: &mut SymmetricSparse) {
         let n = stiffness.n();
         let diagonal = stiffness.diagonal();
@@ -78,10 +77,7 @@ impl GeneralisedInverse {
         self.modes_on_dofs.iter().map(|mode| dot(mode, forces)).collect()
     }
 
-    /// Applies the generalised inverse to forces, `[n_free]`, in place. `inverse` applies the inverse of K with grounding springs.
-    ///
-    /// # Errors
-    /// If `inverse` fails.
+    /// Applies the generalised inverse to forces, `[n_free]`, in place. `inverse` applies K⁺.
     pub fn solve(&self, forces: &mut [f64], inverse: impl FnOnce(&mut [f64]) -> Result<()>) -> Result<()> {
         let work = self.work(forces);
         for (column, work) in self.weighted_modes.iter().zip(work) {
@@ -94,11 +90,8 @@ impl GeneralisedInverse {
         Ok(())
     }
 
-    /// Replaces `flexibility`, the block of K⁺ for some dofs, by the same block of Π K⁺ Πᵀ. `rows` are the rows of the dofs (`None`
-    /// where prescribed).
-    ///
-    /// # Errors
-    /// If `inverse` fails.
+    /// Replaces `flexibility`, a block of K⁺, by the same block of Π K⁺ Πᵀ. `rows` are the rows of its dofs (`None` where
+    /// prescribed).
     pub fn project_flexibility(
         &self,
         flexibility: &mut SymmetricDense,
@@ -140,7 +133,7 @@ impl GeneralisedInverse {
         Ok(())
     }
 
-    /// Mean rigid-body motions Rᵀ M u of a displacement u of the free dofs, one per mode.
+    /// Mean rigid-body motions Rᵀ M u, one per mode.
     fn mean_motions(&self, displacement: &[f64]) -> Vec<f64> {
         self.weighted_modes.iter().map(|column| dot(column, displacement)).collect()
     }

@@ -8,7 +8,6 @@ use crate::quadrature::RulePoint;
 /// Smallest det J of a valid element, relative to the cube of the longest column of J.
 const MIN_RELATIVE_DETERMINANT: f64 = 1e-12;
 
-/// Integration point of the reference cell, with its shape functions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ReferencePoint<const N: usize> {
     pub xi: [f64; 3],
@@ -17,7 +16,6 @@ pub(super) struct ReferencePoint<const N: usize> {
     pub gradients: [[f64; 3]; N],
 }
 
-/// Integration point mapped to the body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MappedPoint<const N: usize> {
     /// det J.
@@ -28,9 +26,7 @@ pub(super) struct MappedPoint<const N: usize> {
     pub gradients: [[f64; 3]; N],
 }
 
-/// Stress at an integration point.
 pub(super) struct PointStress {
-    /// Shape functions at the point, `[n_nodes]`.
     pub values: Vec<f64>,
     /// Integration weight times det J.
     pub volume: f64,
@@ -38,18 +34,15 @@ pub(super) struct PointStress {
     pub stress: Vector6<f64>,
 }
 
-/// Stress, strain energy and nodal forces of an element for given displacements.
 pub(super) struct ElementState {
-    /// Stress at the integration points.
     pub points: Vec<PointStress>,
-    /// Strain energy.
     pub energy: f64,
     /// Nodal forces ∫ Bᵀ σ dV, `[n_nodes]`. B maps nodal displacements to strain.
     pub forces: Vec<[f64; 3]>,
 }
 
-/// Voigt entries (row, value) of the strain due to a unit displacement along `component` of a node. `g` is the gradient of the
-/// node's shape function.
+/// Voigt entries (row, value) of the strain due to a unit displacement along `component` of a node with the shape function gradient
+/// `g`.
 pub(super) fn unit_strain(g: &[f64; 3], component: usize) -> [(usize, f64); 3] {
     match component {
         0 => [(0, g[0]), (4, g[2]), (5, g[1])],
@@ -58,16 +51,14 @@ pub(super) fn unit_strain(g: &[f64; 3], component: usize) -> [(usize, f64); 3] {
     }
 }
 
-/// Defect of an element that has no valid stiffness.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum ElementDefect {
-    /// The element is inverted or degenerate, with this value of det J.
+    /// Inverted or degenerate element, with its value of det J.
     NonpositiveJacobian(f64),
     /// The stiffness of the enhanced strains is not positive definite, although the shape is valid.
     IndefiniteEnhancedModes,
 }
 
-/// Evaluates the shape functions at the points of a rule.
 pub(super) fn reference_points<S: ShapeFunctions<N, 3>, const N: usize>(
     rule: Vec<RulePoint<3>>,
 ) -> Vec<ReferencePoint<N>> {
@@ -89,7 +80,6 @@ pub(super) fn jacobian<const N: usize>(nodes: &[[f64; 3]; N], gradients: &[[f64;
     j
 }
 
-/// Maps an integration point to the element with nodes `nodes`.
 pub(super) fn map_point<const N: usize>(
     nodes: &[[f64; 3]; N],
     sample: &ReferencePoint<N>,

@@ -15,7 +15,6 @@ use crate::quadrature::{RulePoint, quadrilateral, triangle};
 /// Nodal forces, global axes, N, `[n_points]`.
 pub(super) type NodalForces = Vec<[f64; 3]>;
 
-/// Load on a face.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum FaceLoad {
     /// Pressure, MPa, positive if it acts against the outward normal.
@@ -40,20 +39,14 @@ impl FaceLoad {
     }
 }
 
-/// Loaded face of a solid, with its load.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LoadedFace {
-    /// Solid of the face.
     pub owner: CellRef,
-    /// Index of the face in the solid.
     pub local_face: usize,
-    /// The load.
     pub load: FaceLoad,
 }
 
-/// Loads of a body.
 pub(super) struct Loads {
-    /// Nodal forces of the loads.
     pub forces: NodalForces,
     /// Loaded faces; a face with several loads is listed once per load.
     pub faces: Vec<LoadedFace>,
@@ -104,10 +97,9 @@ pub(crate) fn nodal_area_vectors(mesh: &Mesh, faces: &[SurfaceFace]) -> NodalFor
     areas
 }
 
-/// Adds the nodal forces ∫ N_a t dS of one face.
 fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut NodalForces) {
     // For pressure the rules are exact. The integrand, N_a times the area vector, has total degree 1 on tri3 and 4 on tri6. Along
-    // each reference axis it has degree 2 on quad4, and 5 on quad8 and quad9. For tractions the rules are exact on flat faces.
+    // each reference axis it has degree 2 on quad4, and 5 on quad8 and quad9.
     for (values, area) in face_points(mesh, face, &face_rule(face.kind, 1)) {
         let normal = area.try_normalize(0.0).unwrap_or_default();
         let force = load.traction(&normal, &Vector3::zeros()) * area.norm();
@@ -117,7 +109,7 @@ fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut N
     }
 }
 
-/// Integration rule of a face. The rule of a linear triangle is exact for polynomials of degree `linear_triangle_degree`.
+/// The rule of a linear triangle is exact for polynomials of degree `linear_triangle_degree`.
 pub(super) fn face_rule(kind: ElementKind, linear_triangle_degree: usize) -> Vec<RulePoint<2>> {
     match kind {
         ElementKind::Tri3 => triangle(linear_triangle_degree),
@@ -128,7 +120,7 @@ pub(super) fn face_rule(kind: ElementKind, linear_triangle_degree: usize) -> Vec
     }
 }
 
-/// Shape functions, and area vector times weight, at the points of a rule on a face.
+/// Shape functions, and area vector times weight, at the points of a rule.
 pub(super) fn face_points(
     mesh: &Mesh,
     face: &SurfaceFace,
@@ -140,7 +132,7 @@ pub(super) fn face_points(
     })
 }
 
-/// Derivatives of a field with nodal values `at` along the two reference coordinates of a face, at the reference point `xi`.
+/// Derivatives of a field with nodal values `at` along the two reference coordinates of a face.
 pub(super) fn face_tangents(
     face: &SurfaceFace,
     xi: [f64; 2],
@@ -153,7 +145,7 @@ pub(super) fn face_tangents(
     [along(0), along(1)]
 }
 
-/// Adds the nodal forces ∫ N_a b(x) dV over the cells; `b` is the force per volume at a point.
+/// Adds the nodal forces ∫ N_a b(x) dV over the cells; `b` is the force per volume.
 pub(super) fn add_body_force(
     mesh: &Mesh,
     cells: &[CellRef],
@@ -194,8 +186,8 @@ fn load_cell<const N: usize>(
 ) {
     let points: [[f64; 3]; N] = std::array::from_fn(|a| mesh.points[nodes[a]]);
     for sample in rule {
-        // The sign of det J is not checked here. The mesh check requires a positive det J only at the stiffness points. At the load
-        // points, which can be more numerous, det J may be negative; such elements are accepted.
+        // At the load points, which can be more numerous than the stiffness points, det J may be negative. Only the stiffness
+        // points need a positive det J.
         let volume = sample.weight * jacobian(&points, &sample.gradients).determinant();
         let x = std::array::from_fn(|c| points.iter().zip(&sample.values).map(|(p, n)| p[c] * n).sum());
         let force = b(x).map(|value| value * volume);

@@ -10,10 +10,9 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::integration_points::{ElementState, MappedPoint, unit_strain};
 
-/// Change of each normal strain at an integration point due to a unit displacement, `[node][component]`.
+/// Change of each normal strain due to a unit displacement, `[node][component]`.
 type NormalStrainCorrection = [[f64; 3]; 8];
 
-/// Strain corrections at all integration points.
 pub(super) struct MeanDilatation {
     corrections: [NormalStrainCorrection; 8],
 }
@@ -33,7 +32,6 @@ impl MeanDilatation {
         Self { corrections }
     }
 
-    /// Adds the correction to the strains of nodal displacements `u` at the integration points.
     pub fn correct_strains(&self, u: &[[f64; 3]; 8], strains: &mut [Vector6<f64>; 8]) {
         for (strain, change) in strains.iter_mut().zip(&self.corrections) {
             let sum: f64 = change.iter().flatten().zip(u.iter().flatten()).map(|(c, u)| c * u).sum();
@@ -41,7 +39,6 @@ impl MeanDilatation {
         }
     }
 
-    /// Adds the correction to the nodal forces of the stresses at the integration points.
     pub fn correct_forces(&self, mapped: &[MappedPoint<8>; 8], state: &mut ElementState) {
         for ((point, found), change) in mapped.iter().zip(&state.points).zip(&self.corrections) {
             let pull = (found.stress[0] + found.stress[1] + found.stress[2]) * point.volume;

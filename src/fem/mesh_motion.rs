@@ -1,9 +1,8 @@
 //! Moves the nodes of a mesh after its contact surface has receded.
 //!
 //! Each displacement component along the frame axes solves Laplace's equation in the body. Contact nodes have prescribed
-//! displacements. Other nodes on outer faces and material interfaces move only within their face. Other nodes of supports do not
-//! move along components that a support prescribes. A uniform motion of one face of a layer therefore compresses the layer evenly,
-//! and outside the contact surface the body keeps its shape.
+//! displacements. Other nodes on outer faces and material interfaces move only within their face, so that the body keeps its shape.
+//! Other nodes of supports do not move along prescribed components.
 
 use rayon::prelude::*;
 
@@ -24,21 +23,19 @@ use crate::mesh::{CellRef, Mesh};
 /// Sine of the largest angle between a face and a direction that counts as lying in the face.
 const FACE_ALIGNMENT_TOLERANCE: f64 = 1e-6;
 
-/// Motion, relative to the largest motion, below which a component counts as zero.
 const NEGLIGIBLE_MOTION_RATIO: f64 = 1e-12;
 
-/// Smallest allowed length of a moved edge, measured along its old direction and relative to its old length.
+/// Smallest length of a moved edge along its old direction, relative to its old length.
 const MIN_EDGE_RATIO: f64 = 0.1;
 
-/// Number of elements whose matrices are computed in parallel before they are assembled.
 const ELEMENTS_PER_BATCH: usize = 512;
 
 /// The mesh of `spec` after its contact nodes have moved by `motion`, `[n_points]`, with components along `axes`. `None` marks the
-/// other nodes, which follow the contact nodes. `contact` lists the faces of the contact surface.
+/// other nodes. `contact` lists the faces of the contact surface.
 ///
 /// # Errors
-/// If an element would be inverted at an integration point, more elements than before would be folded at their nodes, or an edge
-/// would lose more than nine tenths of its length. If a material or group of `spec` is not admissible, or memory does not suffice.
+/// If an element would be inverted, more elements would be folded at their nodes, or an edge would become too short. If a material
+/// or group of `spec` is not admissible, or memory does not suffice.
 pub(crate) fn move_mesh(
     spec: &FeSpec,
     contact: &[SurfaceFace],
@@ -76,8 +73,8 @@ pub(crate) fn move_mesh(
     Ok(mesh)
 }
 
-/// Projects the motion of each contact node into the plane of an adjoining plane face, such as a symmetry plane. The magnitude of
-/// the motion is kept. A node whose motion is normal to the plane does not move.
+/// Projects the motion of contact nodes into an adjoining plane face, such as a symmetry plane, and keeps its magnitude. A motion
+/// normal to the plane becomes zero.
 fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 3]) -> Vec<Option<Point>> {
     let mut motion = motion.to_vec();
     for (node, by) in motion.iter_mut().enumerate() {
@@ -92,27 +89,24 @@ fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 
         if along > FACE_ALIGNMENT_TOLERANCE * far {
             *by *= far / along;
         } else {
-            // The motion is normal to the face up to rounding, so its direction within the face is arbitrary.
+            // The direction of the motion within the face is only rounding.
             *by = Point::zeros();
         }
     }
     motion
 }
 
-/// Constraint on the motion of a node along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum MotionConstraint {
-    /// The node moves along the axis.
     Free,
-    /// The node does not move along the axis, unless it is a contact node.
+    /// No motion along the axis, unless the node is a contact node.
     WithinFace,
-    /// The node does not move along the axis, because it lies on a plane outer face normal to the axis.
+    /// No motion along the axis: the node lies on a plane outer face normal to the axis.
     WithinPlane,
 }
 
-/// Constraints on the motion of nodes along `axis`, `[n_points]`. A support constrains its nodes unless `axis` is normal to the
-/// prescribed components. Outer faces except `contact`, and material interfaces, constrain their nodes unless `axis` lies in the
-/// face.
+/// Constraints on the motion of nodes along `axis`, `[n_points]`. Supports constrain nodes unless `axis` is normal to the
+/// prescribed components. Outer faces except `contact`, and material interfaces, constrain them unless `axis` lies in the face.
 fn motion_constraints(
     spec: &FeSpec,
     regions: &ElementMaterials,
@@ -208,7 +202,6 @@ fn solve_laplace(
     Ok(values)
 }
 
-/// Zero matrix with the sparsity pattern of the free nodes that share an element.
 fn pattern(graph: &NodeGraph, nodes: &[usize], row: &[usize]) -> SymmetricSparse {
     let (mut offsets, mut rows) = (vec![0], Vec::new());
     for &node in nodes {
@@ -222,7 +215,7 @@ fn pattern(graph: &NodeGraph, nodes: &[usize], row: &[usize]) -> SymmetricSparse
     SymmetricSparse::from_pattern(offsets, rows)
 }
 
-/// Laplace kernel: ∫ ∇N_a · ∇N_b dV of an element, `[n_nodes, n_nodes]`.
+/// ∫ ∇N_a · ∇N_b dV of an element, `[n_nodes, n_nodes]`.
 struct LaplaceKernel<'a> {
     mesh: &'a Mesh,
     cell: CellRef,
@@ -252,8 +245,6 @@ fn degenerate(mesh: &Mesh, cell: CellRef) -> Error {
     Error::input(format!("element {} of {} is degenerate", mesh.tag(cell), mesh.source))
 }
 
-/// Checks a moved mesh. Returns an error if an element is inverted at an integration point, more elements fold at their nodes than
-/// before, or an edge becomes too short.
 fn check_moved_mesh(before: &Mesh, after: &Mesh) -> Result<()> {
     let folded = |mesh: &Mesh| Ok(quality::check(mesh)?.folded_at_nodes);
     let is = folded(after).context(|| "after moving its surface".to_owned())?;
@@ -289,7 +280,7 @@ mod tests {
     use crate::mesh::structured::{BlockElements, GradedBlock};
 
     /// Truth: a contact node on a plane moves within it by the prescribed distance. A motion normal to the plane up to rounding has
-    /// no direction within it, so the node stays.
+    /// no direction within it.
     #[test]
     fn motions_normal_to_a_plane_end_there() {
         let mut held = [0; 3].map(|_| vec![MotionConstraint::Free; 2]);
@@ -300,8 +291,7 @@ mod tests {
         assert!((moved[1].unwrap() - Point::new(5e-4, 0.0, 0.0)).norm() < 1e-18, "{moved:?}");
     }
 
-    /// Truth: a linear function is harmonic and lies in the finite-element space. Its values on the outer faces of a distorted
-    /// block of hexahedra or tetrahedra therefore determine the same function inside.
+    /// Truth: a linear function is harmonic and lies in the finite-element space.
     #[test]
     fn linear_functions_are_found() {
         for solids in [BlockElements::Hex8, BlockElements::Tet4] {

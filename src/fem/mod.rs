@@ -3,9 +3,8 @@
 //! Weak form: find u with u = ū on the supports and ∫ ε(v) : C : ε(u) dV = ∫ v · b dV + ∫ v · t dS for all v that vanish on the
 //! supports. The tractions t include those of elastic foundations.
 //!
-//! [`FeSpec`] is the specification, and [`FeModel`] is the assembled system K u = f of the free dofs. [`CondensedBody`] has the
-//! flexibility of the contact nodes and a solver, which gives displacements. [`FeModel`] gives strain energy and reactions for a
-//! displacement, and [`StressRecovery`] gives the stress.
+//! [`FeSpec`] is the specification, and [`FeModel`] the assembled system K u = f of the free dofs. [`CondensedBody`] gives the
+//! flexibility of the contact nodes and displacements, [`StressRecovery`] the stress.
 //!
 //! Unknowns are nodal displacements in global axes. The Voigt order is 11 22 33 23 13 12, with engineering shear strains.
 

@@ -21,14 +21,12 @@ use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::two_level::NodalUnknowns;
 use crate::mesh::{CellRef, Mesh};
 
-/// Bytes per unknown for the mesh, the elements and the assembly, without the matrix. Measured: 290 to 500 on bodies of 50 000
-/// unknowns, up to 1360 on small bodies (first and second order, tetrahedra and hexahedra).
+/// Bytes per unknown for the mesh, the elements and the assembly, without the matrix. Small bodies need most.
 const ASSEMBLY_BYTES_PER_DOF: usize = 1500;
 
 /// Bytes per unknown for the mesh and the elements after assembly.
 const RESIDENT_BYTES_PER_DOF: usize = 350;
 
-/// Peak memory of the assembly of a body with `n_free` unknowns and `n_stored` matrix entries, bytes.
 fn assembly_bytes(n_free: usize, n_stored: usize) -> usize {
     ASSEMBLY_BYTES_PER_DOF * n_free + 16 * n_stored
 }
@@ -52,7 +50,7 @@ pub struct FeModel {
 }
 
 impl FeModel {
-    /// Assembles the body within the default share of the memory that the machine has available now.
+    /// Assembles the body within the default memory limit.
     ///
     /// # Errors
     /// See [`Self::with_memory_limit`].
@@ -133,18 +131,17 @@ impl FeModel {
         self.dof_map.n_free()
     }
 
-    /// Row of a displacement component of a node in the system of the free dofs. `None` if the component is prescribed or the node
-    /// belongs to no solid.
+    /// Row of a displacement component in the system of the free dofs; `None` if it is prescribed or the node belongs to no solid.
     pub fn free_dof(&self, node: usize, component: usize) -> Option<usize> {
         self.dof_map.row(3 * node + component)
     }
 
-    /// Prescribed displacement of a component of a node, mm; `None` if the component is free or the node belongs to no solid.
+    /// Prescribed displacement of a component, mm; `None` if it is free or the node belongs to no solid.
     pub fn prescribed_displacement(&self, node: usize, component: usize) -> Option<f64> {
         self.dof_map.prescribed(3 * node + component)
     }
 
-    /// Rigid-body modes that the supports leave free, with mean square displacement 1 each; `None` if the body is fixed.
+    /// Rigid-body modes that the supports leave free, with mean square displacement 1 each.
     pub fn rigid_body_modes(&self) -> Option<&RigidBodyModes> {
         self.generalised_inverse.as_ref().map(|floating| &floating.modes)
     }
@@ -154,8 +151,8 @@ impl FeModel {
         self.generalised_inverse.as_ref().map_or(Vec::new(), |floating| floating.work(&self.load_vector()))
     }
 
-    /// Stiffness K of the free dofs, `[n_free, n_free]`, N/mm, including elastic foundations. If the supports leave m rigid-body
-    /// modes free, K includes grounding springs at m dofs. The springs carry no force under loads in equilibrium.
+    /// Stiffness K of the free dofs, `[n_free, n_free]`, N/mm, including elastic foundations. For m free rigid-body modes, K
+    /// includes grounding springs at m dofs. They carry no force under loads in equilibrium.
     pub fn stiffness(&self) -> &SymmetricSparse {
         &self.stiffness
     }
@@ -166,7 +163,7 @@ impl FeModel {
         rows.map(|(&dof, supports)| self.external_forces[dof / 3][dof % 3] + supports).collect()
     }
 
-    /// Whether the body has loads other than contact forces, or prescribed displacements other than zero.
+    /// Whether the body has loads other than contact forces, or nonzero prescribed displacements.
     pub fn has_own_loads(&self) -> bool {
         self.load_vector().iter().any(|&f| f != 0.0)
             || self.prescribed_dofs().iter().any(|&dof| self.dof_map.prescribed(dof) != Some(0.0))
@@ -182,8 +179,8 @@ impl FeModel {
         self.body_force
     }
 
-    /// Pressures and tractions on faces: the solid element, the index of the face in this element, pressure (MPa), traction (global
-    /// axes, MPa). A face with several loads is listed once per load.
+    /// Pressures and tractions on faces: solid element, index of the face in it, pressure (MPa), traction (global axes, MPa). A
+    /// face with several loads is listed once per load.
     pub fn face_loads(&self) -> impl Iterator<Item = ((CellRef, usize), f64, Vector3<f64>)> + '_ {
         self.loaded_faces.iter().filter_map(|face| {
             let at = (face.owner, face.local_face);
@@ -205,12 +202,12 @@ impl FeModel {
         self.dof_map.expand(free)
     }
 
-    /// Peak memory of the assembly, bytes: mesh, elements, matrix and workspace.
+    /// Peak memory of the assembly, bytes.
     pub fn assembly_bytes(&self) -> usize {
         assembly_bytes(self.n_free(), self.stiffness.n_stored())
     }
 
-    /// Memory of the assembled body, bytes: mesh, elements, matrix.
+    /// Memory of the assembled body, bytes.
     pub fn resident_bytes(&self) -> usize {
         RESIDENT_BYTES_PER_DOF * self.n_free() + 16 * self.stiffness.n_stored()
     }
@@ -255,18 +252,16 @@ impl FeModel {
         NodalUnknowns { of_row, points }
     }
 
-    /// Node and direction of a row of the system, for messages.
     pub(super) fn describe_row(&self, row: usize) -> String {
         let dof = self.dof_map.dofs_of_rows()[row];
         format!("the node at {}, direction {}", format_point(&self.mesh.points[dof / 3]), AXIS_NAMES[dof % 3])
     }
 
-    /// Faces with loads or foundations. A face with several loads or foundations is listed once for each.
+    /// Faces with loads or foundations, once for each load or foundation.
     pub(super) fn loaded_faces(&self) -> &[LoadedFace] {
         &self.loaded_faces
     }
 
-    /// Stiffness of the faces on elastic foundations.
     pub(super) fn foundations(&self) -> &[FoundationFace] {
         &self.foundations
     }

@@ -26,7 +26,6 @@ pub use superconvergent::StressRecovery;
 pub use surface_stress::SurfaceStressPoint;
 pub(crate) use surface_stress::{FaceAverages, FaceContribution, surface_stress_points};
 
-/// Number of elements evaluated in parallel before their states are visited.
 const ELEMENTS_PER_BATCH: usize = 4096;
 
 impl FeModel {
@@ -54,8 +53,8 @@ impl FeModel {
         Ok(forces)
     }
 
-    /// Forces of the supports on the body, global axes, N, `[n_points]`; zero at free dofs. The force of a contact or a foundation
-    /// on a prescribed dof is included in the reaction.
+    /// Forces of the supports on the body, global axes, N, `[n_points]`; zero at free dofs. They include the force of a contact or
+    /// a foundation on a prescribed dof.
     ///
     /// # Errors
     /// As [`Self::strain_energy`].
@@ -74,7 +73,6 @@ impl FeModel {
     }
 }
 
-/// Calls `visit` for each element, in order, with its nodes and state. Elements are evaluated in parallel.
 fn for_each_state(
     elements: ElementContext,
     displacement: &[[f64; 3]],

@@ -10,12 +10,11 @@ use crate::error::{Error, Result};
 use crate::geometry::{AXIS_NAMES, format_point};
 use crate::linalg::ordering::NodeGraph;
 
-/// Eigenvalues of the Gram matrix of the supports up to this fraction of the largest count as zero. Supports closer to one another
+/// Fraction of the largest eigenvalue of the Gram matrix of the supports up to which eigenvalues count as zero. Supports closer
 /// than a millionth of the body size then do not prevent a rotation.
 const ZERO_EIGENVALUE_RATIO: f64 = 1e-12;
 
-/// Tolerance for a vector to lie in a subspace. It applies to eigenvalues of projectors, and to the part of the vector outside the
-/// subspace, relative to the vector.
+/// Tolerance for a vector to lie in a subspace.
 pub(crate) const SUBSPACE_TOLERANCE: f64 = 1e-9;
 
 /// Rigid-body modes that the supports of a body leave free.
@@ -30,8 +29,8 @@ pub struct RigidBodyModes {
 }
 
 impl RigidBodyModes {
-    /// Rigid-body modes of the points with indices `part` that do not move any point of `held` along its direction. As vectors of
-    /// translation and scaled rotation, the modes are orthonormal.
+    /// Rigid-body modes of the points `part` that do not move any point of `held` along its direction. As vectors of translation
+    /// and scaled rotation, the modes are orthonormal.
     pub(crate) fn unconstrained(
         points: &[[f64; 3]],
         part: &[usize],
@@ -106,21 +105,17 @@ impl RigidBodyModes {
     }
 }
 
-/// Rigid-body modes that the supports of a body leave free, found without assembly; `None` if the body is fixed.
+/// Rigid-body modes that the supports of a body leave free, found without assembly.
 ///
 /// # Errors
 /// If a support or a foundation is not admissible, or supports contradict one another or fix all nodes. If a body of several parts
-/// without shared nodes is not fixed in all of them. Errors in the materials of the elements give `None` here;
-/// [`super::FeModel::new`] reports them.
+/// without shared nodes is not fixed in all of them. Errors in the materials of the elements give `None` here.
 pub fn find_rigid_body_modes(spec: &FeSpec) -> Result<Option<RigidBodyModes>> {
     let Ok(regions) = ElementMaterials::new(spec) else { return Ok(None) };
     let dofs = DofMap::new(spec, &regions)?;
     rigid_body_modes_of_dofs(spec, &dofs, &node_graph(&spec.mesh, &regions.cells))
 }
 
-/// As [`find_rigid_body_modes`], with the dofs and the node graph given.
-///
-/// # Errors
 /// As [`find_rigid_body_modes`].
 pub(super) fn rigid_body_modes_of_dofs(
     spec: &FeSpec,
@@ -148,7 +143,6 @@ pub(super) fn rigid_body_modes_of_dofs(
     Ok(None)
 }
 
-/// Nodes of each connected part, in ascending order.
 fn connected_parts(graph: &NodeGraph, nodes: &[usize]) -> Vec<Vec<usize>> {
     let mut seen = vec![false; graph.n_nodes()];
     let mut parts = Vec::new();
@@ -176,7 +170,7 @@ fn centre(points: &[[f64; 3]], part: &[usize]) -> Vector3<f64> {
     part.iter().fold(Vector3::zeros(), |sum, &node| sum + Vector3::from(points[node])) / part.len() as f64
 }
 
-/// Displacement along `component` at `x` (relative to the centre, in body sizes) due to each of the six unit modes.
+/// Displacement along `component` at `x` (from the centre, in body sizes) due to each of the six unit modes.
 fn motion_row(x: &Vector3<f64>, component: usize) -> Vector6<f64> {
     let mut row = Vector6::zeros();
     row[component] = 1.0;
@@ -211,8 +205,8 @@ pub(crate) fn translations_in(projector: &Matrix6<f64>) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// Names of a basis of the space spanned by `directions`. Every coordinate axis in the space is a vector of the basis. `what` holds
-/// the prefix for coordinate axes and the prefix for other directions.
+/// Names of a basis of the span of `directions`, with coordinate axes where possible. `what` holds the prefixes for coordinate axes
+/// and other directions.
 fn direction_names(directions: &[Vector3<f64>], what: [&str; 2]) -> Vec<String> {
     let mut rows = DMatrix::from_fn(directions.len(), 3, |i, j| directions[i][j]);
     let mut rank = 0;
@@ -233,7 +227,7 @@ fn direction_names(directions: &[Vector3<f64>], what: [&str; 2]) -> Vec<String> 
 }
 
 fn axis_name(axis: &Vector3<f64>, what: [&str; 2]) -> String {
-    // Components that are zero up to rounding are set to zero, so that no minus sign is printed.
+    // Rounding is set to zero, so that no minus sign is printed.
     let axis = axis.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     match (0..3).find(|&c| axis[c].abs() > 1.0 - 1e-9) {
         Some(c) => format!("{} {}", what[0], AXIS_NAMES[c]),

@@ -12,12 +12,12 @@ use crate::mesh::Mesh;
 /// Strain formulation of 8-node hexahedra.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum HexFormulation {
-    /// Nine enhanced strain modes, condensed in the element ("hex8-eas"). No locking in bending.
+    /// Nine enhanced strain modes, condensed in the element. No locking in bending.
     #[default]
     Enhanced,
-    /// Displacement interpolation only ("hex8"). Far too stiff in bending; for comparison.
+    /// Displacement interpolation only. Far too stiff in bending; for comparison.
     Standard,
-    /// Mean dilatation of the element, B-bar ("hex8-bbar"). No locking in nearly incompressible material.
+    /// Mean dilatation of the element, B-bar. No locking in nearly incompressible material.
     MeanDilatation,
 }
 
@@ -42,7 +42,7 @@ pub struct Support {
     pub group: String,
     /// Whether the components x, y, z are prescribed.
     pub components: [bool; 3],
-    /// Displacements at the origin of the global axes, mm; values of free components are not used.
+    /// Displacements at the origin of the global axes, mm.
     pub value: [f64; 3],
     /// Displacement gradient, one row per component, derivatives along x, y, z. The far field is u = value + gradient x.
     pub gradient: [[f64; 3]; 3],

@@ -7,8 +7,8 @@ use crate::geometry::AXIS_NAMES;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
-/// Largest angle (radians) between faces of a plane, and between the normal of the plane and an axis. Also the largest distance of
-/// nodes from the plane, relative to the size of the plane.
+/// Largest angle (radians) between faces of a plane, and between its normal and an axis. Also the largest distance of nodes from
+/// the plane, relative to its size.
 const PLANARITY_TOLERANCE: f64 = 1e-6;
 
 /// Displacement component (0, 1, 2) along the normal of the plane faces of the physical group `name`.

@@ -16,29 +16,24 @@ const COVERAGE_TOLERANCE: f64 = 1e-9;
 /// Relative rounding error of a cell's area, divided by the rounding error of the coordinates relative to the cell's side.
 const AREA_PER_COORDINATE_ROUNDING: f64 = 8.0;
 
-/// Maximum uncovered share of a cell outside grids. Where two bodies end at the same edge or symmetry plane, the gap between them
-/// slightly separates their edges in the projection along an inclined cell normal. Averages over these cells refer to the covered
-/// part.
+/// Maximum uncovered share of a cell outside grids. Where two bodies end at the same edge, the gap between them slightly separates
+/// their edges in the projection along an inclined cell normal.
 const MAX_UNCOVERED_SHARE: f64 = 0.1;
 
-/// Coverage of one cell by the contact faces, and the weights of a cell average.
 pub(super) struct CellCoverage {
-    /// Weights of the cell average: pairs (index, weight) in ascending order. The index is a mesh node or another basis function.
+    /// Pairs (index, weight) of the cell average, in ascending order. The index is a mesh node or another basis function.
     pub(super) weights: Vec<(usize, f64)>,
-    /// Covered share of the cell.
     pub(super) coverage: f64,
-    /// A face that is folded in the projection along the cell's normal, if any.
+    /// A face that is folded in the projection along the cell's normal.
     folded: Option<usize>,
 }
 
-/// Facets of the contact faces with a search tree.
 pub(super) struct FacetIndex<'a> {
     faces: &'a [SurfaceFace],
     facets: Vec<Facet>,
     tree: BallTree,
 }
 
-/// Convex part of a cell that one facet covers.
 pub(super) struct CellOverlap {
     facet: usize,
     pub(super) plane: ProjectedFacet,
@@ -59,13 +54,11 @@ impl<'a> FacetIndex<'a> {
         Self { faces, facets, tree }
     }
 
-    /// Index of the face of an overlap.
     pub(super) fn face_of(&self, hit: &CellOverlap) -> usize {
         self.facets[hit.facet].face
     }
 
-    /// Overlaps of a cell with the facets, and a folded face, if any. If faces cover a cell outside grids more than once, only the
-    /// nearest sheets of connected faces count.
+    /// Overlaps of a cell with the facets, and a folded face. Of several sheets over a cell outside grids, only the nearest count.
     pub(super) fn overlaps(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
         let (mut hits, folded) = self.hits(frame, cell);
         let area = frame.areas[cell];
@@ -77,7 +70,6 @@ impl<'a> FacetIndex<'a> {
         (hits, folded)
     }
 
-    /// Weights of the mesh nodes in the average over one cell, and the coverage of this cell.
     pub(super) fn cover(&self, frame: &ContactFrame, cell: usize) -> CellCoverage {
         self.cover_of(frame, cell, &|face, local| vec![(self.faces[face].nodes[local], 1.0)])
     }
@@ -93,8 +85,7 @@ impl<'a> FacetIndex<'a> {
         let (hits, folded) = self.overlaps(frame, cell);
         let area = frame.areas[cell];
         let coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
-        // Averages over grid cells refer to the whole area. Averages over other cells refer to the covered part, because the faces
-        // of two meshes may end slightly apart.
+        // Averages over cells outside grids refer to the covered part, because the faces of two meshes may end slightly apart.
         let whole = if frame.grid.is_some() { area } else { area * coverage };
         let mut weights = Vec::new();
         for hit in &hits {
@@ -110,7 +101,7 @@ impl<'a> FacetIndex<'a> {
         CellCoverage { weights: merge(weights), coverage, folded }
     }
 
-    /// Overlaps of a cell with the facets that face the cell and lie over it, and a folded face, if any.
+    /// Overlaps of a cell with the facets that face it, and a folded face, if any.
     fn hits(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
         let (triad, center) = (&frame.triads[cell], &frame.centers[cell]);
         let normal = triad.normal();
@@ -149,8 +140,8 @@ impl<'a> FacetIndex<'a> {
         (hits, folded)
     }
 
-    /// Keeps the nearest sheet of faces over a cell. The faces of a sheet are connected through their nodes. Another sheet is kept
-    /// if the covered area stays within `most`.
+    /// Keeps the nearest sheet of faces connected through their nodes, and further sheets while the covered area stays within
+    /// `most`.
     fn keep_nearest(&self, hits: &mut Vec<CellOverlap>, most: f64) {
         let mut sheets: Vec<(Vec<usize>, f64, f64)> = Vec::new();
         let mut sheet_of = vec![usize::MAX; hits.len()];
@@ -191,14 +182,12 @@ impl<'a> FacetIndex<'a> {
         });
     }
 
-    /// Whether the faces of two overlaps are the same or share a node.
     fn joined(&self, a: &CellOverlap, b: &CellOverlap) -> bool {
         let nodes = |hit: &CellOverlap| &self.faces[self.facets[hit.facet].face].nodes;
         nodes(a).iter().any(|node| nodes(b).contains(node))
     }
 }
 
-/// Whether the bounding boxes of two polygons overlap.
 fn overlap(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     let ends = |polygon: &[[f64; 2]], k: usize| bounds(polygon.iter().map(|x| x[k]));
     (0..2).all(|k| {
@@ -207,7 +196,6 @@ fn overlap(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     })
 }
 
-/// Sums the weights of equal nodes; the result is in ascending order of nodes.
 fn merge(mut weights: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
     weights.sort_by_key(|w| w.0);
     weights.dedup_by(|later, kept| {
@@ -228,20 +216,17 @@ fn folded(face: &SurfaceFace) -> Error {
     ))
 }
 
-/// Tolerance of the coverage of a cell, including the rounding of coordinates far from the origin.
 fn coverage_tolerance(frame: &ContactFrame, cell: usize) -> f64 {
     let rounding = f64::EPSILON * frame.centers[cell].amax() / frame.areas[cell].sqrt();
     COVERAGE_TOLERANCE + AREA_PER_COORDINATE_ROUNDING * rounding
 }
 
-/// Whether the faces cover the cell sufficiently for contact.
 pub(super) fn is_covered(frame: &ContactFrame, cell: usize, cover: &CellCoverage) -> bool {
     let missing = if frame.grid.is_some() { coverage_tolerance(frame, cell) } else { MAX_UNCOVERED_SHARE };
     cover.coverage >= 1.0 - missing
 }
 
-/// Returns an error if the faces do not cover a cell sufficiently, or cover it more than once. If a face over the first of these
-/// cells is folded, the error names this face.
+/// Refuses cells that the faces cover more than once or not sufficiently.
 pub(super) fn refuse_uncovered(
     frame: &ContactFrame,
     covers: &[CellCoverage],

@@ -28,11 +28,9 @@ pub(super) fn area_and_centroid(polygon: &[[f64; 2]]) -> (f64, [f64; 2]) {
     (area, [first[0] + moment[0] / area, first[1] + moment[1] / area])
 }
 
-/// A corner counts as straight if twice the area of the triangle with its neighbours is below this share of the polygon's squared
-/// size.
+/// Largest doubled area of the triangle at a straight corner, as a share of the polygon's squared size.
 const STRAIGHT: f64 = 1e-12;
 
-/// Twice the signed area of the triangle of a corner and its two neighbours.
 fn turn(polygon: &[[f64; 2]], i: usize) -> f64 {
     let n = polygon.len();
     twice_signed_area(polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n])
@@ -62,7 +60,6 @@ pub(super) fn convex_parts(mut polygon: Polygon) -> Vec<Polygon> {
     parts
 }
 
-/// Whether the triangle at a corner contains no other corner.
 fn is_ear(polygon: &[[f64; 2]], i: usize) -> bool {
     let n = polygon.len();
     let (before, after) = ((i + n - 1) % n, (i + 1) % n);
@@ -93,7 +90,6 @@ pub(super) fn intersect(
     }
 }
 
-/// Writes to `result` the part of `subject` left of the line from `a` to `b`.
 fn cut(subject: &[[f64; 2]], a: [f64; 2], b: [f64; 2], result: &mut Polygon) {
     result.clear();
     for (i, &end) in subject.iter().enumerate() {
@@ -121,8 +117,7 @@ mod tests {
         area_and_centroid(&result).0
     }
 
-    /// Truth: areas of intersections known by hand, for shifted squares, an inscribed diamond, a triangle, and touching and
-    /// separate squares.
+    /// Truth: areas of intersections known by hand.
     #[test]
     fn overlaps_of_known_area() {
         let shifted = |dx: f64, dy: f64| SQUARE.map(|[x, y]| [x + dx, y + dy]);
@@ -136,9 +131,8 @@ mod tests {
         assert!((overlap(&triangle, &SQUARE) - 1.0).abs() < 1e-15);
     }
 
-    /// Truth: each part is convex, and the areas of the parts sum to the area of the polygon, known by hand. An L, its mirror image
-    /// and a dart are divided. A square with a fifth corner on one side stays whole, also if rounding moves this corner off the
-    /// side.
+    /// Truth: each part is convex, and the areas of the parts sum to the area of the polygon, known by hand. A square with a fifth
+    /// corner on one side stays whole, also if rounding moves this corner off the side.
     #[test]
     fn parts_of_a_polygon_are_convex() {
         let l = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];

@@ -9,8 +9,8 @@ use crate::geometry::Point;
 const STRIP_WIDTH: f64 = 1e-3;
 
 impl ContactFrame {
-    /// Narrow strips beyond the edges of the frame, as cells of a separate frame, and the neighbouring cell of each strip. On
-    /// grids, neither the boundary of an outline nor a periodic side counts as an edge.
+    /// Narrow strips beyond the edges of the frame, as cells of a separate frame, and the neighbouring cell of each strip. The
+    /// boundary of an outline and a periodic side do not count as edges.
     pub fn strips_beyond_edges(&self) -> (Self, Vec<usize>) {
         let (mut strips, mut cells) = (FrameBuilder::default(), Vec::new());
         for (cell, [a, b]) in self.outer_edges() {
@@ -25,14 +25,13 @@ impl ContactFrame {
         (strips.frame([0.0; 2], self.azimuth), cells)
     }
 
-    /// Outer edges of the frame: the cell of each edge, and the end points of the edge, counter-clockwise around the cell.
+    /// Cell and end points of each outer edge, counter-clockwise around the cell.
     fn outer_edges(&self) -> Vec<(usize, [Point; 2])> {
         let mut found = Vec::new();
         if let Some(grid) = self.grid {
             for cell in 0..self.n_cells() {
                 let at = grid.cell_indices(self.grid_index(cell));
-                // Sides between corners k and k + 1: the axis normal to the side, and whether the side is at the upper end of this
-                // axis.
+                // Sides between corners k and k + 1: the axis normal to the side, and whether the side is at its upper end.
                 for (k, (axis, upper)) in
                     [(1, false), (0, true), (1, true), (0, false)].into_iter().enumerate()
                 {

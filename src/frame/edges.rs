@@ -15,7 +15,6 @@ pub(super) fn edge_cells(corners: &[impl AsRef<[Point]>]) -> Vec<bool> {
 /// Edge as the bits of its end points, independent of direction.
 type EdgeKey = [[u64; 3]; 2];
 
-/// Number of cells that share each edge.
 pub(super) fn owner_counts(corners: &[impl AsRef<[Point]>]) -> HashMap<EdgeKey, usize> {
     let mut owners = HashMap::new();
     for edge in corners.iter().flat_map(|cell| edges(cell.as_ref())) {

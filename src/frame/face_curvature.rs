@@ -1,9 +1,8 @@
 //! Curvature correction of flat faces: estimates from neighbouring nodes how far a curved surface lies from its flat faces.
 //!
-//! The nodes of first-order faces lie on the surface. An edge of length h deviates from a surface of radius R by up to h^2 / (8 R).
-//! A quadratic fit through the neighbours of each node gives the curvature at this node. An edge is corrected by the smaller of the
-//! curvatures at its ends. If these differ in sign or one is unknown, the edge is not corrected, so that creases between plane
-//! faces stay.
+//! An edge of length h deviates from a surface of radius R by up to h^2 / (8 R). A quadratic fit through the neighbours of each
+//! node gives its curvature. An edge is corrected by the smaller of the curvatures at its ends. If these differ in sign or one is
+//! unknown, the edge is not corrected, so that creases between plane faces stay.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -21,17 +20,15 @@ use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Smallest cosine of the angle between a face normal and the nodal normal at a smooth node. If a face at a node has a smaller
-/// cosine, the node lies on an edge of the body.
+/// Smallest cosine of the angle between a face normal and the nodal normal. Below it, the node lies on an edge of the body.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
-/// Layers of faces are added until a node has at least this many neighbours for the quadratic fit.
+/// Number of neighbours from which no further layer of faces is searched.
 const MIN_FIT_NEIGHBOURS: usize = 8;
 
-/// Maximum number of layers of faces around a node that are searched for neighbours.
 const MAX_NEIGHBOUR_LAYERS: usize = 3;
 
-/// Singular values below this fraction of the largest mark undetermined terms of the fit, for example on a single row of faces.
+/// Fraction of the largest singular value below which terms of the fit are undetermined, for example on a single row of faces.
 const RANK_TOLERANCE: f64 = 1e-6;
 
 /// Edge of a flat face, and its distance from the surface.
@@ -57,7 +54,7 @@ impl EdgeSagitta {
         self.midpoint_offset.norm()
     }
 
-    /// Difference between the larger absolute height and the applied height, mm; 0 if both end curvatures are known and equal.
+    /// Difference between the larger absolute height and the applied height, mm.
     pub fn disagreement(&self) -> f64 {
         self.largest() - self.applied()
     }
@@ -69,8 +66,8 @@ struct Curvature {
     second: Matrix2<f64>,
 }
 
-/// Sagittas of the edges of `faces`, one list per face in the order of its edges. `None` for second-order faces, whose middle nodes
-/// lie on the surface, for edges with both ends on creases, and for the fourth entry of triangles.
+/// Sagittas of the edges of `faces`, one list per face in the order of its edges. `None` for second-order faces, for edges with
+/// both ends on creases, and for the fourth entry of triangles.
 pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagitta>; 4]> {
     let mut around: HashMap<usize, Vec<usize>> = HashMap::new();
     let flat = faces.iter().enumerate().filter(|(_, face)| !is_quadratic(face.kind));
@@ -88,7 +85,6 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
             }
             _ => Point::zeros(),
         };
-        // At a crease the curvature is unknown, so the curvature at the other end is used.
         let known = ends[0].or(ends[1])?;
         Some(EdgeSagitta {
             length: chord.norm(),
@@ -106,7 +102,7 @@ pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagi
     faces.iter().map(of_face).collect()
 }
 
-/// Offsets of the edge midpoints of `faces` from their chords, global axes, mm; zero without a correction.
+/// Offsets of the edge midpoints of `faces` from their chords, global axes, mm.
 pub(super) fn edge_midpoint_offsets(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Point; 4]> {
     let bows = |cuts: [Option<EdgeSagitta>; 4]| {
         cuts.map(|cut| cut.map_or_else(Point::zeros, |cut| cut.midpoint_offset))
@@ -114,12 +110,11 @@ pub(super) fn edge_midpoint_offsets(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[
     edge_sagittas(mesh, faces).into_iter().map(bows).collect()
 }
 
-/// Second-order face kind with the corners of `flat` and middle nodes on the edges.
 pub(super) fn quadratic_kind(flat: ElementKind) -> ElementKind {
     if flat.n_corners() == 3 { Tri6 } else { Quad8 }
 }
 
-/// Height along `normal` above the midpoint of a chord, for a surface that is offset by `bow` perpendicular to itself.
+/// Height along `normal` above the midpoint of a chord, for a surface at the perpendicular offset `bow`.
 fn offset_along_normal(bow: &Point, normal: &Point) -> f64 {
     let along = normal.dot(bow);
     // Beyond 60 degrees between offset and normal, the component of the offset along the normal is used.
@@ -137,13 +132,12 @@ pub struct MeshedSurface {
     pub side: Side,
     /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
     pub mean_heights: Vec<f64>,
-    /// Whether the gap includes the curvature correction of flat faces ([`MeshedSurface::curved_heights`]).
+    /// Whether the gap includes the curvature correction of flat faces.
     pub curved_gap: bool,
 }
 
 impl MeshedSurface {
-    /// Mean heights of the curvature-corrected faces over the cells, `[N]`, mm. The correction of a face is the sum of the shape
-    /// functions of its edge midpoints times the offsets of these midpoints.
+    /// Mean heights of the curvature-corrected faces over the cells, along the cell normals, `[N]`, mm.
     pub fn curved_heights(&self, frame: &ContactFrame) -> Vec<f64> {
         let bows = edge_midpoint_offsets(&self.mesh, &self.faces);
         if bows.iter().flatten().all(|bow| bow.norm_squared() == 0.0) {
@@ -182,8 +176,8 @@ impl Curvature {
     }
 }
 
-/// Curvature at a node from a least-squares quadratic surface through this node, fitted to its neighbours. `None` at an edge of the
-/// body, or if the fit fails.
+/// Curvature at a node from a least-squares quadratic surface through this node. `None` at an edge of the body, or if the fit
+/// fails.
 fn curvature(
     mesh: &Mesh,
     faces: &[SurfaceFace],
@@ -211,13 +205,12 @@ fn curvature(
     };
     let matrix = DMatrix::from_fn(near.len(), 5, terms);
     let heights = DVector::from_fn(near.len(), |i, _| near[i].z);
-    // If several surfaces fit (a single row of faces), the one with the smallest coefficients is used.
+    // On a single row of faces several surfaces fit; the one with the smallest coefficients is used.
     let found = pseudo_inverse(&matrix, RANK_TOLERANCE).ok()? * heights;
     let second = Matrix2::new(found[2], found[3], found[3], found[4]) / (size * size);
     Some(Curvature { axes, second })
 }
 
-/// Neighbours of a node from as many layers of faces as necessary, ascending.
 fn neighbours(faces: &[SurfaceFace], around: &HashMap<usize, Vec<usize>>, node: usize) -> Vec<usize> {
     let mut found = vec![node];
     for _ in 0..MAX_NEIGHBOUR_LAYERS {

@@ -1,7 +1,7 @@
 //! Maps from the nodes of a body's contact faces to the cells of the frame. They pass the patch test.
 //!
-//! The entry I_Ij of the map is the average of the shape function of node j over cell I, I_Ij = (1 / A_I) int_{cell I} N_j dS. It
-//! is integrated exactly on the intersections of the cell with the faces, projected along the cell's normal. Hence sum_I A_I I_Ij =
+//! The entry I_Ij is the average of the shape function of node j over cell I, I_Ij = (1 / A_I) int_{cell I} N_j dS. It is
+//! integrated exactly on the intersections of the cell with the faces, projected along the cell's normal. Hence sum_I A_I I_Ij =
 //! int N_j dS wherever the cells tile the faces.
 //!
 //! # Source
@@ -26,13 +26,11 @@ pub struct FaceMap {
     nodes: Vec<usize>,
     /// I, one row per cell, `[N, n_c]`.
     rows: CsMat<f64>,
-    /// Its transpose, one row per contact node.
     columns: CsMat<f64>,
     triads: PerCell<Triad>,
     areas: Vec<f64>,
 }
 
-/// Sparse matrix with `n_columns` columns from rows of weights.
 fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsMat<f64> {
     let mut starts = vec![0];
     let (mut indices, mut weights) = (Vec::new(), Vec::new());
@@ -44,14 +42,13 @@ fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsMat<f64> {
     CsMat::new((lists.len(), n_columns), starts, indices, weights)
 }
 
-/// Entries (column, weight) of a row.
 fn entries(matrix: &CsMat<f64>, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
     let range = matrix.indptr().outer_inds_sz(row);
     matrix.indices()[range.clone()].iter().copied().zip(matrix.data()[range].iter().copied())
 }
 
-/// Whether the faces of body `side` cover each cell sufficiently for contact, `[N]`: completely up to rounding on grids, at least
-/// nine tenths of other cells.
+/// Whether the faces of body `side` cover each cell sufficiently for contact, `[N]`: completely up to rounding on grids, nine tenths
+/// of other cells.
 pub fn covered_cells(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Vec<bool> {
     let faces = FacetIndex::new(mesh, faces, side);
     let cover = |cell: usize| is_covered(frame, cell, &faces.cover(frame, cell));
@@ -62,16 +59,15 @@ impl FaceMap {
     /// Map between `frame` and the outward contact `faces` of body `side` in `mesh`.
     ///
     /// # Errors
-    /// If the faces cover a cell more than once, or not sufficiently for contact (as in `covered_cells`). A face that is folded in
-    /// the projection along the cell's normal does not count as covering the cell.
+    /// If the faces cover a cell more than once, or not sufficiently for contact (as in `covered_cells`). Faces that are folded in
+    /// the projection along the cell's normal do not count.
     pub fn new(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<Self> {
         let own_node = |face: usize, local: usize| vec![(faces[face].nodes[local], 1.0)];
         Self::with_basis(frame, mesh, faces, side, own_node)
     }
 
-    /// As [`Self::new`], for other basis functions than shape functions, with indices in place of node numbers.
-    /// `parts(face, local)` expresses the shape function of a local node by pairs (basis function, coefficient). Both bases span
-    /// the same space.
+    /// As [`Self::new`], for other basis functions that span the same space. `parts(face, local)` expresses the shape function of a
+    /// local node by pairs (basis function, coefficient).
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -99,7 +95,7 @@ impl FaceMap {
         Ok(Self { nodes, rows, columns, triads: frame.triads.clone(), areas: frame.areas.clone() })
     }
 
-    /// Map restricted to the selected `cells` and their nodes. The rows of other cells are empty.
+    /// Map restricted to the selected `cells` and their nodes.
     pub fn restrict(&self, cells: &[bool]) -> Self {
         let mut used = vec![false; self.nodes.len()];
         for cell in (0..self.n_cells()).filter(|&cell| cells[cell]) {
@@ -147,7 +143,7 @@ impl FaceMap {
         entries(&self.rows, cell)
     }
 
-    /// Cell averages in local axes, `[3, N]` (all x, all y, all n), of nodal vectors `[n_c, 3]` in global axes. Overwrites `local`.
+    /// Cell averages in local axes, `[3, N]` (all x, all y, all n), of nodal vectors `[n_c, 3]` in global axes.
     pub fn apply(&self, nodal: &[f64], local: &mut [f64]) {
         let n = self.n_cells();
         for cell in 0..n {
@@ -168,15 +164,14 @@ impl FaceMap {
         local
     }
 
-    /// Gap due to the nodal displacement of the body at `side`, `[3, N]` in the layout of [`Self::apply`], mm.
+    /// Gap due to the nodal displacement of the body at `side`, `[3, N]`, mm.
     pub fn gap_of_displacement(&self, side: Side, of_node: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
         let mut gap = self.mean_displacement(of_node);
         gap.iter_mut().for_each(|g| *g *= side.gap_sign());
         gap
     }
 
-    /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` in the layout of [`Self::apply`]
-    /// (MPa). A are the cell areas. Overwrites `forces`.
+    /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` (MPa). A are the cell areas.
     pub fn apply_transpose(&self, tractions: &[f64], forces: &mut [f64]) {
         let n = self.n_cells();
         for (node, force) in forces.chunks_exact_mut(3).enumerate() {
@@ -189,14 +184,14 @@ impl FaceMap {
         }
     }
 
-    /// Cell averages `[N]` of nodal scalars `[n_c]`. Overwrites `cells`.
+    /// Cell averages `[N]` of nodal scalars `[n_c]`.
     pub fn average(&self, nodal: &[f64], cells: &mut [f64]) {
         for (cell, mean) in cells.iter_mut().enumerate() {
             *mean = entries(&self.rows, cell).map(|(node, weight)| weight * nodal[node]).sum();
         }
     }
 
-    /// Nodal sums `[n_c]`, sum_I A_I I_Ij p_I, of cell values p `[N]`. Overwrites `nodal`.
+    /// Nodal sums `[n_c]`, sum_I A_I I_Ij p_I, of cell values p `[N]`.
     pub fn integrate_to_nodes(&self, cells: &[f64], nodal: &mut [f64]) {
         for (node, sum) in nodal.iter_mut().enumerate() {
             *sum = entries(&self.columns, node)

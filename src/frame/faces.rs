@@ -15,11 +15,10 @@ use crate::mesh::faces::group_faces;
 impl ContactFrame {
     /// One cell per face of the physical group `group` of the mesh of body `side`, in the group's order.
     ///
-    /// A cell is the projection of a face along the mean normal of this face (the direction of its vector area). Area, centroid and
-    /// corners of a plane face with straight edges are exact. A curved edge of order 2 becomes two straight ones through its middle
-    /// node. The cell normal is the outward normal of the face on body 1, and its opposite on body 2. The local x follows the
-    /// direction `azimuth` (radians from global x). `center` is the origin of gap shapes and moments in global x, y; the z of this
-    /// origin is the mean height of the cells. The frame's own n is vertical until [`ContactFrame::with_normal`] replaces it.
+    /// A cell is the projection of a face along its mean normal. A curved edge of order 2 becomes two straight ones through its
+    /// middle node. The cell normal is the outward normal of the face on body 1, and its opposite on body 2. The local x follows
+    /// the direction `azimuth` (radians from global x). `center` is the origin of gap shapes and moments in global x, y; the z of
+    /// this origin is the mean height of the cells. The frame's own n is vertical until [`ContactFrame::with_normal`] replaces it.
     ///
     /// # Errors
     /// If the group is missing, empty or not made of outer faces, or a face has no area.
@@ -40,8 +39,8 @@ impl ContactFrame {
         Ok(cells.frame(center, azimuth))
     }
 
-    /// Replaces the frame's own direction n (towards body 2). `approach` moves body 2 against n. Resultants are given along x, y
-    /// and n. The axis x is the direction of the azimuth, projected onto the plane normal to n. The cells keep their own axes.
+    /// Replaces the frame's own direction n (towards body 2). The axis x is the direction of the azimuth, projected onto the plane
+    /// normal to n. The cells keep their own axes.
     pub fn with_normal(mut self, normal: Point) -> Self {
         let toward = Point::new(self.azimuth.cos(), self.azimuth.sin(), 0.0);
         self.axes = Triad::from_normal(normal, toward);
@@ -57,7 +56,7 @@ impl ContactFrame {
         self.select(kept)
     }
 
-    /// Retains the cells for which `kept` holds, as [`Self::retain_cells`], but keeps the grid and all data by grid position.
+    /// Retains the cells for which `kept` holds, and all data by grid position.
     pub(super) fn select(mut self, kept: &[bool]) -> Self {
         fn only<T>(values: &mut Vec<T>, kept: &[bool]) {
             let mut flags = kept.iter();
@@ -76,7 +75,6 @@ impl ContactFrame {
     }
 }
 
-/// Collects cells for a frame.
 #[derive(Default)]
 pub(super) struct FrameBuilder {
     centers: Vec<Point>,
@@ -93,8 +91,8 @@ impl FrameBuilder {
         self.push_part(corners, false, [false; 3], toward)
     }
 
-    /// Adds a cell that symmetry planes cut, by the `corners` of its part in the model ([`reflect_cell`]). Its axes and its centre
-    /// are those of the whole cell. `None` if it has no area.
+    /// Adds a cell that symmetry planes cut, by the `corners` of its part in the model ([`reflect_cell`]). Axes and centre are
+    /// those of the whole cell.
     pub(super) fn push_part(
         &mut self,
         corners: Vec<Point>,
@@ -104,7 +102,7 @@ impl FrameBuilder {
     ) -> Option<()> {
         let whole = reflect_cell(&corners, open, planes);
         let mut vector_area = vector_area(&whole.corners);
-        // After the reflection, the components along the plane normals are only rounding errors.
+        // The components along the plane normals are only rounding errors.
         (0..3).filter(|&c| whole.planes[c]).for_each(|c| vector_area[c] = 0.0);
         let size = whole.corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
         if vector_area.norm() <= 1e-12 * size {
@@ -131,7 +129,6 @@ impl FrameBuilder {
         Some(())
     }
 
-    /// Builds the frame of the collected cells. The z of the frame's origin is the mean height of the cells.
     pub(super) fn frame(self, center: [f64; 2], azimuth: f64) -> ContactFrame {
         let total: f64 = self.areas.iter().sum();
         let on_planes = self.planes.iter().any(|planes| planes.contains(&true));
@@ -155,7 +152,6 @@ impl FrameBuilder {
     }
 }
 
-/// Vector area: integral of the normal over the closed polygon.
 pub(super) fn vector_area(corners: &[Point]) -> Point {
     fan_area_vectors(corners.len(), |i| corners[i]).sum()
 }

@@ -1,9 +1,9 @@
 //! Contact faces of any order, divided into facets with linear or bilinear maps.
 //!
-//! A second-order face is straight if its middle nodes lie at the midpoints of its edges. A central node must also lie at the mean
-//! of the corners. Linear and straight faces are one facet; other faces are divided at their middle nodes into four facets. Facets
-//! only serve to find the point of the face that lies over a point of a contact cell, along the cell's normal. On curved faces the
-//! facets give this point with an error of the order of the squared face size. The shape functions still belong to the whole face.
+//! A second-order face is straight if middle nodes lie at the midpoints of edges and a central node at the mean of the corners.
+//! Linear and straight faces are one facet; other faces are divided at their middle nodes into four facets. Facets only serve to
+//! find the point of the face over a point of a contact cell, along the cell's normal. On curved faces its error is of the order of
+//! the squared face size. The shape functions still belong to the whole face.
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::geometry::{Point, Side};
@@ -15,14 +15,13 @@ const MIDSIDE_TOLERANCE: f64 = 1e-9;
 
 /// Corners of the four facets of a curved triangle, as node numbers of the face.
 const FOUR_TRIANGLES: [&[usize]; 4] = [&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]];
-/// Corners of the four facets of a curved quadrangle, as node numbers of the face; 8 is its centre.
+/// The same for a curved quadrangle; 8 is its centre.
 const FOUR_SQUARES: [&[usize]; 4] = [&[0, 4, 8, 7], &[4, 1, 5, 8], &[8, 5, 2, 6], &[7, 8, 6, 3]];
 
-/// Part of a face: three or four corners with their reference coordinates in the face. The corners run counter-clockwise for a
-/// viewer towards whom the outward normal of body 1 points.
+/// Part of a face: three or four corners with their reference coordinates in the face. The corners run counter-clockwise seen
+/// against the outward normal of body 1.
 #[derive(Debug, Clone)]
 pub(super) struct Facet {
-    /// Index of the face.
     pub(super) face: usize,
     pub(super) corners: Vec<Point>,
     pub(super) reference: Vec<[f64; 2]>,
@@ -30,8 +29,7 @@ pub(super) struct Facet {
     pub(super) scale: f64,
 }
 
-/// Reference coordinates of a face's corners, of the midpoints of its edges, and of the centre. For a triangle the last entry
-/// (0, 0) is not used.
+/// Reference coordinates of a face's corners, of the midpoints of its edges, and of the centre (not used for a triangle).
 fn reference_nodes(kind: ElementKind) -> Vec<[f64; 2]> {
     let n = kind.n_corners();
     let corners = &kind.face_reference_nodes()[..n];
@@ -45,12 +43,10 @@ fn middle(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
 }
 
-/// Whether a face has second order.
 pub(super) fn is_quadratic(kind: ElementKind) -> bool {
     matches!(kind, Tri6 | Quad8 | Quad9)
 }
 
-/// Whether the middle node of edge `i` lies off the edge's midpoint.
 fn bends(mesh: &Mesh, face: &SurfaceFace, i: usize) -> bool {
     let n = face.kind.n_corners();
     let at = |node: usize| Point::from(mesh.points[face.nodes[node]]);
@@ -58,7 +54,6 @@ fn bends(mesh: &Mesh, face: &SurfaceFace, i: usize) -> bool {
     (m - 0.5 * (a + b)).norm() > MIDSIDE_TOLERANCE * (b - a).norm()
 }
 
-/// Whether a face coincides with the (bi)linear face through its corners.
 fn is_straight(mesh: &Mesh, face: &SurfaceFace) -> bool {
     let n = face.kind.n_corners();
     if !is_quadratic(face.kind) {
@@ -88,8 +83,6 @@ pub(super) fn face_polygon(mesh: &Mesh, face: &SurfaceFace, side: Side) -> Vec<P
     points
 }
 
-/// Facets of the face with index `index`. Their corners run counter-clockwise for a viewer towards whom the outward normal of body
-/// 1 points.
 pub(super) fn facets_of_face(mesh: &Mesh, face: &SurfaceFace, index: usize, side: Side) -> Vec<Facet> {
     let n = face.kind.n_corners();
     let whole: Vec<usize> = (0..n).collect();
@@ -101,7 +94,6 @@ pub(super) fn facets_of_face(mesh: &Mesh, face: &SurfaceFace, index: usize, side
     let reference = reference_nodes(face.kind);
     let place = |node: usize| match face.nodes.get(node) {
         Some(&node) => Point::from(mesh.points[node]),
-        // Centre of a face without a central node.
         None => {
             let values = face.kind.face_values(reference[node]);
             face.nodes.iter().zip(values).map(|(&node, n)| n * Point::from(mesh.points[node])).sum()

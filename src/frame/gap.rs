@@ -14,14 +14,14 @@ pub enum GapShape {
         /// Radius R.
         radius: f64,
     },
-    /// Surface with the principal radii R1, R2 of relative curvature: x^2 / (2 R1) + y^2 / (2 R2) along axes turned by `angle`.
+    /// Principal radii R1, R2 of relative curvature: x^2 / (2 R1) + y^2 / (2 R2) along axes turned by `angle`.
     Ellipsoid {
         /// Radii R1, R2.
         radii: [f64; 2],
         /// Angle of the first principal direction.
         angle: f64,
     },
-    /// Ellipsoid by its semi-axes a and b in the frame's plane, turned by `angle`, and c along n: c (x^2 / a^2 + y^2 / b^2) / 2, or
+    /// Ellipsoid with semi-axes a and b in the frame's plane, turned by `angle`, and c along n: c (x^2 / a^2 + y^2 / b^2) / 2, or
     /// c - c sqrt(1 - x^2 / a^2 - y^2 / b^2) if exact.
     SemiAxes {
         /// Semi-axes a, b, c.
@@ -50,9 +50,9 @@ pub enum GapShape {
     },
     /// Given heights. The gap is the height minus the smallest height over the frame.
     Heights(HeightTable),
-    /// Given distance for each cell, `[N]`, mm, used unchanged.
+    /// Given distance for each cell, `[N]`, mm.
     PerCell(Vec<f64>),
-    /// Distance along n between the meshed surfaces of the bodies; the coupling evaluates it.
+    /// Distance along n between the meshed surfaces of the bodies.
     Mesh,
 }
 
@@ -74,12 +74,11 @@ impl From<GapShape> for InitialGap {
 }
 
 impl InitialGap {
-    /// Gap at the centre of each cell, `[N]`, mm. It is zero at the origin of a closed form, or at the smallest of given heights
-    /// over the frame. The values of [`GapShape::PerCell`] stay unchanged.
+    /// Gap at the centre of each cell, `[N]`, mm.
     ///
     /// # Errors
-    /// If a parameter is not admissible, the frame reaches beyond an exact surface, or heights or values per cell do not match the
-    /// frame. Also for [`GapShape::Mesh`], which needs the bodies.
+    /// If a parameter is not admissible, or the frame reaches beyond an exact surface. If heights or values per cell do not match
+    /// the frame. Also for [`GapShape::Mesh`], which needs the bodies.
     pub fn evaluate(&self, frame: &ContactFrame) -> Result<Vec<f64>> {
         self.check()?;
         if let GapShape::Heights(heights) = &self.shape {
@@ -104,7 +103,6 @@ impl InitialGap {
             .collect()
     }
 
-    /// Gap of a closed-form shape at the position (x, y) relative to its origin.
     fn at(&self, x: f64, y: f64) -> Result<f64> {
         let along = |angle: f64| {
             let (s, c) = angle.sin_cos();
@@ -217,7 +215,7 @@ mod tests {
         InitialGap { shape, offset, exact }.evaluate(&frame()).expect("an admissible gap")
     }
 
-    /// Truth: the closed form of each shape at the centre of cell 0, which is (-1, -1) in the frame's own axes.
+    /// Truth: the closed form of each shape at the centre (-1, -1) of cell 0.
     #[test]
     fn closed_forms() {
         let check = |gap: Vec<f64>, value: f64| {
@@ -232,7 +230,6 @@ mod tests {
             gap_of(GapShape::Ellipsoid { radii: [2.0, 7.0], angle: quarter }, [0.0, -1.0], false),
             1.0 / 14.0,
         );
-        // Equal semi-axes give a sphere. Unequal semi-axes are checked along each axis.
         let ball = GapShape::SemiAxes { semi_axes: [5.0; 3], angle: 0.3 };
         check(gap_of(ball.clone(), [0.0; 2], true), 5.0 - 23f64.sqrt());
         check(gap_of(ball, [0.0; 2], false), 2.0 / 10.0);
@@ -244,7 +241,7 @@ mod tests {
         check(gap_of(GapShape::Flat, [0.0; 2], false), 0.0);
     }
 
-    /// Truth: bilinear interpolation reproduces a + b x + c y + d x y. Heights given for each cell are used without interpolation.
+    /// Truth: bilinear interpolation reproduces a + b x + c y + d x y.
     #[test]
     fn heights_are_interpolated() {
         let f = |x: f64, y: f64| 1.0 + 0.2 * x - 0.3 * y + 0.1 * x * y;
@@ -263,7 +260,6 @@ mod tests {
         for (g, e) in gap.iter().zip(&expected) {
             assert!((g - (e - lowest)).abs() < 1e-14);
         }
-        // A plane that rises along the table's x, rotated by the angle about its middle.
         let values: Vec<f64> = (0..63).map(|i| f64::from(i / 7)).collect();
         let plane = HeightTable { values, shape: [9, 7], spacing: Some([1.0, 1.0]), angle: 0.7 };
         let gap = gap_of(GapShape::Heights(plane), [0.1, -0.2], false);
@@ -280,7 +276,7 @@ mod tests {
         assert_eq!(gap_of(GapShape::Heights(table), [0.0; 2], false)[7], 7.0);
     }
 
-    /// Truth: lengths are in the unit of the scene, which a frame does not know, so messages name no unit.
+    /// Truth: messages name no unit, because a frame does not know the unit of the scene.
     #[test]
     fn messages_name_no_unit() {
         let ball = GapShape::Sphere { radius: 1.0 };
@@ -294,7 +290,6 @@ mod tests {
         }
     }
 
-    /// Truth: each inadmissible gap is an error whose message names the key, the cause or the remedy.
     #[test]
     fn nonsense_is_refused() {
         let refused = |shape: GapShape, exact: bool, word: &str| {

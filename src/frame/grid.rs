@@ -6,7 +6,6 @@ use crate::flexibility::per_cell::PerCell;
 use crate::geometry::{Point, Triad};
 use crate::linalg::memory;
 
-/// Bytes of one cell: centre and area.
 const CELL_BYTES: u128 = 24 + 8;
 
 impl ContactFrame {
@@ -14,16 +13,15 @@ impl ContactFrame {
     /// rotated by `azimuth` (radians) from global x. All normals are +z.
     ///
     /// # Errors
-    /// If a half-width is not positive and finite, a number of cells is zero, the centre or azimuth is not finite, or the cells do
-    /// not fit into memory.
+    /// If an argument is not admissible, or the cells do not fit into memory.
     pub fn grid(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64) -> Result<Self> {
         check(half_width, cells, center, azimuth)?;
         let spacing = [2.0 * half_width[0] / cells[0] as f64, 2.0 * half_width[1] / cells[1] as f64];
         Ok(Self::of_grid(Grid { cells, spacing, center, azimuth, periodic: [false; 2] }))
     }
 
-    /// The grid enlarged by `more` cells on each side along its x and y. Existing cells keep their positions bit by bit. `None` if
-    /// the frame is no grid, has an outline that excludes cells, or is periodic.
+    /// The grid enlarged by `more` cells on each side. Existing cells keep their positions bit by bit. `None` if the frame is no
+    /// complete grid or is periodic.
     ///
     /// # Errors
     /// If the cells do not fit into memory.
@@ -69,7 +67,7 @@ impl Grid {
         [0, 1].map(|axis| 0.5 * self.cells[axis] as f64 * self.spacing[axis])
     }
 
-    /// Indices of the cells in a wider grid, `[N]`. The wider grid has equal numbers of added cells on opposite sides.
+    /// Indices of the cells in a wider grid with equal numbers of added cells on opposite sides, `[N]`.
     pub fn indices_in(&self, wider: &Self) -> Vec<usize> {
         let more = [0, 1].map(|axis| (wider.cells[axis] - self.cells[axis]) / 2);
         let place = |ix: usize, iy: usize| (ix + more[0]) * wider.cells[1] + iy + more[1];
@@ -87,21 +85,18 @@ impl Grid {
         (line - 0.5 * self.cells[axis] as f64) * self.spacing[axis]
     }
 
-    /// Global point at the positions `lines` along x and y, in grid lines (half steps are cell centres). `triad` holds the frame's
-    /// axes.
+    /// Global point at the positions `lines` along x and y, in grid lines (half steps are cell centres).
     fn point(&self, triad: &Triad, lines: [f64; 2]) -> Point {
         let [x, y] = [0, 1].map(|axis| self.coordinate(axis, lines[axis]));
         Point::new(self.center[0], self.center[1], 0.0) + triad.to_global(&Point::new(x, y, 0.0))
     }
 
-    /// Corners of the cell at a grid position.
     pub(super) fn corners(&self, place: usize) -> [Point; 4] {
         let (triad, at) = (Triad::horizontal(self.azimuth), self.cell_indices(place));
         [[0, 0], [1, 0], [1, 1], [0, 1]]
             .map(|corner| self.point(&triad, [0, 1].map(|axis| (at[axis] + corner[axis]) as f64)))
     }
 
-    /// Whether each cell lies in the outermost rows of a non-periodic direction, `[N]`.
     pub(super) fn edge_cells(&self) -> Vec<bool> {
         let [nx, ny] = self.cells;
         let outermost = |axis: usize, i: usize| !self.periodic[axis] && (i == 0 || i + 1 == self.cells[axis]);
@@ -114,7 +109,7 @@ impl Grid {
 }
 
 /// Extends a cell field, `[n_components, N]`, to an enlarged frame of `n` cells. `places[i]` is the new index of cell i. New cells
-/// get the value of `fill` at their index in the result.
+/// get the value of `fill` at their index.
 pub fn extend_field<T: Copy>(field: &[T], places: &[usize], n: usize, fill: impl Fn(usize) -> T) -> Vec<T> {
     let planes = field.len() / places.len().max(1);
     let mut out: Vec<T> = (0..planes * n).map(fill).collect();
@@ -153,8 +148,8 @@ fn check_cells(cells: [usize; 2]) -> Result<()> {
 mod tests {
     use super::*;
 
-    /// Truth: cell (ix, iy) has the index ix * ny + iy, and the total area is 4 w_x w_y. Corners are counter-clockwise, the mean of
-    /// the centres is the origin, and two cells lie inside the edge.
+    /// Truth: cell (ix, iy) has the index ix * ny + iy, and the total area is 4 w_x w_y. Corners are counter-clockwise, and the
+    /// mean of the centres is the origin.
     #[test]
     fn cells_lie_as_defined() {
         let frame = ContactFrame::grid([1.2, 0.6], [4, 3], [5.0, -2.0], 0.3).unwrap();
@@ -192,7 +187,7 @@ mod tests {
         assert_eq!(frame([true, false]).nearest_image([1.5, 2.5]), [-0.5, 2.5]);
     }
 
-    /// Truth: cells keep their coordinates bit by bit, and the centre stays. The index of the first old cell is counted by hand.
+    /// Truth: cells keep their coordinates bit by bit, and the centre stays.
     #[test]
     fn wider_grids_keep_their_cells() {
         for (cells, half) in [([5, 4], [1.3, 0.7]), ([6, 3], [0.1, 1.0 / 3.0])] {
@@ -217,7 +212,6 @@ mod tests {
         assert!(frame.with_periodicity([true, false]).enlarged([1, 1]).unwrap().is_none());
     }
 
-    /// Truth: half-widths, cell numbers and centres that are not admissible are errors.
     #[test]
     fn nonsense_is_refused() {
         assert!(ContactFrame::grid([0.0, 1.0], [4, 4], [0.0; 2], 0.0).is_err());

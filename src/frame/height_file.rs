@@ -6,10 +6,10 @@ use crate::csv::{Separators, data_lines, split_fields};
 use crate::error::{Error, Result};
 use crate::npy::{self, Array2};
 
-/// Reads a table from a file: a NumPy array or lines of numbers. Row = index along x, column = index along y.
+/// Reads a table from a NumPy array or lines of numbers. Row = index along x, column = index along y.
 ///
 /// # Errors
-/// If the file cannot be read or is no table. A value that is no finite number is reported with its row and column (from 1).
+/// If the file cannot be read or is no table of finite numbers.
 pub fn read(path: &Path) -> Result<Array2> {
     let bytes = std::fs::read(path).map_err(|error| Error::input(error.to_string()))?;
     let is_npy = bytes.starts_with(b"\x93NUMPY") || path.extension().is_some_and(|end| end == "npy");
@@ -84,8 +84,7 @@ mod tests {
         }
     }
 
-    /// Truth: messages on wrong values give row and column, and messages on wrong lines give the line number. Other messages name
-    /// the mistake.
+    /// Truth: messages on wrong values give row and column, messages on wrong lines the line number.
     #[test]
     fn mistakes_are_placed() {
         let folder = tempfile::tempdir().unwrap();

@@ -10,8 +10,8 @@ pub struct HeightTable {
     pub values: Vec<f64>,
     /// Number of values along x and y.
     pub shape: [usize; 2],
-    /// Spacing of the values along x and y, mm. The table is centred at the gap's offset from the frame's origin and interpolated
-    /// bilinearly. `None`: one value per cell.
+    /// Spacing of the values along x and y, mm, for bilinear interpolation on a table centred at the gap's offset. `None`: one
+    /// value per cell.
     pub spacing: Option<[f64; 2]>,
     /// Angle from the frame's x to the table's x, radians; needs a spacing.
     pub angle: f64,
@@ -21,8 +21,8 @@ impl HeightTable {
     /// Gap at the centre of each cell, `[N]`, mm; its smallest value is 0.
     ///
     /// # Errors
-    /// If the values do not fill the table or are not finite, or the spacing or angle is not admissible. If the table does not
-    /// cover the frame. Without a spacing: if there is not one value per cell, or `offset` or the angle is not zero.
+    /// If the table, its spacing or its angle is not admissible, or the table does not cover the frame. Without a spacing: if there
+    /// is not one value per cell, or `offset` or the angle is not zero.
     pub fn evaluate(&self, frame: &ContactFrame, offset: [f64; 2]) -> Result<Vec<f64>> {
         self.check()?;
         let (sin, cos) = self.angle.sin_cos();

@@ -1,7 +1,7 @@
 //! First touch of two surfaces: their smallest pointwise distance, not the smallest cell average.
 //!
 //! Over each cell, the distance is evaluated on the common refinement of the faces of both bodies, at corners, midpoints of edges
-//! and centroids. Where the distance may be smaller between these points, as between curved faces, a search finds the minimum.
+//! and centroids. Where the distance may be smaller between these points, a search finds the minimum.
 
 use rayon::prelude::*;
 
@@ -14,24 +14,20 @@ use super::shape_integrals::ProjectedFacet;
 use crate::element::{ElementKind, MAX_FACE_NODES};
 use crate::geometry::{Point, bounds};
 
-/// Maximum number of halvings of the search step. The first steps are half of the edge and diagonal vectors of a region.
 const MAX_STEP_HALVINGS: usize = 16;
 
-/// Maximum number of rounds of a search; each round tries all directions.
 const MAX_SEARCH_ROUNDS: usize = 200;
 
-/// A point outside a region counts as inside up to this value: twice the area of its triangle with an edge, relative to the
-/// region's squared size.
+/// Tolerance for points inside a region: twice the area of the triangle of point and edge, relative to the region's squared size.
 const INSIDE_TOLERANCE: f64 = 1e-12;
 
-/// Faces of a body with curvature-corrected edges.
 struct CurvedSurface<'a> {
     surface: &'a MeshedSurface,
     space: FacetIndex<'a>,
     bows: Vec<[Point; 4]>,
 }
 
-/// Convex part of a cell under one face. The shape functions of the face interpolate its height over the cell.
+/// Convex part of a cell under one face, with the heights of the face over the cell.
 struct FacePiece {
     polygon: Polygon,
     plane: ProjectedFacet,
@@ -47,7 +43,6 @@ struct Plane {
     slope: [f64; 2],
 }
 
-/// Surface of one body over a part of a cell.
 #[derive(Clone, Copy)]
 enum LocalSurface<'a> {
     Piece(&'a FacePiece),
@@ -71,8 +66,8 @@ struct DistanceRange {
 /// surface is `None`, the plane through the global origin perpendicular to n replaces it.
 ///
 /// A cell counts if the component of its normal along n exceeds the fraction `facing` of the largest component. The result is the
-/// minimum over these cells of the distance along the cell normal, divided by this component. First-order faces are
-/// curvature-corrected, so that their corners do not touch first.
+/// minimum of the distance along the cell normal, divided by this component. First-order faces are curvature-corrected, so that
+/// their corners do not touch first.
 pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], facing: f64) -> f64 {
     let sheets = surfaces.map(|surface| surface.map(CurvedSurface::new));
     let n = frame.axes.normal();
@@ -145,7 +140,6 @@ impl OverlapRegion<'_> {
         upper - lower
     }
 
-    /// Corners, midpoints of edges, and the centroid.
     fn points(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         let n = self.polygon.len();
         let middle =
@@ -154,14 +148,12 @@ impl OverlapRegion<'_> {
         self.polygon.iter().copied().chain((0..n).map(middle)).chain(std::iter::once(center))
     }
 
-    /// Whether the point lies inside or on the border. An edge does not exclude the point if twice their signed area is at least
-    /// `-slack`, so that degenerate edges from clipping exclude no point.
+    /// Whether the point lies inside or on the border. With `slack`, degenerate edges from clipping exclude no points.
     fn contains(&self, x: [f64; 2], slack: f64) -> bool {
         let n = self.polygon.len();
         (0..n).all(|i| twice_signed_area(self.polygon[i], self.polygon[(i + 1) % n], x) >= -slack)
     }
 
-    /// Vectors along the edges, and along the diagonals between corners that are two edges apart.
     fn directions(&self) -> Vec<[f64; 2]> {
         let n = self.polygon.len();
         let over = |i: usize, k: usize| {
@@ -171,8 +163,7 @@ impl OverlapRegion<'_> {
         (0..n).flat_map(|i| [over(i, 1), over(i, 2)]).collect()
     }
 
-    /// Minimum distance by pattern search. Steps run both ways along the edges and diagonals of the region, and are halved when
-    /// none reduces the distance. The search thus also follows a border or a narrow region.
+    /// Minimum distance by pattern search along the edges and diagonals of the region, also along borders and in narrow regions.
     ///
     /// # Source
     /// Lewis and Torczon (2000), SIAM J. Optim. 10, 917-941: pattern search under linear constraints.
@@ -211,7 +202,6 @@ impl OverlapRegion<'_> {
     }
 }
 
-/// Calls `look` with the regions of the common refinement over a cell, and returns its result.
 fn over_cell<T>(
     frame: &ContactFrame,
     sheets: &[Option<CurvedSurface>; 2],

@@ -1,8 +1,8 @@
 //! Contact frame: N cells with areas and local axes, initial gaps, and maps to the contact faces of the bodies.
 //!
-//! - [`ContactFrame`]: cells from a [`Grid`] or the faces or nodes of a mesh. Each cell carries a constant traction. Its local axes
-//!   are (x, y, n), with n the outward normal of body 1.
-//! - [`InitialGap`]: gap g_n of the undeformed surfaces; [`first_touch`] finds the first touch of [`MeshedSurface`]s.
+//! - [`ContactFrame`]: cells from a [`Grid`] or the faces or nodes of a mesh, each with a constant traction. Local axes are (x, y,
+//!   n), with n the outward normal of body 1.
+//! - [`InitialGap`]: gap g_n of the undeformed surfaces.
 //! - [`FaceMap`]: I_Ij = (1 / A_I) int_{cell I} N_j dS, from nodal values to cell averages.
 
 mod cell_coverage;
@@ -35,13 +35,13 @@ pub use gap::{GapShape, InitialGap};
 pub use initial_contact::first_touch;
 pub use outline::Outline;
 
-/// Cells whose normal has a smaller component along the frame's n count as perpendicular to the frame's plane or turned away.
+/// Smallest component along the frame's n of the normal of a cell that faces n.
 const PERPENDICULAR_COSINE: f64 = 1e-6;
 
-/// Layout of a uniform grid frame; cell (ix, iy) has the grid position `ix * cells[1] + iy`.
+/// Uniform grid; cell (ix, iy) has the grid position `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
-    /// Number of cells along the frame's x and y.
+    /// Number of cells along x and y.
     pub cells: [usize; 2],
     /// Cell sides, mm.
     pub spacing: [f64; 2],
@@ -58,8 +58,7 @@ pub struct Grid {
 pub struct ContactFrame {
     /// Cell centres, global.
     pub centers: Vec<Point>,
-    /// Corners of each cell, counter-clockwise seen against its normal, global. `None` if the grid defines them
-    /// ([`ContactFrame::corners`]).
+    /// Corners of each cell, counter-clockwise seen against its normal, global. `None` if the grid defines them.
     pub polygons: Option<Vec<Vec<Point>>>,
     /// Areas, mm2.
     pub areas: Vec<f64>,
@@ -71,22 +70,21 @@ pub struct ContactFrame {
     pub azimuth: f64,
     /// The frame's own axes (x, y, n), used for rigid motions of body 2, resultants and gap shapes.
     pub axes: Triad,
-    /// The grid, if the frame is a grid, or a grid from which an outline excludes cells.
+    /// The grid, also if an outline excludes some of its cells.
     pub grid: Option<Grid>,
-    /// Grid position of each cell, ascending, if an outline excludes some cells ([`ContactFrame::clipped_to`]); `None` if the grid
-    /// is complete or the frame is no grid.
+    /// Grid position of each cell, ascending, if an outline excludes some cells ([`ContactFrame::clipped_to`]).
     pub grid_indices: Option<Vec<usize>>,
     /// Number of cells excluded by an outline or by [`ContactFrame::retain_cells`].
     pub n_excluded: usize,
-    /// Candidate cells, which may come into contact, `[N]`; `None` means all cells. Bodies form their flexibility on the
-    /// candidates, and on other cells when contact reaches them.
+    /// Cells that may come into contact, `[N]`; `None` means all. Bodies form the flexibility of other cells only when contact
+    /// reaches them.
     pub candidates: Option<Vec<bool>>,
-    /// Global axes x, y, z that are normal to a symmetry plane on which the cell lies, `[N]`; `None` if no cell lies on one.
+    /// Global axes normal to a symmetry plane on which the cell lies, `[N]`; `None` if no cell lies on one.
     pub symmetry_planes: Option<Vec<[bool; 3]>>,
-    /// Global axes x, y, z that are normal to a symmetry plane of both bodies at which the frame ends.
+    /// Global axes normal to a symmetry plane of both bodies at which the frame ends.
     pub symmetry_bounds: [bool; 3],
     /// Whether each cell lies at an edge of the frame where a body also ends, `[N]`. The frame does not cut off contact at this
-    /// edge. `None` if no cell lies at an edge of this kind.
+    /// edge.
     pub body_ends: Option<Vec<bool>>,
 }
 
@@ -123,7 +121,7 @@ impl ContactFrame {
         self.areas.iter().sum::<f64>().sqrt()
     }
 
-    /// Mean side of the cells, the root of their mean area, mm.
+    /// Square root of the mean cell area, mm.
     pub fn mean_cell_side(&self) -> f64 {
         self.mean_cell_area().sqrt()
     }
@@ -134,8 +132,7 @@ impl ContactFrame {
         [local.x, local.y]
     }
 
-    /// Makes a grid frame one period of bodies that are periodic along the x, y axes selected by `periodic`. A mesh frame stays
-    /// unchanged.
+    /// Makes a grid frame one period of bodies that are periodic along the axes selected by `periodic`.
     pub fn with_periodicity(mut self, periodic: [bool; 2]) -> Self {
         if let Some(grid) = &mut self.grid {
             grid.periodic = periodic;
@@ -149,17 +146,16 @@ impl ContactFrame {
         [0, 1].map(|axis| {
             let x = position[axis];
             let side = grid.cells[axis] as f64 * grid.spacing[axis];
-            // At half a period, both images have equal distance. A position within the frame stays unchanged.
+            // A position within the frame stays unchanged, also at half a period.
             if grid.periodic[axis] && x.abs() > 0.5 * side { x - side * (x / side).round() } else { x }
         })
     }
 
-    /// Whether each cell lies at the edge of the frame, with an edge that no other cell shares, `[N]`. Periodic sides, edges of an
-    /// outline, and cells where a body ends do not count.
+    /// Whether each cell lies at the edge of the frame, `[N]`. Periodic sides, edges of an outline, and cells where a body ends do
+    /// not count.
     pub fn edge_cells(&self) -> Vec<bool> {
         let mut on_edge = match (self.grid, &self.grid_indices) {
             (Some(grid), None) => grid.edge_cells(),
-            // Edges of the grid count; edges of an outline do not.
             (Some(grid), Some(places)) => {
                 let all = grid.edge_cells();
                 places.iter().map(|&place| all[place]).collect()
@@ -187,8 +183,7 @@ impl ContactFrame {
         self.grid.is_some_and(|grid| grid.periodic != [false; 2])
     }
 
-    /// Whether the normals of all cells have a positive component along n, so that each point of the frame's plane has at most one
-    /// cell.
+    /// Whether each point of the frame's plane has at most one cell.
     pub fn is_single_valued(&self) -> bool {
         let n = self.axes.normal();
         self.triads.distinct().iter().all(|triad| triad.normal().dot(&n) > PERPENDICULAR_COSINE)

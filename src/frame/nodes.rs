@@ -1,10 +1,9 @@
 //! Contact frames with one cell per node of a body's contact faces. A cell is the part of these faces nearest to its node.
 //!
-//! Two meshed bodies have no flexibility for tractions that alternate in sign from face to face: the bilinear displacement of a
-//! quadrangle averages these tractions out. One traction per face of the finer mesh thus leaves a checkerboard mode undetermined.
-//! One traction per node avoids this: on a regular mesh, a checkerboard of tractions on nodal cells causes nodal forces of 1/4 of
-//! traction times area. In general, tractions are unique only if no region has more frame points than displacement nodes of the
-//! finer side.
+//! Two meshed bodies have no flexibility for tractions that alternate in sign from face to face, because the displacement of a
+//! quadrangle averages them out. One traction per face of the finer mesh thus leaves a checkerboard mode undetermined; one traction
+//! per node does not. In general, tractions are unique only if no region has more frame points than displacement nodes of the finer
+//! side.
 
 use std::collections::HashMap;
 
@@ -26,11 +25,11 @@ struct FaceCorner {
 impl ContactFrame {
     /// One cell per node of the physical group `group` of the mesh of body `side`, in the order of the nodes. If several fans of
     /// faces meet only at a node, each fan gives a cell. The cell is the polygon through the midpoints of the edges and faces
-    /// around the node (at the group's border also through the node itself). Axes, areas and the other arguments are defined as in
+    /// around the node (at the group's border also through the node itself). Axes and other arguments are as in
     /// [`ContactFrame::from_faces`].
     ///
-    /// The nodes in `planes` lie on symmetry planes at which the body is cut. The cell of such a node is half (a quarter at the
-    /// corner of two planes) of the full model's cell. It has the axes and the centre of the full cell, and its own area.
+    /// The nodes in `planes` lie on symmetry planes at which the body is cut. The cell of such a node has the axes and the centre
+    /// of the full model's cell, and its own area.
     ///
     /// # Errors
     /// As [`ContactFrame::from_faces`], and if a face is of second order.
@@ -66,7 +65,6 @@ impl ContactFrame {
     }
 }
 
-/// Faces around each node. The nodes of each face run counter-clockwise, seen against the frame's normal.
 fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usize, Vec<FaceCorner>>> {
     let mut around: HashMap<usize, Vec<FaceCorner>> = HashMap::new();
     for face in faces {
@@ -92,8 +90,7 @@ fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usiz
     Ok(around)
 }
 
-/// Removes a connected fan of faces around `node` from `rest`. Returns the corners of its cell, and whether they start with the
-/// node itself, at the border of the faces.
+/// Removes a connected fan of faces around `node` from `rest`. Returns the corners of its cell, and whether the fan is open.
 fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<FaceCorner>) -> (Vec<Point>, bool) {
     let at = Point::from(mesh.points[node]);
     let middle_to = |other: usize| 0.5 * (at + Point::from(mesh.points[other]));

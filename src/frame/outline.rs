@@ -34,8 +34,8 @@ pub enum Outline {
     },
 }
 
-/// Maximum distance of points that count as on the curve, relative to the size of a circle or ellipse, or to the length of a
-/// polygon's edge. With this tolerance, cells that are mirror images of each other are both inside or both outside.
+/// Maximum distance of points that count as on the curve, relative to a circle or ellipse or a polygon's edge. Mirror images of a
+/// cell are thus both inside or both outside.
 const BOUNDARY_TOLERANCE: f64 = 1e-10;
 
 /// Maximum number of vertices of a polygon; all pairs of its edges are compared.
@@ -45,8 +45,8 @@ impl Outline {
     /// Checks that the outline encloses an area and does not intersect itself.
     ///
     /// # Errors
-    /// If a value is not finite, a length is not positive, or a polygon has fewer than 3 or too many vertices, equal successive
-    /// vertices, or edges that meet. Messages number edges and vertices from 1.
+    /// If a value is not finite, or a length is not positive. If a polygon has fewer than 3 or too many vertices, equal successive
+    /// vertices, or edges that meet.
     pub fn check(&self) -> Result<()> {
         let positive = |what: &str, value: f64| {
             let fine = value.is_finite() && value > 0.0;
@@ -113,7 +113,7 @@ impl Outline {
         }
     }
 
-    /// Bounding box of all points for which [`Self::contains`] holds, including rounding.
+    /// Bounding box of all points for which [`Self::contains`] holds.
     fn box_around(&self) -> [[f64; 2]; 2] {
         let [x, y] = self.extent();
         let largest = x.iter().chain(&y).fold(0.0_f64, |most, end| most.max(end.abs()));
@@ -123,8 +123,7 @@ impl Outline {
 }
 
 impl ContactFrame {
-    /// Retains the cells of a grid whose centres lie inside `outline` or on it. They keep their grid positions, so that grid
-    /// operators still apply.
+    /// Retains the cells of a grid whose centres lie inside `outline` or on it, with their grid positions.
     ///
     /// # Errors
     /// If the outline is not admissible, no cell lies inside, or the frame is no whole grid.
@@ -210,7 +209,6 @@ fn between([a, b]: [[f64; 2]; 2], c: [f64; 2]) -> bool {
     (0..2).all(|k| c[k] >= a[k].min(b[k]) && c[k] <= a[k].max(b[k]))
 }
 
-/// Whether two segments have a point in common.
 fn meet(p: [[f64; 2]; 2], q: [[f64; 2]; 2]) -> bool {
     let sides =
         [turn(p[0], p[1], q[0]), turn(p[0], p[1], q[1]), turn(q[0], q[1], p[0]), turn(q[0], q[1], p[1])];
@@ -257,20 +255,18 @@ mod tests {
         frame.clipped_to(outline).unwrap().areas.iter().sum()
     }
 
-    /// Truth: the cells inside an outline have the total area of the outline. Tolerance 3e-3: error of counting cells, with at
-    /// least 30 cells along a radius or semi-axis; the errors of border cells average out. The tolerance of the L is 0.02.
+    /// Truth: the cells inside an outline have its area. Tolerance 3e-3: error of counting cells, with at least 30 cells along a
+    /// radius or semi-axis. The tolerance of the L is 0.02.
     #[test]
     fn cells_fill_the_outline() {
         let circle = Outline::Circle { radius: 1.5, center: [0.2, -0.1] };
         assert!((area(&circle) / (PI * 2.25) - 1.0).abs() < 3e-3 && circle.area() == PI * 2.25);
         let ellipse = Outline::Ellipse { semi_axes: [1.7, 0.6], angle: 0.5, center: [0.0, 0.1] };
         assert!((area(&ellipse) / (PI * 1.7 * 0.6) - 1.0).abs() < 3e-3 && ellipse.area() == PI * 1.7 * 0.6);
-        // An L, clockwise.
         let vertices = vec![[-1.0, -1.0], [-1.0, 1.5], [0.0, 1.5], [0.0, 0.5], [1.5, 0.5], [1.5, -1.0]];
         let letter = Outline::Polygon { vertices };
         assert!((area(&letter) / (1.0 * 2.5 + 1.5 * 1.5) - 1.0).abs() < 0.02 && letter.area() == 4.75);
         assert_eq!(letter.extent(), [[-1.0, 1.5], [-1.0, 1.5]]);
-        // The extent of an ellipse equals the extent of points on it.
         let [x, y] = ellipse.extent();
         let on = (0..1000).map(|i| {
             let (s, c) = (f64::from(i) * std::f64::consts::TAU / 1000.0).sin_cos();
@@ -285,8 +281,7 @@ mod tests {
     #[test]
     fn lines_through_centres_are_symmetric() {
         let frame = ContactFrame::grid([1.0, 1.0], [10, 10], [0.0, 0.0], 0.0).unwrap();
-        // The outlines pass through cell centres, which have the coordinates +-0.1, 0.3, 0.5, 0.7, 0.9: a circle through (0.3,
-        // 0.5), and a square.
+        // The outlines pass through cell centres.
         for outline in [
             Outline::Circle { radius: 0.3_f64.hypot(0.5), center: [0.0, 0.0] },
             Outline::Polygon { vertices: vec![[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]] },
@@ -301,8 +296,7 @@ mod tests {
         assert!(wide.edge_cells().contains(&true), "the grid's edge is one");
     }
 
-    /// Truth: each inadmissible outline is an error that names the wrong value, the edges or vertices by number, or the size of the
-    /// outline.
+    /// Truth: each inadmissible outline is an error that names the wrong value, edges or vertices by number, or the outline's size.
     #[test]
     fn nonsense_is_refused() {
         let refused = |outline: Outline, word: &str| {

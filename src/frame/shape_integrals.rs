@@ -8,10 +8,7 @@ use crate::element::MAX_FACE_NODES;
 use crate::geometry::bounds;
 use crate::quadrature::gauss_legendre;
 
-/// Projection of a facet along n: three or four corners in the plane, counter-clockwise, with their reference coordinates in the
-/// face.
-///
-/// Facet coordinates (xi, eta) run over the triangle (0,0), (1,0), (0,1) or the square [-1, 1]^2.
+/// Projection of a facet along n. Facet coordinates (xi, eta) run over the triangle (0,0), (1,0), (0,1) or the square [-1, 1]^2.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ProjectedFacet {
     kind: ElementKind,
@@ -19,11 +16,10 @@ pub(super) struct ProjectedFacet {
     n: usize,
     /// x = c0 + c1 xi + c2 eta + c3 xi eta.
     map: [[f64; 2]; 4],
-    /// Reference coordinates of the face as a function of xi and eta, with the same terms as `map`.
+    /// Reference coordinates of the face, with the same terms as `map`.
     reference: [[f64; 2]; 4],
 }
 
-/// Signs (xi, eta) of the corners of the square.
 const SQUARE_CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
 /// Orientation of a facet seen along n.
@@ -37,7 +33,6 @@ pub(super) enum Facing {
     Folded,
 }
 
-/// Coefficients of the (bi)linear map from the corners of the triangle or square to `values`.
 fn coefficients(values: &[[f64; 2]]) -> [[f64; 2]; 4] {
     let mut map = [[0.0; 2]; 4];
     for k in 0..2 {
@@ -72,7 +67,6 @@ impl ProjectedFacet {
         Self { kind, corners: all, n: corners.len(), map, reference }
     }
 
-    /// The same facet with another kind of face over the same reference triangle or square.
     pub(super) fn of_kind(self, kind: ElementKind) -> Self {
         Self { kind, ..self }
     }
@@ -81,7 +75,6 @@ impl ProjectedFacet {
         &self.corners[..self.n]
     }
 
-    /// Reference coordinates of the face at a point of the facet.
     pub(super) fn reference_at(&self, x: [f64; 2]) -> [f64; 2] {
         at(&self.reference, self.invert(x))
     }
@@ -104,12 +97,10 @@ impl ProjectedFacet {
     /// Integrals of the face's shape functions over `polygon` (inside the facet), one per node. `scale` is the area to which the
     /// error (1e-15) is relative.
     ///
-    /// The integral is transformed to facet coordinates, with J the Jacobian of `map`. By Green's theorem it becomes a boundary
-    /// integral: the integral of N_j J is the boundary integral of F_j d(eta), with dF_j/d(xi) = N_j J. Two Gauss points give F_j,
-    /// because N_j J has degree 3 in xi at most. Along straight edges F_j is a smooth function of one variable. On triangles and
-    /// parallelograms it is a polynomial of degree 5 at most, for which three Gauss points are exact. On other quadrangles, rules
-    /// of increasing order are used until the integrals converge. Inner edges of neighbouring polygons cancel, so that sums over a
-    /// partition of the face are exact on any quadrangle.
+    /// J is the Jacobian of `map`. By Green's theorem the integral of N_j J is the boundary integral of F_j d(eta), with
+    /// dF_j/d(xi) = N_j J. N_j J has degree 3 in xi at most: two Gauss points give F_j. On triangles and parallelograms, F_j along
+    /// a straight edge has degree 5 at most: three Gauss points are exact. On other quadrangles, rules of increasing order are
+    /// used. Inner edges of neighbouring polygons cancel, so that sums over a partition of the face are exact.
     pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MAX_FACE_NODES] {
         let bend = self.map[3][0].hypot(self.map[3][1]);
         let size = self.map[1][0].hypot(self.map[1][1]).max(self.map[2][0].hypot(self.map[2][1]));
@@ -144,13 +135,12 @@ impl ProjectedFacet {
         total
     }
 
-    /// Derivatives of the map along xi and eta.
     fn tangents(&self, [xi, eta]: [f64; 2]) -> [[f64; 2]; 2] {
         let [_, p, q, r] = self.map;
         [[p[0] + r[0] * eta, p[1] + r[1] * eta], [q[0] + r[0] * xi, q[1] + r[1] * xi]]
     }
 
-    /// Facet coordinates of a point in the facet, by Newton's method (exact after one step on triangles and parallelograms).
+    /// Facet coordinates of a point in the facet, by Newton's method.
     fn invert(&self, x: [f64; 2]) -> [f64; 2] {
         let mut own = [0.0, 0.0];
         for _ in 0..50 {
@@ -159,7 +149,7 @@ impl ProjectedFacet {
             let [a, b] = self.tangents(own);
             let jacobian = cross_2d(a, b);
             let step = [cross_2d(miss, b) / jacobian, cross_2d(a, miss) / jacobian];
-            // Points of the facet lie in the square [-1, 1]^2. The limits keep the Jacobian positive.
+            // Keeps the Jacobian positive.
             own = [
                 (own[0] + step[0]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
                 (own[1] + step[1]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
@@ -206,8 +196,8 @@ mod tests {
         ProjectedFacet::new(kind, corners, reference)
     }
 
-    /// Truth: N_j of a parallelogram of area A is a product of two linear functions. Its integral is A / 4 over the face. Over the
-    /// quarter at node 0, the integrals of the four N_j are A / 64 times 9, 3, 1, 3.
+    /// Truth: N_j of a parallelogram of area A has the integral A / 4 over the face. Over the quarter at node 0, the integrals of
+    /// the four N_j are A / 64 times 9, 3, 1, 3.
     #[test]
     fn parallelogram() {
         let face = whole(Quad4, &[[0.0, 0.0], [4.0, 1.0], [5.0, 3.0], [1.0, 2.0]]);
@@ -221,9 +211,9 @@ mod tests {
         }
     }
 
-    /// Truth: the consistent loads of a uniform pressure on a triangle or parallelogram (docs/theory-coupling.md), divided by the
-    /// force on the face. At corner, middle and centre nodes they are 1/3 (tri3); 0 and 1/3 (tri6); -1/12 and 1/3 (quad8); 1/36,
-    /// 1/9 and 4/9 (quad9). Tolerance 1e-14: rounding.
+    /// Truth: the consistent loads of a uniform pressure (docs/theory-coupling.md), divided by the force on the face. At corner,
+    /// middle and centre nodes they are 1/3 (tri3); 0 and 1/3 (tri6); -1/12 and 1/3 (quad8); 1/36, 1/9 and 4/9 (quad9). Tolerance
+    /// 1e-14: rounding.
     #[test]
     fn consistent_loads() {
         let (triangle, quadrangle) =
@@ -249,9 +239,8 @@ mod tests {
         check(Quad9, &quadrangle, [1.0 / 36.0, 1.0 / 9.0, 4.0 / 9.0]);
     }
 
-    /// Truth: on triangles and convex quadrangles with middle nodes at the midpoints, the shape functions of every order sum to one
-    /// and reproduce x. Over any inner polygon, sum_j int N_j = area and sum_j x_j int N_j = first moment (polygon formulas).
-    /// Tolerance 1e-14: rounding.
+    /// Truth: with middle nodes at the midpoints, the shape functions sum to one and reproduce x. Over any inner polygon, sum_j int
+    /// N_j = area and sum_j x_j int N_j = first moment (polygon formulas). Tolerance 1e-14: rounding.
     #[test]
     fn linear_fields_are_reproduced() {
         let polygon = [[0.3, 0.3], [1.4, 0.5], [1.3, 0.7], [0.9, 1.0], [0.35, 0.9]];
@@ -280,8 +269,7 @@ mod tests {
         }
     }
 
-    /// Truth: the integral over a face is the sum over its parts. Four facets with their own maps give the integral over the whole
-    /// parallelogram. Tolerance 1e-14: rounding.
+    /// Truth: the integral over a face is the sum over its parts. Tolerance 1e-14: rounding.
     #[test]
     fn parts_sum_to_the_whole() {
         for kind in [Quad8, Quad9] {
@@ -300,7 +288,6 @@ mod tests {
         }
     }
 
-    /// Truth: the signs of the turns at the corners identify facets that face away or are folded.
     #[test]
     fn facing() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

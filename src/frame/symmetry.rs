@@ -13,15 +13,15 @@ pub type SymmetryNodes = HashMap<usize, [bool; 3]>;
 /// Maximum distance of a cell's corner from a plane on which it lies, relative to the size of the cell.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// Minimum length of the component of a symmetry plane's normal within a cell's plane. A shorter component gives no projector.
+/// Smallest component of a symmetry plane's normal within a cell's plane that gives a projector.
 const MIN_TANGENT_COMPONENT: f64 = 1e-6;
 
 /// Components of a unit vector below this are rounding.
 const ZERO_COMPONENT: f64 = 1e-12;
 
 impl ContactFrame {
-    /// Cells on symmetry planes, ascending, with the projector P onto the vectors (x, y, n) parallel to these planes: P = 1 - m
-    /// m^T. Here m is the normalised tangential component of the plane's normal in the cell. Where two planes meet, P keeps only n.
+    /// Cells on symmetry planes, ascending, with the projector P = 1 - m m^T onto the vectors (x, y, n) parallel to these planes.
+    /// Here m is the normalised tangential component of the plane's normal in the cell. Where two planes meet, P keeps only n.
     ///
     /// The components of the traction and of the relative tangential displacement normal to a symmetry plane vanish.
     pub fn symmetry_projectors(&self) -> Vec<(usize, Matrix3<f64>)> {
@@ -37,7 +37,7 @@ impl ContactFrame {
         let tangent = |c: usize| {
             let mut m = self.triads[cell].to_local(&Point::ith(c, 1.0));
             m.z = 0.0;
-            // Rounding is set to zero: P is diagonal if m lies along a local axis, and the removed component vanishes exactly.
+            // Without rounding, P is diagonal if m lies along a local axis, and the removed component vanishes exactly.
             let m = m
                 .try_normalize(MIN_TANGENT_COMPONENT)?
                 .map(|x| if x.abs() < ZERO_COMPONENT { 0.0 } else { x });
@@ -60,19 +60,15 @@ impl ContactFrame {
     }
 }
 
-/// Cell around a node, reflected at its symmetry planes.
 pub(super) struct ReflectedCell {
-    /// Corners, in order.
     pub corners: Vec<Point>,
-    /// Number of images: 1, 2 or 4.
     pub images: f64,
     /// Global axes normal to the planes of reflection.
     pub planes: [bool; 3],
 }
 
 /// Completes a cell by reflection at symmetry planes, from the `corners` of its part in the model. `open` means that the part
-/// starts with the node itself, at the border of the faces; a closed cell stays unchanged. A symmetry plane in `planes` counts only
-/// if it contains an edge of the part at the node.
+/// starts with the node itself, at the border of the faces. A plane counts only if it contains an edge of the part at the node.
 pub(super) fn reflect_cell(corners: &[Point], open: bool, planes: [bool; 3]) -> ReflectedCell {
     let mut whole = ReflectedCell { corners: corners.to_vec(), images: 1.0, planes: [false; 3] };
     if !open {
@@ -114,8 +110,7 @@ mod tests {
     use crate::frame::faces::vector_area;
 
     /// Truth: a quarter at two planes, or a half at one plane, is reflected to the square of side 2 around the origin. A quarter at
-    /// one plane gives half of the square. All results are counter-clockwise. A plane that contains the whole part, or only its
-    /// node, does not reflect it.
+    /// one plane gives half of the square. A plane that contains the whole part, or only its node, does not reflect it.
     #[test]
     fn parts_of_a_square_make_it_whole() {
         let point = |x: f64, y: f64| Point::new(x, y, 0.0);

@@ -2,7 +2,6 @@
 
 use crate::geometry::Point;
 
-/// Largest number of balls in a leaf.
 const LEAF: usize = 8;
 
 #[derive(Debug, Clone, Copy)]
@@ -12,7 +11,6 @@ pub(crate) struct Ball {
 }
 
 impl Ball {
-    /// Ball around the mean of `points` that contains all of them.
     pub(crate) fn around(points: &[Point]) -> Self {
         let center = points.iter().sum::<Point>() / points.len() as f64;
         Self { center, radius: points.iter().map(|x| (x - center).norm()).fold(0.0, f64::max) }
@@ -27,7 +25,7 @@ impl Ball {
     }
 }
 
-/// Binary tree of balls. Each branch with more than `LEAF` balls is halved along the longest extent of the centres of its balls.
+/// Binary tree of balls, halved along the longest extent of their centres.
 pub(crate) struct BallTree {
     balls: Vec<Ball>,
     order: Vec<usize>,
@@ -49,7 +47,6 @@ impl BallTree {
         tree
     }
 
-    /// Adds the branch of the range `items` of `order` with its children. Returns the index of the branch.
     fn grow(&mut self, items: std::ops::Range<usize>) -> usize {
         let (mut low, mut high) = (Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY));
         for &item in &self.order[items.clone()] {
@@ -72,8 +69,8 @@ impl BallTree {
         here
     }
 
-    /// Finds the balls at most `reach` away from the line through `start` along the unit vector `along`. Overwrites `found` with
-    /// their indices, ascending.
+    /// Overwrites `found` with the indices, ascending, of the balls at most `reach` away from the line through `start` along the
+    /// unit vector `along`.
     pub(crate) fn query(&self, start: &Point, along: &Point, reach: f64, found: &mut Vec<usize>) {
         found.clear();
         if !self.branches.is_empty() {
@@ -101,7 +98,7 @@ impl BallTree {
 mod tests {
     use super::*;
 
-    /// Truth: the tree finds the same balls as a test of each ball against the line.
+    /// Truth: a test of each ball against the line.
     #[test]
     fn finds_what_the_line_passes() {
         let balls: Vec<Ball> = (0..500)

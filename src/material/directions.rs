@@ -1,12 +1,10 @@
-//! Material axes from directions.
-
 use nalgebra::Matrix3;
 
 use crate::geometry::Point;
 
-/// Material axes of a fibre along `first`, as columns; axis 3 = axis 1 x axis 2. If `second` is given, axis 2 is along the part of
-/// `second` normal to the fibre. Otherwise axis 2 is horizontal (normal to z), at the azimuth of the fibre plus 90 degrees; for an
-/// upright fibre, axis 2 is y.
+/// Material axes of a fibre along `first`, as columns; axis 3 = axis 1 x axis 2. Axis 2 is along the part of `second` normal to the
+/// fibre. Without `second`, axis 2 is horizontal (normal to z), at the azimuth of the fibre plus 90 degrees; for an upright fibre,
+/// axis 2 is y.
 ///
 /// `None` if a vector is zero or not finite, or if `second` is parallel to the fibre.
 pub fn axes_from_directions(first: Point, second: Option<Point>) -> Option<Matrix3<f64>> {
@@ -26,12 +24,12 @@ pub fn axes_from_directions(first: Point, second: Option<Point>) -> Option<Matri
             }
         }
     };
-    // Axis 2 is made normal to the fibre, because an upright fibre may deviate slightly from z.
+    // An upright fibre may deviate slightly from z.
     let a2 = (a2 - a1 * a1.dot(&a2)).normalize();
     Some(Matrix3::from_columns(&[a1, a2, a1.cross(&a2)]))
 }
 
-/// Centroid of an element: mean of its corners.
+/// Mean of the corners.
 pub fn centroid(corners: &[Point]) -> Point {
     corners.iter().sum::<Point>() / corners.len() as f64
 }
@@ -39,10 +37,10 @@ pub fn centroid(corners: &[Point]) -> Point {
 /// Smallest sine of the angle between fibre and second direction.
 const MIN_SINE_TO_FIBRE: f64 = 1e-6;
 
-/// A fibre counts as upright if the horizontal part of its unit vector is not longer than this.
+/// Largest horizontal part of the unit vector of an upright fibre.
 const UPRIGHT_TOLERANCE: f64 = 1e-9;
 
-/// `vector` scaled to length 1; `None` if `vector` is zero or not finite.
+/// `vector` scaled to length 1; `None` if it is zero or not finite.
 pub(super) fn unit_vector(vector: Point) -> Option<Point> {
     let largest = vector.amax();
     // Scaling first avoids overflow and underflow of the squares.
@@ -55,8 +53,8 @@ mod tests {
     use super::*;
     use crate::geometry::fibre_axes;
 
-    /// Truth: the fibre direction of `fibre_axes(tilt, azimuth)`, alone or with a second direction, gives back all axes of
-    /// `fibre_axes`. Axis 2 of an upright fibre is y.
+    /// Truth: a fibre direction of `fibre_axes`, alone or with a second direction, gives back all its axes. Axis 2 of an upright
+    /// fibre is y.
     #[test]
     fn a_direction_gives_the_axes_of_its_angles() {
         for (tilt, azimuth) in [(0.0, 0.0), (0.5, 1.1), (-0.7, 2.9), (1.5, -2.0)] {
@@ -72,7 +70,6 @@ mod tests {
         assert_eq!(upright.column(1), Point::y());
     }
 
-    /// Truth: a vector that is zero or not finite, and a second direction parallel to the fibre, give no axes.
     #[test]
     fn no_direction_is_refused() {
         assert!(axes_from_directions(Point::zeros(), None).is_none());

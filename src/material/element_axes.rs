@@ -1,5 +1,3 @@
-//! Material axes per element, from a field of the mesh file or from a table.
-
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
@@ -9,7 +7,7 @@ use super::directions::axes_from_directions;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 
-/// Material axes of elements, by the numbers of the elements in the mesh file.
+/// Material axes of elements, by their numbers in the mesh file.
 #[derive(Debug, Clone, Default)]
 pub struct ElementAxes {
     source: String,
@@ -17,7 +15,7 @@ pub struct ElementAxes {
 }
 
 impl ElementAxes {
-    /// Creates a set without axes. Messages name `source`, the place that gives the axes ("the field \"fibre\" of block.msh").
+    /// Creates an empty set. `source` is the place that gives the axes, for messages ("the field \"fibre\" of block.msh").
     pub fn new(source: &str) -> Self {
         Self { source: source.to_owned(), axes: HashMap::new() }
     }

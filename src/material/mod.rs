@@ -37,7 +37,7 @@ pub fn strain_of_gradient(gradient: &Matrix3<f64>) -> Vector6<f64> {
     Vector6::from(VOIGT.map(entry))
 }
 
-/// A symmetric positive definite stiffness `[6, 6]` (MPa) in Voigt order 11 22 33 23 13 12.
+/// A symmetric positive definite stiffness `[6, 6]` in Voigt order, MPa.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffness(Matrix6<f64>);
 
@@ -66,7 +66,7 @@ pub struct Orthotropic {
 }
 
 impl Orthotropic {
-    /// Compliance `[6, 6]`, 1/MPa. Between normal components i < j, S_ij = S_ji = -ν_ij / E_i.
+    /// Compliance `[6, 6]`, 1/MPa.
     fn compliance(&self) -> Matrix6<f64> {
         let mut s = Matrix6::from_diagonal(&nalgebra::vector![
             1.0 / self.e1,
@@ -85,7 +85,6 @@ impl Orthotropic {
         s
     }
 
-    /// Refuses constants that are not finite, and moduli that are not positive.
     fn check_signs(&self) -> Result<()> {
         let moduli = [
             ("E1", self.e1),
@@ -107,7 +106,6 @@ impl Orthotropic {
         }
     }
 
-    /// Error that names the violated condition of a positive definite compliance.
     fn explain_indefinite(&self) -> Error {
         let pairs = [
             ("nu12", self.nu12, "E1/E2", self.e1 / self.e2),
@@ -167,7 +165,7 @@ impl Stiffness {
     /// Transversely isotropic material about axis 1; G23 = E2 / (2 (1 + nu23)).
     ///
     /// # Errors
-    /// If the compliance is not positive definite (kind `Input`). The message names the violated condition.
+    /// If the compliance is not positive definite (kind `Input`).
     pub fn transversely_isotropic(e1: f64, e2: f64, g12: f64, nu12: f64, nu23: f64) -> Result<Self> {
         check_modulus("E2", e2)?;
         if !(nu23 > -1.0 && nu23 < 1.0) {
@@ -179,10 +177,10 @@ impl Stiffness {
         Self::orthotropic(&Orthotropic { e1, e2, e3: e2, g12, g13: g12, g23, nu12, nu13: nu12, nu23 })
     }
 
-    /// Orthotropic material from its nine engineering constants, through the compliance.
+    /// Orthotropic material from its nine engineering constants.
     ///
     /// # Errors
-    /// If a constant is not finite, or the compliance is not positive definite; the message names the violated condition.
+    /// If a constant is not finite, or the compliance is not positive definite.
     pub fn orthotropic(constants: &Orthotropic) -> Result<Self> {
         constants.check_signs()?;
         let inverse =
@@ -233,9 +231,8 @@ impl Stiffness {
         self.0.cholesky().expect("a stiffness is positive definite").inverse()
     }
 
-    /// Poisson's ratio ν for changes of volume: 1 - 2 ν = Σ_ij S_ij / Σ_i S_ii over the normal components of the compliance S. The
-    /// numerator is the relative volume change under unit hydrostatic stress. The denominator is the same change without lateral
-    /// contraction. For an isotropic material, ν is its Poisson's ratio.
+    /// Poisson's ratio ν for changes of volume: 1 - 2 ν = Σ_ij S_ij / Σ_i S_ii over the normal components of the compliance S. For
+    /// an isotropic material, ν is its Poisson's ratio.
     pub fn volumetric_poisson_ratio(&self) -> f64 {
         let s = self.compliance();
         let normal = s.fixed_view::<3, 3>(0, 0);
@@ -267,8 +264,7 @@ impl Stiffness {
         voigt_to_tensor(&(self.0 * strain_of_gradient(gradient)).into())
     }
 
-    /// Stiffness after a rotation that turns material axis i into column i of `axes`: C'_ijkl = Q_ia Q_jb Q_kc Q_ld C_abcd with the
-    /// orthonormal Q = `axes`.
+    /// Stiffness after a rotation that turns material axis i into column i of Q = `axes`: C'_ijkl = Q_ia Q_jb Q_kc Q_ld C_abcd.
     pub fn rotated(&self, axes: &Matrix3<f64>) -> Self {
         // Bond matrix M with stress' = M stress; C' = M C M^T.
         let mut bond = Matrix6::zeros();
@@ -314,7 +310,7 @@ mod tests {
         result.expect_err("a refusal").to_string()
     }
 
-    /// Truth: the components are C = λ 1⊗1 + 2 μ I, with Lamé's constants λ and μ computed from E and ν.
+    /// Truth: C = λ 1⊗1 + 2 μ I with Lamé's constants λ and μ.
     #[test]
     fn isotropic_stiffness_has_lames_constants() {
         let (e, nu) = (210e3, 0.3);
@@ -334,8 +330,7 @@ mod tests {
         }
     }
 
-    /// Truth: the compliance S gives back the input constants E_i = 1 / S_ii, ν_ij = -S_ji / S_ii, and G = 1 / S_kk on the shear
-    /// diagonal.
+    /// Truth: E_i = 1 / S_ii, ν_ij = -S_ji / S_ii, and G = 1 / S_kk on the shear diagonal of the compliance S.
     #[test]
     fn compliance_gives_back_the_engineering_constants() {
         let s = Stiffness::orthotropic(&IM7).expect("IM7").compliance();
@@ -354,7 +349,7 @@ mod tests {
         }
     }
 
-    /// Truth: the components of the rotated stiffness are the tensor sums Q_ia Q_jb Q_kc Q_ld C_abcd over all indices.
+    /// Truth: the tensor sums Q_ia Q_jb Q_kc Q_ld C_abcd over all indices.
     #[test]
     fn rotation_is_the_tensor_transformation() {
         let stiffness = Stiffness::orthotropic(&IM7).expect("IM7");
@@ -373,8 +368,7 @@ mod tests {
         }
     }
 
-    /// Truth: a rotation about the fibre leaves a transversely isotropic material unchanged. With the fibre along z, Young's
-    /// modulus along z is E1.
+    /// Truth: a rotation about the fibre changes nothing. With the fibre along z, Young's modulus along z is E1.
     #[test]
     fn transverse_isotropy_is_invariant_about_the_fibre() {
         let ti = Stiffness::transversely_isotropic(167230.0, 9544.0, 5292.0, 0.272, 0.369).expect("CFRP");
@@ -385,8 +379,7 @@ mod tests {
         assert!((1.0 / upright.compliance()[(2, 2)] / 167230.0 - 1.0).abs() < 1e-12);
     }
 
-    /// Truth: constants without a positive definite strain energy are errors. The message names the wrong constant, or says that
-    /// the constants together are not admissible.
+    /// Truth: constants without a positive definite strain energy are errors.
     #[test]
     fn inadmissible_constants_are_refused_by_name() {
         let refused = |change: fn(&mut Orthotropic)| {
@@ -406,7 +399,6 @@ mod tests {
         assert!(message(Stiffness::transversely_isotropic(1e5, 1e4, 5e3, 0.3, 1.0)).contains("nu23 = 1"));
     }
 
-    /// Truth: a matrix that is not finite, symmetric and positive definite is an error.
     #[test]
     fn inadmissible_matrices_are_refused() {
         let mut c = *Stiffness::isotropic(210e3, 0.3).expect("steel").voigt();

@@ -1,5 +1,3 @@
-//! Orientation of the material axes of elements: uniform in a region, given per element, or wound around an axis.
-
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -21,7 +19,7 @@ pub enum Orientation {
 }
 
 impl Orientation {
-    /// Material axes of the element with the number `element` in the mesh file and the corners `corners` (mm).
+    /// Material axes of an element, by its number in the mesh file or its corners (mm).
     ///
     /// # Errors
     /// If the axes of the element are not defined.

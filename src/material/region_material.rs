@@ -1,5 +1,3 @@
-//! Materials of the regions of a body: stiffness and material axes.
-
 use nalgebra::Matrix3;
 
 use super::Stiffness;
@@ -55,7 +53,7 @@ impl RegionMaterial {
     }
 }
 
-/// Largest part of an element outside its ply that counts as rounding, as a fraction of the element's thickness.
+/// Largest part of an element outside its ply, as a fraction of the element's thickness, that counts as rounding.
 const STRADDLE_TOLERANCE: f64 = 1e-6;
 
 impl RegionMaterial {
@@ -79,8 +77,8 @@ impl RegionMaterial {
         self.stacking_coordinate().is_some()
     }
 
-    /// Errors about plies that contain no element centroid, and about wound layers that contain no element's mean corner radius.
-    /// `elements` holds the corners of each element.
+    /// Errors about plies without an element centroid, and wound layers without an element's mean corner radius. `elements` holds
+    /// the corners of each element.
     pub fn empty_ply_errors(&self, elements: &[Vec<Point>]) -> Vec<String> {
         let Some((plies, along)) = self.stacking_coordinate() else { return Vec::new() };
         let mut held = vec![false; plies.len()];

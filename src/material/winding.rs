@@ -1,5 +1,3 @@
-//! Fibres wound around an axis.
-
 use nalgebra::Matrix3;
 
 use super::directions::{centroid, unit_vector};
@@ -11,13 +9,11 @@ use crate::geometry::Point;
 pub struct WoundLayer {
     /// Inner and outer radius, mm.
     pub radii: [f64; 2],
-    /// Angle between the fibre and the axis of the winding, radians.
+    /// Angle from the axis to the fibre, radians: 0 for an axial fibre, positive for a right-handed helix.
     pub angle: f64,
 }
 
-/// Fibres wound around an axis. The winding angle from the axis to the fibre is 0 for an axial fibre, 90 degrees for a
-/// circumferential fibre, and positive for a right-handed helix. Material axis 3 points outward; material axis 2 is tangential to
-/// the cylinder.
+/// Fibres wound around an axis. Material axis 3 points outward; material axis 2 is tangential to the cylinder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Winding {
     axis: Point,
@@ -72,8 +68,8 @@ impl Winding {
     }
 
     /// Material axes of an element in a layer with the angle a: 1 = axis cos a + hoop sin a, 3 outward at the centroid, 2 = 3 x 1.
-    /// The layer is the one that contains the mean radius of the corners. The radius of the centroid is not used, because it is too
-    /// small for an element along an arc.
+    /// The layer contains the mean radius of the corners, because the radius of the centroid is too small for an element along an
+    /// arc.
     ///
     /// # Errors
     /// If the element is on the axis or in no layer.
@@ -121,7 +117,6 @@ mod tests {
         }
     }
 
-    /// Truth: elements on the axis or in no layer, a zero axis, no layers, empty layers and overlapping layers are errors.
     #[test]
     fn impossible_windings_are_refused() {
         let winding = Winding::new([0.0, 0.0, 1.0], [0.0; 3], vec![layer(1.0, 2.0, 90.0)]).unwrap();

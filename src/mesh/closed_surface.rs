@@ -1,5 +1,4 @@
-//! Closed surfaces of bodies: extracts the boundary surface of solids, checks that a surface is closed, and turns its normals
-//! outward.
+//! Closed surfaces of bodies.
 
 use std::collections::HashMap;
 
@@ -9,11 +8,9 @@ use super::{CellBlock, CellRef, Mesh, PhysicalGroup};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, fan_area_vectors, format_point};
 
-/// Largest number of edges that a message names.
 const MAX_NAMED_EDGES: usize = 6;
 
-/// Cosine of the angle between the normals of two neighbouring faces: up to this value their common edge is an edge of the
-/// geometry, above it the surface is smooth there.
+/// Smallest cosine of the angle between the normals of neighbouring faces on a smooth surface.
 const CREASE_COSINE: f64 = 0.95;
 
 /// Area divided by the square of the longest edge, up to which an element counts as without area.
@@ -22,7 +19,6 @@ const MIN_RELATIVE_AREA: f64 = 1e-6;
 /// Cells at an edge: index, and whether the cell traverses the edge from the smaller to the larger node number.
 type EdgeCells = Vec<(usize, bool)>;
 
-/// Surface cells of a mesh, and their edges.
 struct SurfaceTopology<'a> {
     mesh: &'a Mesh,
     cells: Vec<CellRef>,
@@ -30,12 +26,12 @@ struct SurfaceTopology<'a> {
     edges: Vec<([usize; 2], EdgeCells)>,
 }
 
-/// Returns the mesh with surface cells turned so that their normals point out of the body, and notes about the turned cells.
+/// Turns the surface cells so that their normals point out of the body; returns notes about the turned cells.
 ///
 /// # Errors
-/// If there are no surface cells, or an element has no area. If the surface is open or branches; the message names the edges. If
-/// neighbours on a smooth part are oriented against each other, or the surface has one side only. If the surface encloses no
-/// volume, intersects itself, or has parts that lie apart.
+/// If there are no surface cells, or an element has no area. If the surface is open or branches. If neighbours on a smooth part are
+/// oriented against each other, or the surface has one side only. If the surface encloses no volume, intersects itself, or has
+/// parts that lie apart.
 pub fn orient_outward(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     let surface = SurfaceTopology::new(mesh)?;
     surface.refuse_flat()?;
@@ -64,8 +60,7 @@ pub fn orient_outward(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     Ok((mesh, notes.into_iter().collect()))
 }
 
-/// Boundary surface of the solids of a mesh, as a mesh: outer faces with outward normals, the surface groups on them, and their
-/// points.
+/// Boundary surface of the solids of a mesh: outer faces with outward normals, their surface groups, and their points.
 pub fn boundary_surface(mesh: &Mesh) -> Mesh {
     let faces = outer_faces(mesh);
     let mut number = vec![usize::MAX; mesh.n_points()];
@@ -104,7 +99,6 @@ pub fn boundary_surface(mesh: &Mesh) -> Mesh {
     Mesh { source: mesh.source.clone(), points, blocks, groups, ..Mesh::default() }
 }
 
-/// Reverses the orientation of a cell, in gmsh's order of nodes.
 fn flip_cell(mesh: &mut Mesh, cell: CellRef) {
     let block = &mut mesh.blocks[cell.block];
     let (n, corners) = (block.kind.n_nodes(), block.kind.n_corners());
@@ -141,7 +135,6 @@ impl<'a> SurfaceTopology<'a> {
         self.mesh.tag(self.cells[cell])
     }
 
-    /// Describes edges for messages: end points and adjacent elements.
     fn describe_edges(&self, edges: &[&([usize; 2], EdgeCells)]) -> String {
         let one = |(nodes, sides): &&([usize; 2], EdgeCells)| {
             let [a, b] = nodes.map(|node| format_point(&self.mesh.points[node]));
@@ -155,7 +148,6 @@ impl<'a> SurfaceTopology<'a> {
         words.join("; ")
     }
 
-    /// Refuses elements with negligible area relative to the square of their longest edge.
     fn refuse_flat(&self) -> Result<()> {
         let flat = |&cell: &usize| {
             let corners =
@@ -205,8 +197,7 @@ impl<'a> SurfaceTopology<'a> {
         fan_area_vectors(corners.len(), |k| Point::from(self.mesh.points[corners[k]])).sum()
     }
 
-    /// Finds the cells that must be turned so that all cells of a connected part are oriented like its first cell. Returns also the
-    /// part of each cell.
+    /// Whether each cell must be turned so that its connected part is oriented like the first cell, and the part of each cell.
     fn orient_consistently(&self) -> Result<(Vec<bool>, Vec<usize>)> {
         let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); self.cells.len()];
         for (_, sides) in &self.edges {
@@ -260,8 +251,7 @@ impl<'a> SurfaceTopology<'a> {
         Ok((turned, part))
     }
 
-    /// Turns whole parts so that their normals point out of the body: away from the volume that the outermost part encloses, into
-    /// the volume that an inner part encloses.
+    /// Normals of the outermost part point away from the volume that it encloses, normals of an inner part into its volume.
     fn orient_parts_outward(&self, turned: &mut [bool], part: &[usize]) -> Result<()> {
         let n_parts = part.iter().max().map_or(0, |last| last + 1);
         let area = |cell: usize| if turned[cell] { -self.area(cell) } else { self.area(cell) };
@@ -327,7 +317,7 @@ mod tests {
     use crate::mesh::faces::SurfaceFace;
     use crate::mesh::structured::GradedBlock;
 
-    /// Corners and the twelve triangles of a cube of side `side` about `middle`, normals outward; node numbers start at `first`.
+    /// Corners and triangles with outward normals; node numbers start at `first`.
     fn cube(middle: f64, side: f64, first: usize) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
         let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2].map(|s| middle + side * (s as f64 - 0.5));
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -351,8 +341,7 @@ mod tests {
         orient_outward(&mesh(points, triangles)).unwrap_err().to_string()
     }
 
-    /// Truth: the divergence theorem gives the volume of the box, whether one side or all sides were turned. The volume of an inner
-    /// box is subtracted.
+    /// Truth: the divergence theorem gives the volume of the box, whether one side or all sides were turned.
     #[test]
     fn normals_point_out_of_the_body() {
         let (points, triangles) = cube(0.0, 2.0, 0);
@@ -371,7 +360,6 @@ mod tests {
         assert!((volume(&orient_outward(&hollow).unwrap().0) - 7.0).abs() < 1e-12);
     }
 
-    /// Truth: each surface has one defect by construction. The error names the defect, and the elements where they are known.
     #[test]
     fn surfaces_that_are_none() {
         let (points, triangles) = cube(0.0, 2.0, 0);
@@ -401,7 +389,7 @@ mod tests {
         assert!(refusal(points, &[]).contains("neither solid nor surface"));
     }
 
-    /// Truth: a block of 4 x 3 x 2 elements has 2 (12 + 8 + 6) outer faces. They enclose its volume and keep the surface group.
+    /// Truth: a block of 4 x 3 x 2 elements has 2 (12 + 8 + 6) outer faces, which enclose its volume.
     #[test]
     fn skins() {
         let solids = GradedBlock::uniform([1.0, 1.5], 2.0, [4, 3, 2]).mesh().unwrap();

@@ -1,5 +1,4 @@
-//! Faces of the solids: the boundary surface, and the faces of a physical surface, with outward normals. In a mesh without solids,
-//! the surface cells with their own orientation are the boundary ([`super::closed_surface::orient_outward`]).
+//! Faces of the solids: the boundary surface, and the faces of a physical surface, with outward normals.
 
 use rustc_hash::FxHashMap;
 
@@ -19,7 +18,7 @@ pub struct SurfaceFace {
     pub owner: CellRef,
     /// Index among the solid's [`ElementKind::local_faces`]; 0 without solids.
     pub local_face: usize,
-    /// File number of the surface element, or of the owner if there is no surface element.
+    /// File number of the surface element, or else of the owner.
     pub tag: u64,
 }
 
@@ -39,7 +38,7 @@ impl SurfaceFace {
         self.triangle_area_vectors(mesh).sum()
     }
 
-    /// Area vectors of the triangles that the first corner forms with each pair of successive other corners.
+    /// Area vectors of the triangles of the first corner and two successive other corners.
     fn triangle_area_vectors(&self, mesh: &Mesh) -> impl Iterator<Item = Point> {
         fan_area_vectors(self.kind.n_corners(), |i| Point::from(mesh.points[self.nodes[i]]))
     }
@@ -55,7 +54,6 @@ fn face_key(corners: &[usize]) -> FaceKey {
     key
 }
 
-/// Calls `visit` for each face of each solid with key, solid and local face.
 pub(super) fn each_solid_face(mesh: &Mesh, mut visit: impl FnMut(FaceKey, CellRef, usize)) {
     for owner in mesh.volume_cells() {
         let nodes = mesh.cell_nodes(owner);
@@ -76,18 +74,16 @@ fn surface_face(mesh: &Mesh, owner: CellRef, local_face: usize, tag: u64) -> Sur
     SurfaceFace { kind, nodes: local.iter().map(|&i| nodes[i]).collect(), owner, local_face, tag }
 }
 
-/// Face of a solid, and the solid on its other side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SolidFace {
-    /// Index of the solid in [`Mesh::volume_cells`].
+    /// Index in [`Mesh::volume_cells`].
     pub solid: usize,
     /// Index among the solid's [`ElementKind::local_faces`].
     pub local_face: usize,
-    /// Solid on the other side; `None` on the boundary.
+    /// `None` on the boundary.
     pub neighbour: Option<usize>,
 }
 
-/// All faces of all solids, in the order of the solids.
 pub(crate) fn solid_faces(mesh: &Mesh) -> Vec<SolidFace> {
     let mut owners: FxHashMap<FaceKey, [usize; 2]> = FxHashMap::default();
     let (mut faces, mut keys) = (Vec::new(), Vec::new());
@@ -107,14 +103,12 @@ pub(crate) fn solid_faces(mesh: &Mesh) -> Vec<SolidFace> {
     faces
 }
 
-/// Surface cell of a mesh without solids, as a face.
 fn surface_cell(mesh: &Mesh, cell: CellRef) -> SurfaceFace {
     let nodes = mesh.cell_nodes(cell).to_vec();
     SurfaceFace { kind: mesh.kind(cell), nodes, owner: cell, local_face: 0, tag: mesh.tag(cell) }
 }
 
-/// Faces that belong to exactly one solid, in the order of the solids, each with the file number of its solid. For a mesh without
-/// solids, the surface cells.
+/// Faces that belong to exactly one solid, in the order of the solids. For a mesh without solids, the surface cells.
 pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
     if mesh.volume_cells().next().is_none() {
         return mesh.cells(2).map(|cell| surface_cell(mesh, cell)).collect();
@@ -227,7 +221,7 @@ fn same_nodes(mesh: &Mesh, name: &str, cell: CellRef, face: &SurfaceFace) -> Res
     Err(group_element_error(mesh, name, cell, &what))
 }
 
-/// Three solids that share one face; `None` if there are none.
+/// Three solids that share one face.
 pub(super) fn face_of_three_solids(mesh: &Mesh) -> Option<[CellRef; 3]> {
     let mut owners: FxHashMap<FaceKey, [Option<CellRef>; 2]> = FxHashMap::default();
     let mut three = None;

@@ -1,5 +1,3 @@
-//! Lookup of physical groups by name; messages suggest the closest name.
-
 use std::collections::BTreeSet;
 
 use super::{Mesh, PhysicalGroup};
@@ -7,7 +5,6 @@ use crate::error::{Error, Result};
 
 const DIM_NAMES: [&str; 4] = ["points", "lines", "surfaces", "volumes"];
 
-/// Name of the cells of a dimension ("surfaces").
 pub(super) fn dim_name(dim: usize) -> &'static str {
     DIM_NAMES[dim.min(3)]
 }
@@ -16,7 +13,7 @@ impl Mesh {
     /// Physical group `name`; if several dimensions share the name, the group of the highest dimension.
     ///
     /// # Errors
-    /// If there is none; the message lists the groups of the mesh and the closest name.
+    /// If there is none.
     pub fn group(&self, name: &str) -> Result<&PhysicalGroup> {
         self.groups
             .iter()
@@ -28,7 +25,7 @@ impl Mesh {
     /// Physical group `name` of dimension `dim`.
     ///
     /// # Errors
-    /// If there is none; the message says if a group of that name has another dimension.
+    /// If there is none.
     pub fn group_of_dim(&self, name: &str, dim: usize) -> Result<&PhysicalGroup> {
         let found = self.group(name)?;
         self.groups.iter().find(|group| group.name == name && group.dim == dim).ok_or_else(|| {
@@ -97,7 +94,6 @@ impl Mesh {
         ))
     }
 
-    /// List of the groups (of one dimension, if given) for messages.
     pub(super) fn list_groups(&self, dim: Option<usize>) -> String {
         let names: Vec<String> = self
             .groups

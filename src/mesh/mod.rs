@@ -1,5 +1,4 @@
-//! Meshes of solids and surfaces: a [`Mesh`] has points, cells by kind ([`CellBlock`]) and physical groups ([`PhysicalGroup`]). The
-//! modules read meshes, find faces, and check the quality of meshes.
+//! Meshes of solids and surfaces: a [`Mesh`] has points, cells by kind ([`CellBlock`]) and physical groups ([`PhysicalGroup`]).
 
 pub mod closed_surface;
 pub mod faces;
@@ -19,7 +18,7 @@ use crate::element::ElementKind;
 pub struct CellBlock {
     /// Element kind of the cells.
     pub kind: ElementKind,
-    /// Node indices (0-based, into [`Mesh::points`]), `[n_cells, kind.n_nodes()]` row by row, gmsh's node order.
+    /// Indices into [`Mesh::points`], `[n_cells, kind.n_nodes()]` row by row, gmsh's node order.
     pub nodes: Vec<usize>,
     /// File numbers of the elements, `[n_cells]` (for messages).
     pub tags: Vec<u64>,
@@ -31,7 +30,7 @@ impl CellBlock {
         self.tags.len()
     }
 
-    /// Nodes of the cell with index `cell`, `[kind.n_nodes()]`.
+    /// Nodes of a cell, `[kind.n_nodes()]`.
     pub fn cell_nodes(&self, cell: usize) -> &[usize] {
         let n = self.kind.n_nodes();
         &self.nodes[cell * n..(cell + 1) * n]
@@ -101,7 +100,7 @@ impl Mesh {
         self.blocks[cell.block].kind
     }
 
-    /// Node indices of a cell, `[kind.n_nodes()]`, gmsh's order.
+    /// Nodes of a cell, `[kind.n_nodes()]`, gmsh's order.
     pub fn cell_nodes(&self, cell: CellRef) -> &[usize] {
         self.blocks[cell.block].cell_nodes(cell.cell)
     }

@@ -4,8 +4,8 @@ use super::Mesh;
 use super::faces::SurfaceFace;
 use crate::geometry::{Point, bounds};
 
-/// Indices in `faces` of two faces that share no node and intersect one another; `None` if there are none. Faces are divided into
-/// triangles between their corners.
+/// Indices of two faces that share no node and intersect one another; `None` if there are none. Faces are divided into triangles
+/// between their corners.
 pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[usize; 2]> {
     let corners = |face: &SurfaceFace| -> Vec<Point> {
         face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node])).collect()
@@ -37,7 +37,6 @@ pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[us
     None
 }
 
-/// Whether an edge of the polygon `a` pierces one of the triangles of `b`.
 fn edge_pierces_face(a: &[Point], b: &[Point]) -> bool {
     let edges = (0..a.len()).map(|k| (a[k], a[(k + 1) % a.len()]));
     let through = |(from, to): (Point, Point)| {

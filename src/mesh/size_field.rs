@@ -46,7 +46,7 @@ pub fn nodal_sizes(mesh: &Mesh, wanted: &[f64], bounds: &SizeBounds) -> Vec<f64>
         if *count > 0.0 { (sum / count).exp().clamp(bounds.least, bounds.largest) } else { 0.0 }
     };
     let mut sizes: Vec<f64> = sum.iter().zip(&count).map(mean).collect();
-    // Dijkstra's search from the smallest size: a size is final when the queue returns it. Positive floats sort like their bits.
+    // Dijkstra's search from the smallest size. Positive floats sort like their bits.
     let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
         (0..sizes.len()).filter(|&i| sizes[i] > 0.0).map(|i| Reverse((sizes[i].to_bits(), i))).collect();
     while let Some(Reverse((bits, node))) = queue.pop() {
@@ -84,8 +84,7 @@ mod tests {
         }
     }
 
-    /// Truth: beyond the cell of the smallest size, the size grows along the edges of the block by `growth` times the distance. All
-    /// sizes lie within the bounds.
+    /// Truth: beyond the cell of the smallest size, the size grows along the edges of the block by `growth` times the distance.
     #[test]
     fn sizes_grow_no_faster_than_allowed() {
         let mesh = GradedBlock::uniform([2.0, 2.0], 4.0, [4, 4, 4]).mesh().unwrap();

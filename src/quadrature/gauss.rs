@@ -1,10 +1,6 @@
-//! Gauss-Legendre rules on [-1, 1] and their products on the square and the cube.
-
 use super::RulePoint;
 
 /// Abscissae and weights of the `n`-point Gauss-Legendre rule on [-1, 1], ascending; exact to degree 2n - 1.
-///
-/// The abscissae are found by Newton's method on the Legendre polynomial, starting from Chebyshev-like estimates.
 ///
 /// # Source
 /// Abramowitz and Stegun (1964), 25.4.29 and 22.16.6.
@@ -34,7 +30,7 @@ pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     rule
 }
 
-/// Legendre polynomial P_n(x) and its derivative by the three-term recurrence.
+/// Legendre polynomial P_n(x) and its derivative.
 fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut previous, mut current) = (1.0, x);
     for k in 2..=n {
@@ -63,8 +59,7 @@ pub fn hexahedron(n: usize) -> Vec<RulePoint<3>> {
 mod tests {
     use super::*;
 
-    /// Truth: an n-point Gauss rule integrates x^k over [-1, 1] exactly for k <= 2n - 1, but not for k = 2n. Tolerance: rounding of
-    /// n terms of order 1.
+    /// Truth: exact for x^k with k <= 2n - 1, not for k = 2n. Tolerance: rounding.
     #[test]
     fn exact_to_degree_2n_minus_1() {
         for n in 1..=20 {

@@ -1,5 +1,4 @@
-//! Quadrature rules on the reference cells: points x_i and weights w_i ([`RulePoint`]) with ∫ f ≈ Σ w_i f(x_i). Each rule is exact
-//! for polynomials of a stated degree.
+//! Quadrature rules on the reference cells: points x_i and weights w_i ([`RulePoint`]) with ∫ f ≈ Σ w_i f(x_i).
 
 mod gauss;
 mod simplex;

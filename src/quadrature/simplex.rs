@@ -1,7 +1,4 @@
-//! Rules on the reference triangle (0,0), (1,0), (0,1) and the reference tetrahedron.
-//!
-//! Rules of higher degree are products of Gauss rules, collapsed onto the simplex; their degree has no upper limit. All weights are
-//! positive.
+//! Rules on the reference triangle (0,0), (1,0), (0,1) and the reference tetrahedron. All weights are positive.
 
 use super::RulePoint;
 use super::gauss::gauss_legendre;
@@ -13,8 +10,7 @@ fn unit_line(n: usize) -> Vec<(f64, f64)> {
 
 /// Rule on the reference triangle, exact to `degree`; weights sum to 1/2.
 ///
-/// Degrees 0 and 1 use the centroid, degree 2 uses the three-point rule of Strang and Fix (1973), and higher degrees use the
-/// collapsed square.
+/// Degree 2 uses the three-point rule of Strang and Fix (1973), higher degrees the collapsed square.
 pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
     const SIXTH: f64 = 1.0 / 6.0;
     match degree {
@@ -32,8 +28,8 @@ pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
 
 /// Rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
 ///
-/// Degrees 0 and 1 use the centroid, degree 2 uses the four-point rule of Hammer, Marlowe and Stroud (1956), and degree 3 uses a
-/// rule of eight points. Higher degrees use the collapsed cube.
+/// Degree 2 uses the four-point rule of Hammer, Marlowe and Stroud (1956), degree 3 a rule of eight points. Higher degrees use the
+/// collapsed cube.
 pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     if degree <= 1 {
         return vec![([0.25; 3], 1.0 / 6.0)];
@@ -60,8 +56,7 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     rule
 }
 
-/// Rule of degree 3 with eight points of equal weight inside the tetrahedron. Four points lie at the fraction t of the way from the
-/// centroid to the corners, and four points at the fraction u.
+/// Rule of degree 3 with eight points of equal weight, at the fractions t and u of the way from the centroid to the corners.
 ///
 /// Degree 2 requires t² + u² = 2/5, and degree 3 requires t³ + u³ = 2/15. So s = t + u solves s³ - 6/5 s + 4/15 = 0. Viète's
 /// formula gives the root with all points inside.
@@ -88,7 +83,7 @@ mod tests {
         (1..=n).map(|k| k as f64).product()
     }
 
-    /// Truth: the integral of x^i y^j over the unit triangle is i! j! / (i + j + 2)!. Tolerance: rounding.
+    /// Truth: the integral of x^i y^j is i! j! / (i + j + 2)!.
     #[test]
     fn triangle_moments() {
         for degree in 0..=7 {
@@ -105,8 +100,7 @@ mod tests {
         }
     }
 
-    /// Truth: a Gauss rule of n points is exact to degree 2n - 1, and the collapse adds two degrees. The rule on the tetrahedron
-    /// has n³ points with the smallest n for which 2n - 1 is at least degree + 2.
+    /// Truth: n³ points with the smallest n for which 2n - 1 is at least degree + 2, since the collapse adds two degrees.
     #[test]
     fn no_more_points_than_the_degree_takes() {
         for degree in 4..12 {
@@ -115,7 +109,7 @@ mod tests {
         }
     }
 
-    /// Truth: the integral of x^i y^j z^k over the unit tetrahedron is i! j! k! / (i + j + k + 3)!. Tolerance: rounding.
+    /// Truth: the integral of x^i y^j z^k is i! j! k! / (i + j + k + 3)!.
     #[test]
     fn tetrahedron_moments() {
         for degree in 0..=5 {

@@ -1,11 +1,9 @@
-//! Rules on the reference wedge and the reference pyramid.
-
 use super::RulePoint;
 use super::gauss::{gauss_legendre, quadrilateral};
 use super::simplex::triangle;
 
-/// Rule on the wedge (triangle (0,0), (1,0), (0,1) times [-1, 1]); weights sum to 1. It is the product of the triangle rule of
-/// `degree` and the `n`-point Gauss rule, which is exact to degree 2n - 1 along z.
+/// Product of the triangle rule of `degree` and the `n`-point Gauss rule on the wedge (triangle (0,0), (1,0), (0,1) times [-1, 1]);
+/// weights sum to 1.
 pub fn wedge(degree: usize, n: usize) -> Vec<RulePoint<3>> {
     let line = gauss_legendre(n);
     triangle(degree)
@@ -14,8 +12,8 @@ pub fn wedge(degree: usize, n: usize) -> Vec<RulePoint<3>> {
         .collect()
 }
 
-/// Rule on the pyramid with the base [-1, 1]^2 at z = 0 and the apex (0, 0, 1); weights sum to 4/3. It has `n` x `n` Gauss points
-/// on each of `n + 1` sections and is exact for polynomials of degree 2n - 1.
+/// Rule on the pyramid with the base [-1, 1]^2 at z = 0 and the apex (0, 0, 1), exact to degree 2n - 1; weights sum to 4/3. It has
+/// `n` x `n` Gauss points on each of `n + 1` sections.
 pub fn pyramid(n: usize) -> Vec<RulePoint<3>> {
     let square = quadrilateral(n);
     // The area of a section adds two degrees along z.
@@ -33,8 +31,7 @@ mod tests {
     use super::*;
 
     /// Truth: for even i and j, x^i y^j z^k has the integral 4 B(i + j + 3, k + 1) / ((i + 1) (j + 1)) over the pyramid, otherwise
-    /// 0 (beta function B). The integral over the wedge is the product of the integrals over triangle and line. Tolerance:
-    /// rounding.
+    /// 0 (beta function B).
     #[test]
     fn moments() {
         let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();

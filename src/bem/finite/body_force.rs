@@ -1,12 +1,12 @@
-//! Uniform body force, represented by a particular displacement field; the remaining problem has surface loads only.
+//! Uniform body force, as a particular displacement field; the remaining problem has surface loads only.
 
 use nalgebra::Matrix3;
 
 use crate::geometry::Point;
 use crate::material::Stiffness;
 
-/// Particular displacement for a uniform force per volume b with the unit direction n. It is u_p = -½ ((x - x0)·n)² T⁻¹ b, with
-/// T_ik = C_ijkl n_j n_l and any point x0. Its stress σ_p satisfies div σ_p + b = 0.
+/// Particular displacement u_p = -½ ((x - x0)·n)² T⁻¹ b for a uniform force per volume b with the unit direction n. Here T_ik =
+/// C_ijkl n_j n_l and x0 is any point. Its stress σ_p satisfies div σ_p + b = 0.
 ///
 /// # Source
 /// By substitution: σ_ij = -C_ijkl n_l ((x - x0)·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
@@ -14,7 +14,7 @@ use crate::material::Stiffness;
 pub struct BodyForceSolution {
     origin: Point,
     direction: Point,
-    /// Vector T⁻¹ b.
+    /// T⁻¹ b.
     curvature: Point,
     /// Stress σ_p divided by (x - x0)·n.
     stress: Matrix3<f64>,
@@ -69,8 +69,7 @@ impl BodyForceSolution {
 mod tests {
     use super::*;
 
-    /// Truth: a laterally constrained column under a weight b per volume along z has u_z = -z² b / (2 C33) and σ_zz = -b z. This
-    /// holds for b of any size.
+    /// Truth: a laterally constrained column under a weight b per volume along z has u_z = -z² b / (2 C33) and σ_zz = -b z.
     #[test]
     fn columns_under_their_weight() {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();

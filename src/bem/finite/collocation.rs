@@ -1,4 +1,4 @@
-//! Collocation equations over a cluster tree of elements: order, entries, and summed columns.
+//! Collocation equations over a cluster tree of elements.
 
 use nalgebra::DMatrix;
 
@@ -9,7 +9,6 @@ use crate::linalg::hierarchical::{
     BoundingBox, ClusterTree, CollocationKernel, CollocationLayout, ElementNumbering,
 };
 
-/// Maximum number of elements of a leaf of the tree.
 const LEAF: usize = 8;
 
 /// Two clusters are admissible if the smaller diameter is at most this multiple of their distance.
@@ -18,13 +17,11 @@ const ADMISSIBILITY: f64 = 2.0;
 /// Elements and nodes in tree order.
 pub(super) struct TreeOrder {
     pub elements: Vec<usize>,
-    /// Node number at each position.
     pub nodes: Vec<usize>,
     /// Element and local node index at each position.
     pub node_locations: Vec<(usize, usize)>,
 }
 
-/// Computes the entries of the collocation equations.
 pub(super) struct BoundaryKernel<'a> {
     pub problem: &'a BoundaryValueProblem<'a>,
     pub order: &'a TreeOrder,
@@ -53,7 +50,6 @@ impl SummedColumns {
 }
 
 impl TreeOrder {
-    /// Number of the dof at a position in tree order.
     pub fn dof(&self, at: usize) -> usize {
         3 * self.nodes[at / 3] + at % 3
     }
@@ -105,7 +101,7 @@ impl CollocationKernel for BoundaryKernel<'_> {
     }
 }
 
-/// Block structure over the cluster tree of the elements of a body. For `summed` further columns, only the row sums are stored.
+/// Block structure over the cluster tree of the elements, with `summed` further columns.
 pub(super) fn layout(elements: &BoundaryElements, summed: usize) -> CollocationLayout {
     let n = elements.n_elements();
     let extent = |i: usize| -> BoundingBox<3> {
@@ -124,7 +120,6 @@ pub(super) fn layout(elements: &BoundaryElements, summed: usize) -> CollocationL
     CollocationLayout::new(tree, ElementNumbering::new(counts.into_iter(), summed), ADMISSIBILITY)
 }
 
-/// Influence of element `element` at a node.
 pub(super) fn influence(elements: &BoundaryElements, (i, node): (usize, usize), element: usize) -> Influence {
     if i == element {
         return elements.influence_on_element(i, node);

@@ -1,8 +1,7 @@
 //! Collocation equations in low-rank blocks, solved by the generalised minimal residual method (GMRES).
 //!
 //! As in the dense equations, the diagonal block of a node follows from rigid translations. It is minus the sum of the compressed
-//! off-diagonal blocks (plus the unit matrix for exterior domains), so translations stay stress-free to rounding. Columns of
-//! prescribed dofs, boundary values and free motions are compressed, too, but only their row sums are stored.
+//! off-diagonal blocks, so translations stay stress-free to rounding.
 
 use faer::{MatMut, MatRef};
 use nalgebra::Matrix3;
@@ -22,11 +21,10 @@ use crate::linalg::hierarchical::{
     CoarseBlockJacobi, CollocationMatrix, CollocationUnknowns, DiagonalAndBorder,
 };
 
-/// The allowed error of an entry is this × tolerance / √n for n unknowns. The error of a whole row, divided by the free term 1/2,
-/// then stays below the tolerance.
+/// Allowed error of an entry, divided by tolerance / √n for n unknowns. The error of a row, divided by the free term 1/2, then
+/// stays below the tolerance.
 const ENTRY_ERROR_SHARE: f64 = 0.5;
 
-/// Number of right-hand sides solved together.
 const RIGHT_SIDES_PER_BLOCK: usize = 24;
 
 /// Number of Krylov vectors per right-hand side before a restart.
@@ -34,21 +32,17 @@ const RESTART: usize = 40;
 /// Maximum number of products per right-hand side.
 const MAX_GMRES_PRODUCTS: usize = 400;
 
-/// Typical number of products per right-hand side.
 const TYPICAL_GMRES_PRODUCTS: usize = 12;
 
-/// Number of loaded elements whose columns are computed in parallel.
 const BATCH: usize = 16;
 
-/// Residual of the iteration as a multiple of the compression tolerance.
 const RESIDUAL_OVER_TOLERANCE: f64 = 0.05;
-/// Smallest residual that single precision reaches.
 const MIN_SINGLE_PRECISION_RESIDUAL: f64 = 1e-7;
 
 /// Admissible tolerances. The blocks are stored in single precision.
 pub const TOLERANCE_RANGE: [f64; 2] = [1e-6, 1e-2];
 
-/// A far block `[m, n]` takes about this × d² × (m + n) bytes, where d = -log10(tolerance); measured.
+/// A far block `[m, n]` takes about this × d² × (m + n) bytes, where d = -log10(tolerance).
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 4.3;
 
 /// Equations of a problem in low-rank blocks.
@@ -56,13 +50,12 @@ pub struct CompressedEquations {
     tolerance: f64,
     matrix: CollocationMatrix,
     order: TreeOrder,
-    /// Additions to the diagonal blocks of the nodes.
     diagonal_blocks: Vec<Matrix3<f64>>,
-    /// Border columns of the matrix for the free rigid motions, `[n + motions, motions]`.
+    /// Border columns for the free motions, `[n + motions, motions]`.
     columns: DenseMatrix,
-    /// Border rows of the matrix for the free rigid motions, each stored as a column, `[n, motions]`.
+    /// Border rows for the free motions, each stored as a column, `[n, motions]`.
     rows: DenseMatrix,
-    /// Right-hand side of the boundary values and of the mean displacements along the free motions.
+    /// Right-hand side of the boundary values and of the mean displacements.
     boundary_value_side: Vec<f64>,
     preconditioner: CoarseBlockJacobi,
 }
@@ -81,7 +74,7 @@ pub struct CompressionReport {
 }
 
 impl CompressedEquations {
-    /// Assembles the equations of a problem. Far blocks are compressed to `tolerance`.
+    /// Assembles the equations of a problem, far blocks compressed to `tolerance`.
     ///
     /// # Errors
     /// If memory does not suffice, the tolerance is not admissible, rigid motions are unconstrained, or the run is cancelled.
@@ -227,7 +220,7 @@ impl CompressedEquations {
         };
         for column in reports.iter().flatten() {
             report.iterations = report.iterations.max(column.n_products);
-            // The total order places NaN above all other values.
+            // NaN counts as larger than any number.
             if column.residual.abs().total_cmp(&report.residual).is_gt() {
                 report.residual = column.residual.abs();
             }
@@ -241,7 +234,7 @@ impl CompressedEquations {
         Ok((all, report))
     }
 
-    /// Writes `columns` of `n` rows to `values`, reordered from tree order to node order.
+    /// Reorders `columns` of `n` rows from tree order to node order.
     fn reorder(&self, columns: &[f64], n: usize, values: &mut [f64]) {
         for (from, to) in columns.chunks_exact(n).zip(values.chunks_exact_mut(n)) {
             for at in 0..3 * self.order.nodes.len() {
@@ -252,7 +245,7 @@ impl CompressedEquations {
     }
 }
 
-/// Columns of the equations whose row sums alone are stored, with their scales. `areas` belong to the nodes, mm2.
+/// `areas` belong to the nodes, mm2.
 fn summed_columns(
     problem: &BoundaryValueProblem,
     traction_scale: f64,
@@ -275,7 +268,6 @@ fn summed_columns(
     }
 }
 
-/// Row sums of the [`SummedColumns`], from which diagonal blocks, right-hand side and border follow.
 struct RowSums<'a> {
     kernel: &'a BoundaryKernel<'a>,
     /// Whether the displacement of each dof is prescribed, in tree order.
@@ -285,8 +277,7 @@ struct RowSums<'a> {
 }
 
 impl RowSums<'_> {
-    /// Diagonal displacement blocks from rigid translations: minus the sum of the row's other blocks, plus the unit matrix for
-    /// exterior domains.
+    /// Diagonal displacement blocks: minus the sum of the row's other blocks, plus the unit matrix for exterior domains.
     fn rigid_translation_blocks(&self, matrix: &CollocationMatrix) -> Result<Vec<Matrix3<f64>>> {
         let n = matrix.n();
         let (mut translations, mut moved) = (DenseMatrix::zeros(n, 3)?, DenseMatrix::zeros(n, 3)?);
@@ -308,7 +299,6 @@ impl RowSums<'_> {
         Ok((0..n / 3).map(of_node).collect())
     }
 
-    /// Right-hand side of the boundary values, and of the mean displacements along the free motions.
     fn boundary_value_side(&self, diagonal_blocks: &[Matrix3<f64>]) -> Vec<f64> {
         let BoundaryKernel { problem, order, motions, summed_columns, .. } = self.kernel;
         let (n, n_nodes) = (self.held.len(), order.nodes.len());
@@ -327,8 +317,7 @@ impl RowSums<'_> {
         right
     }
 
-    /// Border columns `[n + motions, motions]` and rows `[n, motions]`, stored as columns, of the free motions. `areas` belong to
-    /// the nodes, mm2.
+    /// Border columns and rows; `areas` belong to the nodes, mm2.
     fn motion_border(&self, areas: &[f64]) -> Result<[DenseMatrix; 2]> {
         let BoundaryKernel { order, motions, summed_columns, .. } = self.kernel;
         let n = self.held.len();
@@ -348,11 +337,9 @@ impl RowSums<'_> {
     }
 }
 
-/// The equations as the system of a Krylov method. The buffers `x` and `y` hold a vector and its product with the blocks in single
-/// precision, in which the blocks are stored.
+/// The buffers `x` and `y` hold a vector and its product with the blocks, which are stored in single precision.
 struct KrylovSystem<'a> {
     equations: &'a CompressedEquations,
-    /// Number of right-hand sides.
     count: usize,
     x: Vec<f32>,
     y: Vec<f32>,

@@ -35,13 +35,13 @@ pub struct BoundaryElements {
     prepared: Vec<PreparedElement>,
     /// Reference nodes of triangles and of quadrilaterals.
     nodes: [ElementNodes; 2],
-    /// Number of the first node of each element; the last entry is the number of nodes.
+    /// First node of each element; the last entry is the number of nodes.
     first: Vec<usize>,
 }
 
 impl BoundaryElements {
-    /// Elements with nodes by `interpolation` and the point-force `field` of the material. The integrals over the elements have an
-    /// error of about `accuracy`, relative to their largest values.
+    /// Elements with the point-force `field` of the material. The integrals have an error of about `accuracy`, relative to their
+    /// largest values.
     pub fn new(
         panels: Vec<Panel>,
         interpolation: Interpolation,
@@ -104,7 +104,6 @@ impl BoundaryElements {
         &self.nodes[usize::from(!self.panel(i).is_triangle())]
     }
 
-    /// Values of `of` for all nodes. Its arguments are the element, the local node index and the reference nodes.
     fn each_node<T>(&self, of: impl Fn(&Panel, usize, &ElementNodes) -> T) -> Vec<T> {
         let mut all = Vec::with_capacity(self.n_nodes());
         for i in 0..self.n_elements() {
@@ -124,7 +123,7 @@ impl BoundaryElements {
         self.each_node(|panel, node, nodes| panel.area_vector(nodes.reference_points()[node]).normalize())
     }
 
-    /// Nodal areas ∫ N_a dS, by the quadrature rule whose points are the nodes, mm².
+    /// Nodal areas ∫ N_a dS, mm².
     pub fn areas(&self) -> Vec<f64> {
         self.each_node(|panel, node, nodes| {
             nodes.weights()[node] * panel.area_vector(nodes.reference_points()[node]).norm()
@@ -174,7 +173,6 @@ impl BoundaryElements {
         self.kernels.principal_value(self.element(i), node)
     }
 
-    /// Adds the displacement and gradient at a point off element `i` due to its `nodal` state.
     pub(super) fn add_field(
         &self,
         i: usize,
@@ -185,8 +183,8 @@ impl BoundaryElements {
         self.kernels.add_field(self.element(i), y, nodal, sum);
     }
 
-    /// Influence of element `i` at its own node `node`. The traction-kernel block of that node has no value (strongly singular) and
-    /// is set to zero.
+    /// Influence of element `i` at its own node `node`. The traction-kernel block of that node is strongly singular and set to
+    /// zero.
     pub fn influence_on_element(&self, i: usize, node: usize) -> Influence {
         self.kernels.on_element(self.element(i), node)
     }

@@ -1,9 +1,8 @@
 //! Influence of unit tractions and displacements of an element at a point: integrals of the kernels U and T over the element. U and
 //! T are the displacement and the traction of a unit point force.
 //!
-//! Points off the element are handled by Gauss rules, with the element divided into quarters for near points. For points on the
-//! element the rules run along rays from the point to the edge; the Jacobian of the polar coordinates cancels 1/r. The number of
-//! Gauss points follows from the distance of the kernel's singularities to the element ([`QuadratureOrder`]).
+//! For points off the element, Gauss rules apply, with near elements divided. For points on the element the rules run along rays
+//! from the point to the edge; the Jacobian of the polar coordinates cancels 1/r.
 
 use nalgebra::Matrix3;
 
@@ -23,7 +22,6 @@ const MOST_POINTS: usize = 8;
 /// Rules with at most this many points per side are precomputed on whole elements.
 const MAX_STORED_POINTS_PER_SIDE: usize = 4;
 
-/// Maximum depth of the recursive division of an element.
 const MOST_DIVISIONS: usize = 14;
 
 /// Displacement (rows) at a point due to unit tractions and unit displacements of the nodes of an element.
@@ -35,18 +33,15 @@ pub struct Influence {
     pub double_layer: [Matrix3<f64>; MOST_NODES],
 }
 
-/// Kernels of a body with their integration over elements.
 #[derive(Debug)]
 pub(super) struct InfluenceIntegrator {
     pub stiffness: Stiffness,
-    /// Full-space field of a point force.
     field: FullSpaceField,
     /// Gauss rules on [-1, 1] with 1, 2, ... points.
     rules: Vec<Vec<(f64, f64)>>,
     quadrature_order: QuadratureOrder,
 }
 
-/// Collocation point on a plane element, for the principal value of ∫ T dS.
 struct PrincipalValuePoint {
     y: Point,
     traction: TractionOperator,
@@ -54,7 +49,6 @@ struct PrincipalValuePoint {
     size: f64,
 }
 
-/// Quadrature point of an element.
 #[derive(Debug, Clone)]
 struct QuadraturePoint {
     at: Point,
@@ -64,18 +58,15 @@ struct QuadraturePoint {
     shape_values: [f64; MOST_NODES],
 }
 
-/// Element with precomputed quadrature points.
 #[derive(Debug)]
 pub(super) struct PreparedElement {
     pub panel: Panel,
     /// Quadrature points on the whole element for 1, 2, ... points along a side; empty below `min_points`.
     samples: [Vec<QuadraturePoint>; MAX_STORED_POINTS_PER_SIDE],
-    /// Minimum number of points along a side.
     min_points: usize,
     patch: Parallelogram,
 }
 
-/// An element with its nodes.
 #[derive(Clone, Copy)]
 pub(super) struct ElementView<'a> {
     pub prepared: &'a PreparedElement,
@@ -89,8 +80,7 @@ pub(super) struct NodalState {
     pub traction: Point,
 }
 
-/// Step of the fourth-order differences of the traction kernel, relative to the distance. The differences have a relative error of
-/// 1e-7.
+/// Step of the fourth-order differences of the traction kernel, relative to the distance. Their relative error is 1e-7.
 const STEP: f64 = 0.01;
 
 /// Displacement field of a double layer (unit area with a displacement `density`).
@@ -106,8 +96,8 @@ impl DoubleLayer<'_> {
         self.traction_operator.apply(&self.kernels.field.at(r)).transpose() * self.density
     }
 
-    /// Adds displacement and gradient at y due to the layer and a traction, times the area. Along r the derivative of the layer
-    /// follows from its decay like 1/r²; across r it follows from finite differences.
+    /// Adds displacement and gradient at y due to the layer and a traction, times the area. The derivative along r is exact, from
+    /// the decay like 1/r².
     fn add(&self, r: &Point, traction: Point, area: f64, sum: &mut DisplacementGradient) {
         let field = self.kernels.field.at(r);
         let own = self.traction_operator.apply(&field).transpose() * self.density;
@@ -155,7 +145,7 @@ impl ReferencePart {
         [0, 1].map(|c| self.first[c] + u * self.sides[0][c] + v * self.sides[1][c])
     }
 
-    /// Parallelogram that the sides of the part span, mapped to a panel by the linearisation about the centre of the parallelogram.
+    /// Parallelogram that the sides span on a panel, linearised about its centre.
     fn linearised_on(&self, panel: &Panel) -> Parallelogram {
         let middle = self.at([0.5; 2]);
         let [a, b] = panel.tangents(middle);
@@ -175,7 +165,7 @@ impl ReferencePart {
         [part([0.0, 0.0]), part([0.5, 0.0]), part([0.0, 0.5]), last]
     }
 
-    /// Points and weights of the tensor product of a rule with itself; for triangles, the square is collapsed into a triangle.
+    /// Points and weights of the tensor product of a rule with itself; for triangles, the square is collapsed.
     fn points<'a>(&'a self, rule: &'a [(f64, f64)]) -> impl Iterator<Item = ([f64; 2], f64)> + 'a {
         let [a, b] = self.sides;
         let stretch = (a[0] * b[1] - a[1] * b[0]).abs();
@@ -214,8 +204,7 @@ impl QuadraturePoint {
 
 impl PreparedElement {
     pub fn new(kernels: &InfluenceIntegrator, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
-        // The minimum is the degree plus one for affine quadrilaterals, and the degree plus two for all others. Triangles need the
-        // larger number because they are collapsed squares.
+        // Triangles, which are collapsed squares, and elements that are not affine need one more point.
         let affine = panel.is_affine() && !panel.is_triangle();
         let min_points = degree + if affine { 1 } else { 2 };
         let whole = ReferencePart::whole(panel.is_triangle());
@@ -238,14 +227,13 @@ impl InfluenceIntegrator {
         Self { stiffness, field, rules, quadrature_order }
     }
 
-    /// Influence of an element at a point `y` that is not on it.
     pub fn off_element(&self, element: ElementView, y: &Point) -> Influence {
         let mut influence = Influence::zero();
         self.each_sample(element, y, &mut |sample| self.add(element.nodes, y, sample, &mut influence));
         influence
     }
 
-    /// Calls `visit` for each quadrature point that the integration over an element requires for a point `y` off the element.
+    /// Visits the quadrature points for a point `y` off the element.
     #[inline]
     fn each_sample(&self, element: ElementView, y: &Point, visit: &mut impl FnMut(&QuadraturePoint)) {
         let PreparedElement { panel, samples, min_points, patch } = element.prepared;
@@ -255,7 +243,7 @@ impl InfluenceIntegrator {
         }
     }
 
-    /// Adds the displacement and gradient at `y` (off the element) due to the nodal tractions and displacements to `sum`.
+    /// Adds the displacement and gradient at `y`, off the element.
     pub fn add_field(
         &self,
         element: ElementView,
@@ -278,8 +266,7 @@ impl InfluenceIntegrator {
         });
     }
 
-    /// Influence of an element at its own node `node`. The block of this node in [`Influence::double_layer`] has no value (strongly
-    /// singular) and is set to zero.
+    /// Influence of an element at its own node. The strongly singular block of this node is set to zero.
     pub fn on_element(&self, element: ElementView, node: usize) -> Influence {
         let mut influence = Influence::zero();
         let xi = element.nodes.reference_points()[node];
@@ -314,7 +301,6 @@ impl InfluenceIntegrator {
         sum
     }
 
-    /// Adds the contribution of an edge segment.
     fn add_edge_principal_value(
         &self,
         seen: &PrincipalValuePoint,
@@ -364,7 +350,7 @@ impl InfluenceIntegrator {
         }
     }
 
-    /// Adds the integral over the triangle between the point `xi` of the element and an edge segment. The Jacobian cancels 1/r.
+    /// Adds the integral over the triangle between the point `xi` of the element and an edge segment.
     fn add_polar_triangle(
         &self,
         element: ElementView,
@@ -400,12 +386,11 @@ impl InfluenceIntegrator {
         }
     }
 
-    /// Adds the contribution of a quadrature point.
     #[inline]
     fn add(&self, nodes: &ElementNodes, y: &Point, sample: &QuadraturePoint, influence: &mut Influence) {
         let field = self.field.at(&(sample.at - y));
-        // The operator gives the traction on the element due to a force at y. By reciprocity, its transpose gives the displacement
-        // at y due to displacements of the element.
+        // By reciprocity, the transpose of the traction due to a force at y gives the displacement at y due to displacements of
+        // the element.
         let traction = sample.traction_operator.apply(&field).transpose();
         for (a, value) in sample.shape_values.iter().enumerate().take(nodes.reference_points().len()) {
             let factor = value * sample.area;
@@ -421,9 +406,8 @@ mod tests {
     use super::*;
     use crate::element::ElementKind;
 
-    /// Truth: the tractions of a point force at y on a closed box balance the force, for isotropic and anisotropic materials.
-    /// `half_from_a_face` and `near_its_faces` state the expected sums. Weakly anisotropic fibres need only a small table; the
-    /// thorough test uses stiff fibres.
+    /// Truth: the tractions of a point force at y on a closed box balance the force. Weakly anisotropic fibres need only a small
+    /// table.
     #[test]
     fn flux_through_a_box() {
         let along = if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { 140e3 } else { 14e3 };
@@ -469,8 +453,8 @@ mod tests {
         }
     }
 
-    /// The sum over the faces is minus the unit matrix for y inside and zero outside, down to 0.001 of the side from a face. The
-    /// accuracy of the integrals is 1e-9, relative to the integral over a face.
+    /// The sum over the faces is minus the unit matrix for y inside and zero outside. The integrals have a relative accuracy of
+    /// 1e-9.
     fn near_its_faces(kernels: &InfluenceIntegrator) {
         let nodes = ElementNodes::new(Interpolation::Constant, false);
         let panels = panels(kernels, &nodes, 0);

@@ -1,9 +1,8 @@
 //! Displacement and stress inside a body, from the state of its surface.
 //!
-//! Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and its derivative have kernels that grow like 1/r² and 1/r³. The linear field
-//! at the nearest surface point is therefore subtracted before integration, so that the remaining density vanishes at this point.
-//! For interior domains the integrals of a linear field reproduce it, so the field is added afterwards. For exterior domains these
-//! integrals are zero.
+//! The kernels of Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and of its derivative grow like 1/r² and 1/r³. The linear field
+//! at the nearest surface point is therefore subtracted before integration, so that the remaining density vanishes there. For
+//! interior domains the integrals of a linear field reproduce it; for exterior domains they are zero.
 
 use nalgebra::Matrix3;
 
@@ -15,13 +14,11 @@ use super::surface_solution::SurfaceSolution;
 use crate::bem::{DisplacementGradient, PointState};
 use crate::geometry::Point;
 
-/// Maximum number of iterations of the closest-point projection onto an element.
 const STEPS: usize = 30;
 
-/// A point counts as on an element below this distance, relative to the size of the element.
+/// Distance below which a point counts as on an element, relative to the size of the element.
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
-/// A point is not next to an edge if the cosine between the surface normal and the direction to the point exceeds this value.
 const MIN_NORMAL_COSINE: f64 = 0.99;
 
 /// Surface point that is nearest to a given point.
@@ -37,7 +34,7 @@ pub struct NearestPoint {
     pub distance: f64,
 }
 
-/// Displacement and stress inside a body, from the state of its surface.
+/// Displacement and stress inside a body.
 pub struct InteriorSolution<'a> {
     elements: &'a BoundaryElements,
     domain: Domain,
@@ -90,7 +87,7 @@ impl BoundaryElements {
         best.expect("a surface has elements")
     }
 
-    /// Points of all elements on which `y` lies, within the tolerance. On a common side or corner there are several.
+    /// Points on which `y` lies within the tolerance; several on a common side or corner.
     fn coincident_points(&self, y: &Point) -> Vec<NearestPoint> {
         let on = |i: usize| {
             let (middle, radius) = self.bounding_sphere(i);
@@ -101,7 +98,6 @@ impl BoundaryElements {
         (0..self.n_elements()).filter_map(on).collect()
     }
 
-    /// Bounding sphere of element `i`: centre and radius.
     fn bounding_sphere(&self, i: usize) -> (Point, f64) {
         let nodes = &self.panel(i).nodes;
         let middle = nodes.iter().sum::<Point>() / nodes.len() as f64;
@@ -109,7 +105,7 @@ impl BoundaryElements {
         (middle, 1.5 * nodes.iter().map(|node| (node - middle).norm()).fold(0.0, f64::max))
     }
 
-    /// Nearest point of element `i` to `y`, by Gauss-Newton steps restricted to the element.
+    /// Gauss-Newton steps restricted to the element.
     fn nearest_point_on(&self, i: usize, y: &Point) -> NearestPoint {
         let panel = self.panel(i);
         let triangle = panel.is_triangle();
@@ -139,13 +135,11 @@ impl BoundaryElements {
     }
 }
 
-/// Step along the third side of a triangle.
 fn slide(side: &Point, away: &Point) -> [f64; 2] {
     let step = side.dot(away) / side.norm_squared().max(f64::MIN_POSITIVE);
     [step, -step]
 }
 
-/// Approximately the nearest position inside the reference element.
 fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
     if !triangle {
         return [u.clamp(-1.0, 1.0), v.clamp(-1.0, 1.0)];
@@ -157,8 +151,7 @@ fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
 }
 
 impl InteriorSolution<'_> {
-    /// Displacement and stress at a point inside the body or on its surface. On common sides and corners of elements, both are
-    /// means over the adjacent elements.
+    /// State at a point inside the body or on its surface; on common sides and corners, the mean over the adjacent elements.
     pub fn at(&self, y: &Point) -> PointState {
         let stiffness = self.elements.stiffness();
         let feet = self.elements.coincident_points(y);

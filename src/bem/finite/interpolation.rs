@@ -9,8 +9,8 @@ use crate::quadrature::{RulePoint, quadrilateral, triangle};
 /// Maximum number of nodes of an element.
 pub const MOST_NODES: usize = 9;
 
-/// Six-point rule of degree 4 (Strang and Fix 1973): coordinate a and weight of each of its two groups of points. The points of a
-/// group have the barycentric coordinates (a, a, 1 - 2a) in any order.
+/// Six-point rule of degree 4 (Strang and Fix 1973): coordinate a and weight of two groups of points with the barycentric
+/// coordinates (a, a, 1 - 2a).
 const SIX_POINTS: [(f64, f64); 2] =
     [(0.091_576_213_509_771, 0.054_975_871_827_661), (0.445_948_490_915_965, 0.111_690_794_839_006)];
 
@@ -57,7 +57,7 @@ impl Interpolation {
     }
 }
 
-/// Nodes of an interpolation on the reference triangle or square, with their Lagrange polynomials (1 at one node, 0 at the others).
+/// Nodes of an interpolation on the reference triangle or square, with their Lagrange polynomials.
 #[derive(Debug, Clone)]
 pub struct ElementNodes {
     reference_points: Vec<[f64; 2]>,
@@ -85,7 +85,7 @@ impl ElementNodes {
         &self.reference_points
     }
 
-    /// Weights of the quadrature rule whose points are the nodes: the integrals of the polynomials over the reference element.
+    /// Weights of the quadrature rule whose points are the nodes.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
@@ -158,8 +158,7 @@ fn on_triangle(interpolation: Interpolation) -> Vec<RulePoint<2>> {
 mod tests {
     use super::*;
 
-    /// Truth: monomials up to the degree of the interpolation are reproduced with their derivatives, and their squares are
-    /// integrated exactly. On [-1, 1]² ∫ u^a v^b = 4 / ((a + 1) (b + 1)) for even a and b; on the triangle a! b! / (a + b + 2)!.
+    /// Truth: the polynomials and their derivatives are reproduced, and their squares are integrated exactly.
     #[test]
     fn polynomials_are_reproduced() {
         for interpolation in Interpolation::ALL {

@@ -2,7 +2,7 @@
 //!
 //! The equation of each node y of each element is c u(y) + ∫ T u dS = ∫ U t dS, with the free term c and the kernels U, T of
 //! [`super::full_space`]. The nodes are quadrature points inside the elements. Tractions may jump between elements, so edges and
-//! corners need no special treatment. Main types: [`BoundaryElements`], [`BoundaryValueProblem`], [`BoundarySolution`].
+//! corners need no special treatment.
 //!
 //! # Source
 //! C.A. Brebbia, J.C.F. Telles, L.C. Wrobel, Boundary Element Techniques (1984).

@@ -24,7 +24,7 @@ impl Panel {
         self.nodes.iter().zip(self.kind.face_values(xi)).map(|(node, value)| node * value).sum()
     }
 
-    /// Tangents: derivatives of the position along the directions of the reference element.
+    /// Derivatives of the position along the directions of the reference element.
     pub fn tangents(&self, xi: [f64; 2]) -> [Point; 2] {
         let gradients = self.kind.face_gradients(xi);
         [0, 1].map(|axis| self.nodes.iter().zip(&gradients).map(|(node, g)| node * g[axis]).sum())
@@ -36,7 +36,7 @@ impl Panel {
         a.cross(&b)
     }
 
-    /// The same element with enough nodes for the interpolation: second-order nodes for quadratic interpolation.
+    /// The same element, with second-order nodes for quadratic interpolation.
     pub fn with_second_order_nodes(self, interpolation: Interpolation) -> Self {
         let kind = if self.is_triangle() { ElementKind::Tri6 } else { ElementKind::Quad9 };
         if interpolation != Interpolation::Quadratic || self.kind == kind {
@@ -46,12 +46,10 @@ impl Panel {
         Self { kind, nodes }
     }
 
-    /// Corners of the reference element.
     pub(super) fn corners(&self) -> &'static [[f64; 2]] {
         &self.kind.face_reference_nodes()[..self.kind.n_corners()]
     }
 
-    /// Whether the tangents are constant.
     pub(super) fn is_affine(&self) -> bool {
         let first = self.tangents(self.corners()[0]);
         let size = first[0].norm().max(first[1].norm());

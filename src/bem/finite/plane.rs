@@ -1,7 +1,7 @@
 //! Plane surface of a half-space, discretised with the kernels of a full space and fixed beyond its elements.
 //!
-//! The equation of each node y is ½ u(y) + ∫ T u dS = ∫ U t dS; the first integral is a principal value. The surface is open, so
-//! that rigid motions cannot provide the diagonal blocks.
+//! The equation of each node y is ½ u(y) + ∫ T u dS = ∫ U t dS; the first integral is a principal value, since the surface is open
+//! and rigid motions cannot provide the diagonal blocks.
 
 use faer::Par;
 use nalgebra::Matrix3;
@@ -15,13 +15,10 @@ use crate::geometry::Point;
 use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Number of nodes whose rows are computed in parallel.
 const BATCH: usize = 64;
 
-/// Maximum number of nodes whose rows are recomputed in the residual check of a solution.
 const CHECKED: usize = 24;
 
-/// Rows of a node: 3 x 3 blocks for the displacements and for the tractions of all nodes.
 type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 
 /// Response of a plane surface to unit tractions.
@@ -36,8 +33,7 @@ impl BoundaryElements {
     fn plane_rows(&self, node: usize) -> Rows {
         let y = self.panel(node).position(self.reference_nodes_of(node).reference_points()[0]);
         let of = |i: usize| {
-            // Integrals over very elongated elements take long, so cancellation is checked for each element. After cancellation the
-            // zero blocks are not used.
+            // Integrals over very elongated elements take long. After cancellation the zero blocks are not used.
             if cancel::requested() {
                 return (Matrix3::zeros(), Matrix3::zeros());
             }
@@ -51,7 +47,7 @@ impl BoundaryElements {
     }
 
     /// Displacement of the nodes of a plane surface of constant elements under unit tractions of the nodes `loaded`. Other nodes
-    /// carry no traction; the surface beyond the elements is fixed.
+    /// carry no traction.
     ///
     /// # Errors
     /// If the elements are not constant, memory does not suffice, the equations are singular, or the run is cancelled.

@@ -3,7 +3,7 @@
 use super::elements::BoundaryElements;
 use crate::fem::RigidBodyModes;
 
-/// Maximum number of unknowns for dense factorisation. Above it, compressed equations take less time.
+/// Above this number of unknowns, compressed equations take less time than dense factorisation.
 pub const MAX_DENSE_UNKNOWNS: usize = 10_000;
 
 /// Side of the surface on which the body lies.
@@ -15,7 +15,7 @@ pub enum Domain {
     Exterior,
 }
 
-/// Boundary-value problem: displacement or traction along each axis at every node (component c of node i is dof 3 i + c).
+/// Displacement or traction along each axis at every node; component c of node i is dof 3 i + c.
 pub struct BoundaryValueProblem<'a> {
     /// Boundary elements of the surface.
     pub elements: &'a BoundaryElements,
@@ -25,7 +25,7 @@ pub struct BoundaryValueProblem<'a> {
     pub displacement_known: &'a [bool],
     /// Prescribed displacement (mm), or traction on the body (MPa) for the other dofs, `[3 n]`.
     pub boundary_values: &'a [f64],
-    /// Nodes for which the response to unit tractions is computed. Their displacements are not prescribed.
+    /// Nodes for which the response to unit tractions is computed; not with prescribed displacements.
     pub loaded: &'a [usize],
     /// Rigid motions that the prescribed displacements leave free, with mean square 1 over the surface.
     pub free_motions: Option<&'a RigidBodyModes>,

@@ -17,9 +17,9 @@ pub struct BoundarySolution {
     pub(super) displacement_known: Vec<bool>,
     pub(super) boundary_values: Vec<f64>,
     pub(super) loaded: Vec<usize>,
-    /// `[3 n + free motions, 1 + 3 loaded nodes]`; the first column belongs to the boundary values.
+    /// `[3 n + free motions, 1 + 3 loaded nodes]`.
     pub(super) unknown: DenseMatrix,
-    /// Scale of the unknown tractions, MPa/mm. Divided by it, tractions have the magnitude of displacements.
+    /// Divisor of the unknown tractions, MPa/mm.
     pub(super) traction_scale: f64,
     pub(super) residual: f64,
     pub(super) compression: Option<CompressionReport>,
@@ -51,8 +51,6 @@ impl BoundarySolution {
         8 * self.unknown.values().len()
     }
 
-    /// Unknowns for the superposition of the boundary values times `own` and the `tractions` of the loaded nodes, `[3 n_loaded]`,
-    /// MPa.
     fn superpose(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.unknown.n_rows()];
         for (j, factor) in std::iter::once(&own).chain(tractions).enumerate() {
@@ -63,8 +61,7 @@ impl BoundarySolution {
         sum
     }
 
-    /// Displacement and traction of all nodes for the superposition of the boundary values times `own` and the `tractions` of the
-    /// loaded nodes, `[3 n_loaded]`, MPa.
+    /// State for the boundary values times `own` plus the `tractions` of the loaded nodes, `[3 n_loaded]`, MPa.
     pub fn state(&self, own: f64, tractions: &[f64]) -> SurfaceState {
         let n = self.boundary_values.len() / 3;
         let found = self.superpose(own, tractions);

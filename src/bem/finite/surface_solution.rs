@@ -1,8 +1,7 @@
 //! Displacement and its gradient on the surface of a body.
 //!
 //! The element polynomials give the tangential derivatives G. For elements with one node, G is fitted to the neighbours. The normal
-//! derivative a follows from the traction t. From σ = C : (G + a nᵀ) and σ n = t follows a = T⁻¹ (t - (C : G) n) with T_ik = C_ijkl
-//! n_j n_l.
+//! derivative follows from the traction t: a = T⁻¹ (t - (C : G) n) with T_ik = C_ijkl n_j n_l.
 //!
 //! # Source
 //! Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -18,10 +17,10 @@ use super::panel::Panel;
 use super::system::SurfaceState;
 use crate::geometry::Point;
 
-/// Neighbours count as smoothly connected if the cosine of the angle between their normals exceeds this value (45 degrees).
+/// Smallest cosine between the normals of smoothly connected neighbours (45 degrees).
 const MIN_SMOOTH_COSINE: f64 = 0.707;
 
-/// Singular values below this share of the largest are neglected in the fit (neighbours on a line).
+/// Share of the largest singular value that is neglected in the fit (neighbours on a line).
 const ON_A_LINE: f64 = 1e-9;
 
 /// Displacement and traction of a surface between its nodes.
@@ -33,7 +32,7 @@ pub struct SurfaceSolution<'a> {
 }
 
 impl BoundaryElements {
-    /// Interpolation of the displacement and traction of `state` between the nodes.
+    /// Interpolation of `state` between the nodes.
     pub fn surface_solution<'a>(&'a self, state: &'a SurfaceState) -> SurfaceSolution<'a> {
         let constant = self.interpolation() == Interpolation::Constant;
         SurfaceSolution {
@@ -43,7 +42,7 @@ impl BoundaryElements {
         }
     }
 
-    /// Surface gradients at the centres of elements with one node: linear functions fitted to the neighbours.
+    /// Surface gradients of elements with one node: linear functions fitted to the neighbours.
     fn fit_constant_gradients(&self, state: &SurfaceState) -> Vec<Matrix3<f64>> {
         let corners = |panel: &Panel| -> Vec<[u64; 3]> {
             let bits = |xi: &[f64; 2]| <[f64; 3]>::from(panel.position(*xi)).map(|x| (x + 0.0).to_bits());

@@ -3,9 +3,9 @@
 //! The strongly singular diagonal block of a node follows from rigid translations, which cause no traction. It is minus the sum of
 //! the other blocks, plus the unit matrix for the body around a cavity.
 //!
-//! A body with free rigid motions has one more unknown and one more equation per motion. The unknowns are tractions in the shape of
-//! the motion, which balance the loads. These tractions act on all dofs without prescribed displacement. The equations prescribe
-//! the mean displacement along each motion, zero by default.
+//! Each free rigid motion adds an unknown and an equation. The unknown is the amplitude of tractions in the shape of the motion,
+//! which balance the loads. They act on all dofs without prescribed displacement. The equation prescribes the mean displacement
+//! along the motion, zero by default.
 
 use faer::Par;
 use nalgebra::{DMatrix, Matrix3};
@@ -23,16 +23,14 @@ use crate::geometry::Point;
 use crate::linalg::dense_lu::{self, DenseLu};
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Number of nodes whose rows are computed in parallel.
 const BATCH: usize = 64;
 
-/// Maximum number of nodes whose rows are recomputed in the residual check of a solution.
 const CHECKED: usize = 24;
 
 /// Default tolerance of compressed equations.
 pub const DEFAULT_TOLERANCE: f64 = 1e-5;
 
-/// Compressed equations are rejected if the residual of recomputed rows exceeds this multiple of the tolerance.
+/// Largest admissible residual of recomputed rows, as a multiple of the tolerance.
 const MAX_RESIDUAL_OVER_TOLERANCE: f64 = 100.0;
 
 /// Solution method for the equations.
@@ -51,11 +49,10 @@ impl SolutionMethod {
     }
 }
 
-/// Rows of a node: 3 x 3 blocks for the displacements and for the tractions of all nodes.
+/// Displacement and traction blocks of all nodes, for a node's three rows.
 type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 
 impl BoundaryElements {
-    /// Three rows of the equations, for local node `node` of an element.
     fn rows(&self, (element, node): (usize, usize), domain: Domain) -> Rows {
         let n = self.n_nodes();
         let (mut h, mut g) = (vec![Matrix3::zeros(); n], vec![Matrix3::zeros(); n]);
@@ -104,7 +101,6 @@ impl BoundaryElements {
         Ok(Some(free.ok_or_else(lost)?))
     }
 
-    /// Element and local node index of every node.
     pub(super) fn node_locations(&self) -> Vec<(usize, usize)> {
         (0..self.n_elements()).flat_map(|i| (0..self.nodes_of(i).len()).map(move |node| (i, node))).collect()
     }
@@ -117,7 +113,6 @@ impl BoundaryValueProblem<'_> {
         8 * (n * n + 2 * n * columns) + (BATCH as u128) * n * 48 + dense_lu::product_buffer_bytes(8 * n * n)
     }
 
-    /// Matrix of the equations, and right-hand sides for the boundary values and for unit tractions.
     fn assemble_dense(&self, scale: f64) -> Result<(DenseMatrix, DenseMatrix)> {
         let n = 3 * self.elements.n_nodes();
         let motions = self.motions();
@@ -187,7 +182,7 @@ impl BoundaryValueProblem<'_> {
         modulus / size
     }
 
-    /// Solves the problem by the method that [`SolutionMethod::of`] gives for its number of unknowns.
+    /// Solves the problem by the default method of [`SolutionMethod::of`].
     ///
     /// # Errors
     /// If memory does not suffice, rigid motions are unconstrained, or the run is cancelled. For compressed equations, also if the
@@ -248,8 +243,8 @@ impl BoundaryValueProblem<'_> {
         Ok(solution)
     }
 
-    /// Largest residual of recomputed rows, relative to the largest sum of magnitudes in a row. The boundary values and unit
-    /// tractions on all loaded nodes are checked separately, since their magnitudes may differ strongly.
+    /// Largest residual of recomputed rows, relative to the largest sum of magnitudes in a row. Boundary values and unit tractions
+    /// are checked separately, since their magnitudes may differ strongly.
     fn residual(&self, solution: &BoundarySolution) -> Result<f64> {
         let n = 3 * self.loaded.len();
         let loads = [(1.0, vec![0.0; n]), (0.0, vec![1.0; n])];
@@ -297,7 +292,6 @@ mod tests {
     use crate::element::ElementKind::Quad9;
     use crate::material::Stiffness;
 
-    /// Sides of the cube [-1, 1]^3.
     fn cube() -> Vec<Panel> {
         let side = |(axis, sign): (usize, f64)| {
             let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
@@ -311,9 +305,8 @@ mod tests {
         (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]).map(side).collect()
     }
 
-    /// Truth: the solved equations leave a relative residual below 1e-12. The residual exceeds 1e-3 if a response to a unit
-    /// traction is 10 % too large. Large prescribed displacements must not hide this error: the cube of 2 mm has a displacement of
-    /// 1 mm, and the unit traction is 1 MPa for E = 2e5 MPa.
+    /// Truth: the solved equations leave only rounding. A unit response that is 10 % too large must show in the residual beside
+    /// large prescribed displacements.
     #[test]
     fn wrong_responses_show_beside_prescribed_displacements() {
         let stiffness = Stiffness::isotropic(2e5, 0.3).unwrap();

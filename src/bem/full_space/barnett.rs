@@ -11,8 +11,7 @@ use crate::material::Stiffness;
 /// First and largest number of directions over half a turn.
 const DIRECTIONS: [usize; 2] = [32, 16384];
 
-/// Convergence limit: change on doubling the directions, relative to the largest value. The remaining error is about the square of
-/// the change.
+/// Largest change on doubling the directions, relative to the largest value. The remaining error is about its square.
 const MAX_CHANGE: f64 = 1e-7;
 
 /// Field of a unit force at the origin of an anisotropic full space.
@@ -33,7 +32,6 @@ struct Contractions {
     along: [Matrix3<f64>; 2],
 }
 
-/// Means over directions.
 #[derive(Clone, Copy)]
 struct Sums {
     /// Mean of Q⁻¹.
@@ -48,14 +46,13 @@ impl BarnettField {
         Self { stiffness: stiffness.clone() }
     }
 
-    /// Field at `x` (mm), not the origin, with derivatives along the coordinate axes.
+    /// Field at `x` (mm), not the origin.
     ///
     /// # Errors
     /// If the sums do not converge with 16384 directions (stiffness ratios too large).
     pub fn at(&self, x: &Vector3<f64>) -> Result<GreenTensor> {
         let r = x.norm();
         let t = x / r;
-        // `a` is normal to `t` and to the coordinate axis along which `t` has its smallest component.
         let a = t.cross(&Vector3::ith(t.iamin(), 1.0)).normalize();
         let b = t.cross(&a);
         let contractions = Contractions::new(&self.stiffness, &a, &b, &t);
@@ -94,7 +91,7 @@ impl Contractions {
         Self { across: [contract(a, a), both(a, b), contract(b, b)], along: [both(a, t), both(b, t)] }
     }
 
-    /// Means over `n` directions; the first direction is `offset` steps from the vector a.
+    /// The first of `n` directions is `offset` steps from the vector a.
     fn sums(&self, n: usize, offset: f64) -> Sums {
         let mut sums = Sums { value: Matrix3::zeros(), slopes: [Matrix3::zeros(); 2] };
         for k in 0..n {
@@ -111,7 +108,6 @@ impl Contractions {
     }
 }
 
-/// Inverse of a symmetric positive definite matrix.
 fn inverse(q: &Matrix3<f64>) -> Matrix3<f64> {
     let (x, y, z) = (q.column(0), q.column(1), q.column(2));
     let rows = [y.cross(&z), z.cross(&x), x.cross(&y)];
@@ -124,7 +120,6 @@ impl Sums {
         Self { value: (self.value + other.value) * 0.5, slopes }
     }
 
-    /// Largest difference, relative to the largest entry.
     fn apart(&self, other: &Self) -> f64 {
         let parts = |sums: &Self| [sums.value, sums.slopes[0], sums.slopes[1]];
         let (own, others) = (parts(self), parts(other));

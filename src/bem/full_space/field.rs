@@ -10,7 +10,6 @@ use crate::error::Result;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 
-/// Name of this field in the cache key of its tables.
 const KIND: &str = "full space";
 
 /// Target error of a table, relative to its largest entry.
@@ -35,8 +34,7 @@ impl FullSpaceField {
         Ok(Self::load_or_compute(stiffness, None)?.0)
     }
 
-    /// As [`Self::new`], with the table read from a cache or computed and written to it. Also returns a warning for a damaged entry
-    /// or a failed write.
+    /// As [`Self::new`], with a cache of tables. Also returns a warning for a damaged entry or a failed write.
     ///
     /// # Errors
     /// As [`BarnettField::at`], if memory does not suffice, and if the run is cancelled.
@@ -61,8 +59,7 @@ impl FullSpaceField {
         }
     }
 
-    /// Largest observed difference of the table from the integrals over directions, relative to the largest entry over all
-    /// directions at the same distance; 0 for closed forms.
+    /// Largest observed difference of the table from the integrals, relative to the largest entry; 0 for closed forms.
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,

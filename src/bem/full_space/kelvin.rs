@@ -15,18 +15,16 @@ use crate::material::Stiffness;
 pub(super) struct Kelvin {
     /// 1 / (16π μ (1 - ν)), 1/MPa.
     factor: f64,
-    /// 3 - 4ν.
     same: f64,
 }
 
 impl Kelvin {
-    /// Returns `None` unless the material is isotropic.
+    /// `None` unless the material is isotropic.
     pub(super) fn from_stiffness(stiffness: &Stiffness) -> Option<Self> {
         let [mu, nu] = stiffness.isotropic_constants()?;
         Some(Self { factor: 1.0 / (16.0 * PI * mu * (1.0 - nu)), same: 3.0 - 4.0 * nu })
     }
 
-    /// Field at a point other than the origin.
     pub(super) fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let r = x.norm();
         let t = x / r;

@@ -5,10 +5,6 @@
 //! Tractions t on a body cause the displacement `u(x) = ∫ G(x - y) t(y) dA` of its surface: rows of G are displacements, columns
 //! tractions. G(x) = Γ(φ) / |x| with x = |x| (cos φ, sin φ), and G(-x) = G(x)^T. Body 2 carries the traction P and body 1 carries
 //! -P, so that S = G(lower) + G(upper).
-//!
-//! [`Stiffness`](crate::material::Stiffness) -> [`SurfaceGreen`] -> [`PatchIntegrator`] -> [`FftFlexibility`] (grid frames),
-//! [`DenseFlexibility`] or [`CompressedFlexibility`] (any plane frame). Periodic grids: [`SurfaceGreen`] ->
-//! [`PeriodicFlexibility`].
 
 pub mod green;
 pub mod grid;

@@ -2,9 +2,8 @@
 //!
 //! The collocation equations give the displacement u = S_bb t of the nodes b under the frame due to tractions t at these nodes.
 //! Frame tractions become the nodal tractions that do the same work, t = M⁻¹ Iᵀ A t_frame. M contains the nodal areas, A the cell
-//! areas, and I averages nodal values over the cells. Hence S = I F Iᵀ A as for finite elements, with F = S_bb M⁻¹. By Betti's
-//! theorem the exact F is symmetric. Collocation gives a symmetric F only in the limit of small elements. `symmetrize.rs` makes F
-//! symmetric and keeps its response to constant and linear tractions, except for a part that measures the error of the elements.
+//! areas, and I averages nodal values over the cells. Hence S = I F Iᵀ A as for finite elements, with F = S_bb M⁻¹. The exact F is
+//! symmetric, but collocation gives a symmetric F only in the limit of small elements. `symmetrize.rs` therefore makes F symmetric.
 
 mod spec;
 mod stress;
@@ -46,7 +45,6 @@ pub struct BeBody {
     weight: Option<BodyForceSolution>,
     map: FaceMap,
     solution: BoundarySolution,
-    /// Areas of the nodes of `map`.
     areas: Vec<f64>,
     flexibility: Option<CondensedFlexibility>,
     free_gap: Option<Vec<f64>>,
@@ -134,7 +132,6 @@ impl BeBody {
         build().context(|| spec.name.clone())
     }
 
-    /// Contribution of the body's own loads and supports to the gap.
     fn own_gap(&self) -> Vec<f64> {
         let state = self.solution.state(1.0, &vec![0.0; 3 * self.areas.len()]);
         let positions = self.elements.positions();
@@ -144,7 +141,6 @@ impl BeBody {
         self.map.gap_of_displacement(self.side, own)
     }
 
-    /// Unconstrained rigid-body modes with their gaps, relative motions and load works.
     fn modes_from_free_motions(
         &self,
         free: &RigidBodyModes,
@@ -185,17 +181,17 @@ impl BeBody {
     }
 
     /// Asymmetry |W - Wᵀ| / (2 |W|) of the works W that constant and linear tractions over the frame do on each other's
-    /// displacements. It is 0 without discretisation error.
+    /// displacements. It measures the error of the elements.
     pub fn asymmetry(&self) -> f64 {
         self.asymmetry
     }
 
-    /// Largest residual of the equations that are recomputed after the solution, relative to the magnitude of their terms.
+    /// Largest relative residual of the equations that are recomputed after the solution.
     pub fn residual(&self) -> f64 {
         self.solution.residual()
     }
 
-    /// Report on the compression of the equations; `None` for dense equations.
+    /// Report on the compression of the equations.
     pub fn compression(&self) -> Option<&CompressionReport> {
         self.solution.compression()
     }
@@ -205,7 +201,7 @@ impl BeBody {
         self.kernel_error
     }
 
-    /// Warning about the cache, if any.
+    /// Warning about the cache.
     pub fn cache_warning(&self) -> Option<&str> {
         self.cache_warning.as_deref()
     }
@@ -225,7 +221,6 @@ impl BeBody {
         nodal
     }
 
-    /// Displacement of the mesh points: means of `state` over adjacent elements, plus the particular solution for the body force.
     fn at_points(&self, state: &SurfaceState) -> Vec<[f64; 3]> {
         let mut sums = vec![(Point::zeros(), 0.0); self.surface.mesh.n_points()];
         for (i, face) in outer_faces(&self.surface.mesh).iter().enumerate() {
@@ -250,8 +245,7 @@ impl BeBody {
     }
 }
 
-/// Returns an error if a diagonal entry of the flexibility is not positive. Far too large elements, or an invalid surface, cause
-/// such entries.
+/// Far too large elements, or an invalid surface, cause diagonal entries that are not positive.
 fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()> {
     if (0..n).all(|i| entry(i, i) > 0.0) {
         return Ok(());
@@ -295,13 +289,11 @@ impl ElasticBody for BeBody {
         Some(&self.surface)
     }
 
-    /// Displacement at the points of the surface mesh.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         let state = self.solution.state(1.0, &self.nodal_tractions(tractions));
         Ok(BodyField { displacement: self.at_points(&state), stress: None })
     }
 
-    /// Stress on the surface.
     fn recover_stress(
         &self,
         tractions: &[f64],

@@ -24,10 +24,9 @@ use crate::mesh::{CellRef, Mesh};
 /// Accuracy of the integrals, relative to their largest values. It is far below the discretisation error.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Largest weight of a node in the mean over a cell that still counts as rounding error.
+/// Weight of a node in the mean over a cell below which it counts as rounding error.
 const MIN_SHAPE_WEIGHT: f64 = 1e-9;
 
-/// Points tested between two cancellation checks.
 const POINTS_PER_CANCEL_CHECK: usize = 1024;
 
 /// Elements in the order of the mesh's outer faces, the element number of each face, the kernel error, and a cache warning.
@@ -61,12 +60,10 @@ pub struct FrameFit {
     pub n_nodes: usize,
     /// Whether each cell lies on a single element.
     pub cells_within_elements: bool,
-    /// Element with the largest ratio of node spacing to the thickness of the body behind it: its number among the outer faces, and
-    /// this ratio.
+    /// Number (among the outer faces) and ratio of the element with the largest ratio of node spacing to the thickness behind it.
     pub thinnest_element: Option<(usize, f64)>,
 }
 
-/// Boundary conditions and body force of a body at its nodes.
 pub(super) struct NodalConditions {
     /// Whether the displacement is prescribed, by dof.
     pub(super) held: Vec<bool>,
@@ -77,8 +74,7 @@ pub(super) struct NodalConditions {
 }
 
 impl NodalConditions {
-    /// Mean displacement along each unconstrained mode. It is the negative of the mean of the particular solution for the body
-    /// force over the free dofs.
+    /// Mean displacement along each unconstrained mode that cancels the mean of the particular solution over the free dofs.
     pub(super) fn counter_mean(&self, free: &RigidBodyModes, elements: &BoundaryElements) -> Vec<f64> {
         let Some(weight) = &self.weight else { return Vec::new() };
         let (positions, areas) = (elements.positions(), elements.areas());
@@ -102,7 +98,6 @@ impl BeSpec {
         group_faces(&self.mesh, group)
     }
 
-    /// Boundary elements of the body.
     pub(super) fn elements(&self, cache: Option<&Cache>) -> Result<NumberedElements> {
         let outer = outer_faces(&self.mesh);
         let at = |&node: &usize| Point::from(self.mesh.points[node]);
@@ -117,7 +112,6 @@ impl BeSpec {
         Ok((elements, number, (error, note)))
     }
 
-    /// Boundary conditions at the nodes.
     pub(super) fn nodal_conditions(
         &self,
         elements: &BoundaryElements,
@@ -174,7 +168,7 @@ impl BeSpec {
         Ok(NodalConditions { held: held.iter().map(Option::is_some).collect(), values, weight })
     }
 
-    /// Unconstrained rigid-body modes; `None` if the supports fix the body.
+    /// Unconstrained rigid-body modes.
     ///
     /// # Errors
     /// If a group is missing, or supports contradict one another.
@@ -263,7 +257,6 @@ impl BeSpec {
     }
 }
 
-/// Map from the nodes of the contact faces to the cells.
 pub(super) fn build_face_map(
     spec: &BeSpec,
     elements: &BoundaryElements,

@@ -13,12 +13,11 @@ use crate::fem::{FaceAverages, FaceContribution, RecoveryPoints, exposures};
 use crate::geometry::Point;
 use crate::mesh::faces::outer_faces;
 
-/// Points evaluated between two cancellation checks.
 const POINTS_PER_CANCEL_CHECK: usize = 64;
 
 impl BeBody {
-    /// Stress at the points of the surface mesh due to tractions on body 2, from surface strain and traction of the elements. A
-    /// point has one value for each smooth part of the surface around it: the mean over the elements of this part.
+    /// Stress at the points of the surface mesh due to tractions on body 2. A point has one value for each smooth part of the
+    /// surface around it: the mean over the elements of this part.
     pub(super) fn surface_stress(&self, tractions: &[f64]) -> StressField {
         let nodal = self.nodal_tractions(tractions);
         let state = self.solution.state(1.0, &nodal);
@@ -54,7 +53,7 @@ impl BeBody {
                 let sample = FaceContribution { area, weight, gradient, stiffness, own_traction };
                 whole.add(point, &sample);
                 if touches {
-                    // The contact traction is excluded here. It is added later from the cells.
+                    // The contact traction is added later from the cells.
                     let load = own_traction - field.interpolate(&of_contact, i, *xi);
                     contact.add(point, &FaceContribution { own_traction: load, ..sample });
                 }
@@ -67,7 +66,6 @@ impl BeBody {
         StressField { points: Arc::new(points), stress, exposures, contact: contact.points(), error: None }
     }
 
-    /// Displacement and stress at interior points due to tractions on body 2.
     pub(super) fn inside_points(&self, tractions: &[f64], points: &[Point]) -> Result<Vec<PointState>> {
         let state = self.solution.state(1.0, &self.nodal_tractions(tractions));
         let field = self.elements.interior_solution(&state, Domain::Interior);

@@ -5,20 +5,17 @@
 //!
 //! F' = (F + Fᵀ) / 2 + D V Wᵀ + W (D V)ᵀ
 //!
-//! is symmetric and F' V = F V - W Vᵀ D V. The response to uniform stress, which the elements represent exactly, remains. Only Vᵀ D
-//! V is lost. It is the antisymmetric part of the works Vᵀ F V of the forces on each other's displacements, and measures the error
-//! of the elements.
+//! is symmetric and F' V = F V - W Vᵀ D V. Only Vᵀ D V is lost. It is the antisymmetric part of the works Vᵀ F V, and measures the
+//! error of the elements.
 
 use nalgebra::DMatrix;
 
 use crate::frame::{ContactFrame, FaceMap};
 use crate::linalg::vector::dot;
 
-/// A traction counts as linearly dependent on earlier tractions if less than this share of its norm remains after
-/// orthogonalisation.
+/// Share of a traction's norm below which its remainder after orthogonalisation counts as zero.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
 
-/// Response of a flexibility to constant and linear tractions.
 pub(super) struct Symmetrization {
     /// W, `[columns][3 n]`.
     tractions: Vec<Vec<f64>>,
@@ -79,7 +76,7 @@ impl Symmetrization {
         Self { tractions, antisymmetric, works }
     }
 
-    /// Entry of the term that is added to the symmetric part of the flexibility.
+    /// Entry of D V Wᵀ + W (D V)ᵀ.
     pub fn correction(&self, i: usize, j: usize) -> f64 {
         let columns = self.tractions.iter().zip(&self.antisymmetric);
         columns.map(|(w, d)| d[i] * w[j] + w[i] * d[j]).sum()
@@ -99,8 +96,8 @@ mod tests {
     use crate::mesh::faces::group_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: the corrected matrix is symmetric. Under uniform tractions it gives the same response as the original matrix, except
-    /// for displacements of constant and linear shape. The asymmetry of a symmetric matrix is 0.
+    /// Truth: the corrected matrix is symmetric. Under uniform tractions it keeps the response, except for displacements of
+    /// constant and linear shape. The asymmetry of a symmetric matrix is 0.
     #[test]
     fn uniform_tractions_keep_their_response() {
         let mesh = GradedBlock::uniform([1.0; 2], 1.0, [4, 4, 2]).mesh().unwrap();

@@ -1,22 +1,18 @@
 //! Displacement of a body's surface under the frame due to its loads, prescribed displacements and weight.
 //!
-//! Let g = G + u_c be the body's displacement under a unit force at x on the patch: half-space field G plus correction u_c. The
-//! displacement g vanishes at the supports. Betti's theorem gives the surface displacement w due to tractions t, body force b and
-//! prescribed displacements ū,
+//! Let g = G + u_c be the body's displacement under a unit force at x on the patch: half-space field G plus correction u_c. Betti's
+//! theorem gives the surface displacement w due to tractions t, body force b and prescribed displacements ū,
 //!
 //! w(x) = ∫ t·g dS + ∫ b·g dV - ū·R(g),
 //!
-//! with the support forces R under g. The mesh displacement at the surface is not needed. w is smooth if the loads are distant. The
-//! error of w is the product of two mesh errors. Terms with u_c are sums over nodes. Terms with G are integrals over faces. In the
-//! half-space, the displacement u_p = -z²/2 T⁻¹ b with T = C(e3, e3) is in equilibrium with the weight b. It leaves the surface
-//! free of traction. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over the boundary outside the plane of the patch. t_G and t_p are the
-//! tractions of G and u_p.
+//! with the support forces R under g. The error of w is the product of two mesh errors. The displacement u_p = -z²/2 T⁻¹ b with T =
+//! C(e3, e3) balances the weight b and leaves the surface free of traction. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over the
+//! boundary outside the plane of the patch. t_G and t_p are the tractions of G and u_p.
 //!
-//! On fixed faces u_c equals -G only at the nodes. Between the nodes, the support tractions do the work ∫ (σ n)·g dS on the
-//! remaining g. Here σ is the recovered stress of the body's own loads, and n the normal.
+//! On fixed faces u_c equals -G only at the nodes. Between the nodes, the support tractions do the work ∫ (σ n)·g dS. σ is the
+//! recovered stress of the body's own loads, n the normal.
 //!
-//! Loads in the plane of the patch, on or near the patch, act on the half-space. Exact integrals over the loaded faces give the
-//! displacement at the cell centres.
+//! Loads in the plane of the patch, on or near the patch, act on the half-space, by exact integrals over the loaded faces.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -45,20 +41,17 @@ use crate::mesh::faces::{SurfaceFace, outer_faces};
 /// Largest ratio of the size of a face part to its distance from the forces.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.35;
 
-/// Loaded faces in the plane of the patch count as near loads up to the distance `NEAR_LOAD_DISTANCE` × longer half-side of the
-/// patch.
+/// Distance from the patch up to which faces in its plane are near loads, divided by its longer half-side.
 const NEAR_LOAD_DISTANCE: f64 = 1.0;
 
-/// Faces evaluated in parallel before summation.
 const FACES_PER_BATCH: usize = 64;
 
-/// Cells evaluated between two cancellation checks.
 const CELLS_PER_CANCEL_CHECK: usize = 4096;
 
 /// Relative singular value below which a component of the rigid-motion fit is dropped.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 
-/// Prescribed displacements of a body, less a rigid motion of the whole body.
+/// Prescribed displacements of a body, split into a rigid motion and a deformation.
 pub(super) struct PrescribedMotion {
     origin: Point,
     translation: Point,
@@ -75,7 +68,6 @@ struct PatchLoad {
     traction: Point,
 }
 
-/// Displacement of the surface under the frame due to all actions on the body except the contact.
 pub(super) struct AppliedLoadDisplacement {
     /// Displacement at the nodes of the polynomials, axes of the patch, mm; component j at node i has index 3 i + j.
     at_nodes: Vec<f64>,
@@ -88,16 +80,14 @@ pub(super) struct AppliedLoadDisplacement {
 pub(super) struct AppliedLoadResponse {
     /// Displacement of all nodes, global axes, mm, `[n_points]`.
     pub displacement: Vec<[f64; 3]>,
-    /// Work of the loads and the prescribed displacements on u_c of each unit force, N mm per N, axes of the patch, `[3 n]`. The
-    /// work on the half-space field is not included.
+    /// Work of the loads and the prescribed displacements on u_c of each unit force, N mm per N, axes of the patch, `[3 n]`.
     pub work: Vec<f64>,
-    /// Prescribed displacements, split into a rigid motion and a deformation.
     pub prescribed_motion: PrescribedMotion,
 }
 
 impl PrescribedMotion {
-    /// Fits a rigid motion to the displacements of the dofs `prescribed` and subtracts it. On elastic foundations, which resist
-    /// rigid motions, nothing is subtracted.
+    /// Subtracts a fitted rigid motion from the displacements of the dofs `prescribed`, unless elastic foundations resist rigid
+    /// motions.
     pub fn new(model: &FeModel, prescribed: &[usize]) -> Self {
         let mesh = model.mesh();
         let value = |&dof: &usize| model.prescribed_displacement(dof / 3, dof % 3).unwrap_or(0.0);
@@ -134,13 +124,12 @@ impl PrescribedMotion {
         supports
     }
 
-    /// Displacement of a point by the rigid motion, global axes, mm.
     fn rigid(&self, x: &Point) -> Point {
         self.translation + self.rotation.cross(&(x - self.origin))
     }
 }
 
-/// Actions at a point of a face outside the plane of the patch, axes of the patch.
+/// Actions at a point of a face, axes of the patch.
 struct FaceAction {
     /// Traction, MPa.
     traction: Point,
@@ -148,13 +137,11 @@ struct FaceAction {
     displacement: Point,
 }
 
-/// Loads, prescribed displacements, weight and support stress on the faces of a body.
 struct FaceLoads<'a> {
     model: &'a FeModel,
     forces: &'a PatchForces<'a>,
     /// Loads of faces: pressure against the outward normal, and traction in global axes.
     loads: HashMap<FaceId, (f64, Point)>,
-    /// Nonzero values of [`PrescribedMotion::deformation`], by dof.
     supports: HashMap<usize, f64>,
     /// T⁻¹ b of the weight b, axes of the patch.
     weight: Point,
@@ -166,11 +153,7 @@ struct FaceLoads<'a> {
 }
 
 impl AppliedLoadDisplacement {
-    /// Computes the surface displacement from the response `own` of a body and its recovered `stress` at `points`, at the positions
-    /// of `forces` on the patch. `field` is the field of the half-space.
-    ///
-    /// # Errors
-    /// If the run is cancelled.
+    /// Surface displacement from the response `own` of a body and its recovered `stress` at `points`.
     pub fn new(
         model: &FeModel,
         forces: &PatchForces,
@@ -213,16 +196,12 @@ impl AppliedLoadDisplacement {
         Ok(Self { at_nodes, support_work, near_loads: near })
     }
 
-    /// Part of the displacement at the nodes of the polynomials that is due to the work of the support tractions between the mesh
-    /// nodes, mm.
+    /// Part due to the work of the support tractions between the mesh nodes, mm.
     pub fn support_work(&self) -> &[f64] {
         &self.support_work
     }
 
-    /// Contribution to the gap of the cells of a frame, axes of the frame, mm: all x components, then all y and all n components.
-    ///
-    /// # Errors
-    /// If the run is cancelled.
+    /// Contribution to the gap of the cells, axes of the frame, mm: all x components, then all y and all n components.
     pub fn gap(
         &self,
         far: &FarField,
@@ -258,13 +237,11 @@ fn add(sum: &mut [f64], part: &Point) {
     (0..3).for_each(|c| sum[c] += part[c]);
 }
 
-/// Displacement at a point of the plane of the patch due to the loads `pads` in this plane, axes of the patch, mm.
 fn displacement(pads: &[PatchLoad], field: &HalfSpaceField, at: [f64; 2]) -> Point {
     pads.iter().map(|pad| pad.displacement(field.patch_integrals.green(), at)).sum()
 }
 
 impl PatchLoad {
-    /// One load for each distinct traction on `faces`, which lie in the plane of the patch or, if curved, count as part of it.
     fn all(mesh: &Mesh, faces: &[(SurfaceFace, Point)], patch: &ContactPatch) -> Vec<Self> {
         let mut by_traction: BTreeMap<[u64; 3], Vec<&(SurfaceFace, Point)>> = BTreeMap::new();
         for loaded in faces {
@@ -278,13 +255,12 @@ impl PatchLoad {
         by_traction.into_values().map(pad).collect()
     }
 
-    /// Displacement of a point of the plane, axes of the patch, mm.
     fn displacement(&self, green: &SurfaceGreen, at: [f64; 2]) -> Point {
         let lines = self.outline.iter().map(|line| polygon::integrate(green, line, at));
         lines.sum::<Matrix3<f64>>() * self.traction
     }
 
-    /// Whether the load is so close to the patch that polynomials do not represent the displacement that it causes on the patch.
+    /// Whether the load is so close to the patch that polynomials do not represent its displacement there.
     fn is_near(&self, patch: &ContactPatch) -> bool {
         let reach = patch.half_width.map(|half| half + NEAR_LOAD_DISTANCE * patch.size());
         (0..2).all(|axis| {
@@ -315,8 +291,7 @@ impl<'a> FaceLoads<'a> {
         Self { model, forces, loads, supports, weight, points, stress, rules: FaceRules::new() }
     }
 
-    /// Returns two works per unit force, N mm per N, axes of the patch. The first is the work of the face's loads on the half-space
-    /// field G. The second is the work of the support tractions on G + u_c, which vanishes at the fixed nodes but not between them.
+    /// Work per unit force, N mm per N, axes of the patch: of the face's loads on G, and of the support tractions on G + u_c.
     fn work(&self, (face, in_plane): &(SurfaceFace, bool)) -> [Vec<Point>; 2] {
         let forces = self.forces;
         let none = Point::zeros();
@@ -366,7 +341,6 @@ impl<'a> FaceLoads<'a> {
         [work, rest]
     }
 
-    /// Prescribed displacement of a node along the `held` components, global axes, mm.
     fn prescribed_displacement(&self, node: usize, held: [bool; 3]) -> Point {
         let along = |c: usize| self.supports.get(&(3 * node + c)).copied().filter(|_| held[c]).unwrap_or(0.0);
         Point::from([0, 1, 2].map(along))
@@ -401,7 +375,6 @@ impl<'a> FaceLoads<'a> {
         acting
     }
 
-    /// Recovered stress and half-space displacements at the nodes of a face.
     fn at_nodes(&self, face: &SurfaceFace, in_plane: bool) -> Vec<FixedFaceNode> {
         let mesh = self.model.mesh();
         let places = self.points.points_of_cell(mesh.volume_index(face.owner));
@@ -421,7 +394,6 @@ impl<'a> FaceLoads<'a> {
     }
 }
 
-/// Node of a fixed face.
 struct FixedFaceNode {
     /// Stress, global axes, MPa.
     stress: Matrix3<f64>,

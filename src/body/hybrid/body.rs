@@ -42,7 +42,6 @@ pub struct HybridBody {
     /// Stiffness of the half-space, global axes.
     stiffness: Stiffness,
     field: HalfSpaceField,
-    /// Warning about the cache of the field, if any.
     cache_warning: Option<String>,
     model: FeModel,
     recovery: StressRecovery,
@@ -133,12 +132,12 @@ impl HybridBody {
         &self.indicators
     }
 
-    /// Warning about the cache of the field, if any.
+    /// Warning about the cache of the field.
     pub fn cache_warning(&self) -> Option<&str> {
         self.cache_warning.as_deref()
     }
 
-    /// Estimated errors of the displacement under the frame due to applied loads and prescribed displacements; `None` without them.
+    /// Estimated errors of the displacement under the frame due to applied loads and prescribed displacements.
     pub fn applied_load_error(&self) -> Option<AppliedLoadError> {
         self.applied_load_error
     }
@@ -153,13 +152,12 @@ impl HybridBody {
         &self.far_field
     }
 
-    /// Corrected operator on the cells of the frame.
     fn flexibility(&self, cross: CrossBlocks) -> Result<Arc<dyn Flexibility>> {
         let far = vec![self.far_field.clone()];
         build_corrected_flexibility(&self.green, far, &self.grid, self.grid_indices.as_deref(), cross)
     }
 
-    /// Energy norm under tractions on body 2: square root of twice the strain energy.
+    /// Square root of twice the strain energy under tractions on body 2.
     fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
         let operator = self.flexibility(CrossBlocks::Keep)?;
         let mut gap = vec![0.0; tractions.len()];
@@ -169,8 +167,7 @@ impl HybridBody {
         Ok((area * work).max(0.0).sqrt())
     }
 
-    /// Displacement of all nodes without the half-space displacement: the response to applied loads plus u_c, for tractions on
-    /// body 2.
+    /// Displacement of all nodes without the half-space displacement.
     fn corrections(&self, tractions: &[f64]) -> Vec<[f64; 3]> {
         let n_points = self.model.mesh().n_points();
         let mut displacement = self
@@ -184,7 +181,6 @@ impl HybridBody {
         displacement
     }
 
-    /// Tree of the tractions on this body, axes of the patch, for `tractions` on body 2.
     fn traction_tree(&self, tractions: &[f64]) -> TractionTree {
         let n = tractions.len() / 3;
         let sign = self.side.gap_sign();
@@ -210,7 +206,6 @@ impl HybridBody {
         Point::new(local.x, local.y, if self.on_surface[node] { 0.0 } else { local.z.min(0.0) })
     }
 
-    /// Stress of a displacement gradient, both in global axes.
     fn stress(&self, gradient: &Matrix3<f64>) -> Vector6<f64> {
         self.stiffness.voigt() * strain_of_gradient(gradient)
     }
@@ -227,7 +222,6 @@ impl HybridBody {
     }
 }
 
-/// Whether each node belongs to an outer face for which `wanted` holds, `[n_points]`.
 fn nodes_of(mesh: &Mesh, wanted: impl Fn(&SurfaceFace) -> bool) -> Vec<bool> {
     let mut found = vec![false; mesh.n_points()];
     for face in outer_faces(mesh).iter().filter(|face| wanted(face)) {
@@ -261,7 +255,6 @@ impl ElasticBody for HybridBody {
         Some(&self.surface)
     }
 
-    /// Displacement at all mesh nodes: half-space displacement, correction and response to applied loads.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         let mut displacement = self.corrections(tractions);
         let distribution = self.traction_tree(tractions);

@@ -16,10 +16,9 @@ use crate::linalg::dense_matrix::DenseMatrix;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
-/// Number of faces evaluated in parallel before summation. It limits the memory of their contributions.
+/// Faces evaluated in parallel; limits the memory of their contributions.
 const FACES_PER_BATCH: usize = 64;
 
-/// Face of the boundary.
 pub(super) struct BoundaryFace {
     pub face: SurfaceFace,
     /// Components that are prescribed at all nodes of the face.
@@ -27,19 +26,17 @@ pub(super) struct BoundaryFace {
     bedding: Option<FoundationStiffness>,
 }
 
-/// Loads and work of the half-space tractions on the boundary.
 pub(super) struct BoundaryTerms {
     /// Nodal forces -∫ N_a t dS: shape functions N_a, half-space tractions t; N per unit force, `[3 n_points, n_columns]`.
     pub loads: DenseMatrix,
     /// Work -∫ u·t over the free boundary plus ∫ t·u over the fixed boundary, mm/N, `[n_columns, n_columns]`. The first factor of
     /// each product is due to the force of the row.
     pub work: DenseMatrix,
-    /// Largest component of the sum of a unit force and the resultant of its half-space tractions on the boundary, among all
-    /// forces. The sum is zero for exact quadrature.
+    /// Largest component of the sum of a unit force and the resultant of its half-space tractions, among all forces. It is zero for
+    /// exact quadrature.
     pub imbalance: f64,
 }
 
-/// Faces of the body with half-space tractions.
 pub(super) struct BoundaryFaces(Vec<BoundaryFace>);
 
 impl BoundaryFaces {
@@ -58,8 +55,8 @@ impl BoundaryFaces {
         Self(faces.collect())
     }
 
-    /// Largest component of the sum of a unit force and the resultant of its half-space tractions on the boundary, among `forces`.
-    /// Face parts are at most `ratio` times their distance from the forces.
+    /// Imbalance as in [`BoundaryTerms::imbalance`], among `forces`. Face parts are at most `ratio` times their distance from the
+    /// forces.
     pub fn imbalance(&self, mesh: &Mesh, forces: &PatchForces, ratio: f64) -> f64 {
         let rules = FaceRules::new();
         let fluxes: Vec<Vec<Matrix3<f64>>> = self
@@ -86,9 +83,6 @@ impl BoundaryFaces {
 
 impl BoundaryTerms {
     /// Integrates over the boundary, with face parts of at most `ratio` times their distance from the forces.
-    ///
-    /// # Errors
-    /// If memory does not suffice, or the run is cancelled.
     pub fn new(model: &FeModel, forces: &PatchForces, faces: &BoundaryFaces, ratio: f64) -> Result<Self> {
         let n = forces.n_columns();
         let n_rows = 3 * model.mesh().n_points();
@@ -128,9 +122,8 @@ impl BoundaryTerms {
     }
 }
 
-/// Contribution of one face.
 struct FaceContribution {
-    /// Loads, `[n_columns][3 n_nodes]`.
+    /// Shape `[n_columns][3 n_nodes]`.
     loads: Vec<f64>,
     work: DenseMatrix,
     /// Resultant of the tractions due to each force, axes of the patch, `[n]`.
@@ -160,7 +153,6 @@ impl FaceContribution {
     }
 }
 
-/// Fields of the forces at the points of a face, and the resulting loads.
 struct Fields {
     /// Displacements at the quadrature points, global axes, mm/N, `[3 n_points, n_columns]`.
     displacements: DenseMatrix,
@@ -171,7 +163,6 @@ struct Fields {
 }
 
 impl Fields {
-    /// Adds the fields of the forces on the patch.
     fn add_forces(
         &mut self,
         BoundaryFace { face, fixed, bedding, .. }: &BoundaryFace,

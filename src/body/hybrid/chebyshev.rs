@@ -19,12 +19,11 @@ impl Chebyshev {
         Self { nodes, weights }
     }
 
-    /// The nodes, `[m]`.
     pub fn nodes(&self) -> &[f64] {
         &self.nodes
     }
 
-    /// Values at `x` of the Lagrange polynomials, which are 1 at one node and 0 at the others, `[m]`; overwrites `values`.
+    /// Values at `x` of the Lagrange polynomials, `[m]`.
     pub fn lagrange(&self, x: f64, values: &mut [f64]) {
         if let Some(at) = self.nodes.iter().position(|node| *node == x) {
             values.fill(0.0);
@@ -53,8 +52,7 @@ impl Chebyshev {
 mod tests {
     use super::*;
 
-    /// Truth: interpolation reproduces polynomials of degree below the number of nodes. T_2 has a single coefficient, 1 at
-    /// degree 2.
+    /// Truth: interpolation reproduces polynomials of degree below the number of nodes. T_2 has a single coefficient.
     #[test]
     fn polynomials_are_reproduced() {
         let nodes = Chebyshev::new(5, 1.2);

@@ -19,7 +19,6 @@ pub struct CorrectedFlexibility {
     near: Arc<dyn Flexibility>,
     far: Arc<Vec<FarField>>,
     on_grid: Vec<FarFieldOnGrid>,
-    /// Sides of a cell, mm.
     spacing: [f64; 2],
     /// Start of the first cell relative to the patch centre, mm.
     first: [f64; 2],
@@ -79,7 +78,7 @@ impl Flexibility for CorrectedFlexibility {
         PerCell::Each(blocks)
     }
 
-    /// Uses the preconditioner of the half-spaces. The far field of a few dozen polynomials is left to the iterations.
+    /// The far field of a few dozen polynomials is left to the iterations.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.near.precondition_normal(normal_gap, pressure)
     }
@@ -116,7 +115,7 @@ impl Flexibility for CorrectedFlexibility {
         self.near.grid()
     }
 
-    /// Restricts the half-space operator, which does not depend on position; [`Self::restriction_at`] adds the far field.
+    /// The half-space operator does not depend on position; [`Self::restriction_at`] adds the far field.
     fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
         self.near.restrict(at_least, factor)
     }

@@ -2,7 +2,7 @@
 //!
 //! A force on the patch causes the displacement u = u_hs + u_c, half-space displacement plus correction. The correction u_c solves
 //! the body's own equations with loads -t_hs on the free boundary and displacements -u_hs on the fixed boundary. t_hs are the
-//! half-space tractions. On the patch u_c is smooth, however sharp the traction, so that a few Chebyshev nodes represent it.
+//! half-space tractions. On the patch u_c is smooth, so that a few Chebyshev nodes represent it.
 //!
 //! # Source
 //! docs/theory-hybrid.md. The matrix follows from Betti's theorem with the half-space field of the target point,
@@ -31,7 +31,6 @@ pub const TARGET_IMBALANCE: f64 = 1e-4;
 /// First and last ratio of the size of face parts to their distance from the forces.
 const FACE_RATIO_RANGE: [f64; 2] = [1.0, 1.0 / 16.0];
 
-/// Factor of the ratio in each refinement step.
 const FACE_RATIO_FACTOR: f64 = 0.7;
 
 /// Share of the target imbalance that the outermost forces may have.
@@ -46,11 +45,10 @@ pub struct Correction {
     pub matrix: DenseMatrix,
     /// u_c at all nodes per unit force, global axes, mm/N, `[3 n_points, 3 n]`.
     pub fields: DenseMatrix,
-    /// Largest component of the sum of a unit force and the resultant of its half-space tractions on the boundary.
+    /// Largest component of the sum of a unit force and the resultant of its half-space tractions.
     pub imbalance: f64,
     /// Asymmetry of the boundary terms, divided by the norm of the matrix.
     pub asymmetry: f64,
-    /// Response to the body's own loads and prescribed displacements; `None` without them.
     pub(super) applied_loads: Option<AppliedLoadResponse>,
 }
 
@@ -67,7 +65,7 @@ impl Correction {
         if curved {
             ratio = CURVED_FACE_RATIO;
         } else {
-            // The outermost forces are nearest to the boundary. Forces between them may still have a larger imbalance.
+            // The outermost forces are nearest to the boundary. Forces between them may have a larger imbalance.
             let outermost = forces.outermost();
             while faces.imbalance(model.mesh(), &outermost, ratio) > OUTER_IMBALANCE_SHARE * TARGET_IMBALANCE
                 && ratio > FACE_RATIO_RANGE[1]
@@ -87,9 +85,8 @@ impl Correction {
         Ok(found)
     }
 
-    /// Correction whose matrix follows from Betti's theorem without symmetrisation. It is symmetric except for quadrature errors.
-    /// Face parts are no larger than `ratio` times their distance from the forces. If forces act outside the body, tractions do not
-    /// balance them, and their rows are meaningless.
+    /// Correction without symmetrisation. Face parts are no larger than `ratio` times their distance from the forces. The rows of
+    /// forces outside the body are meaningless.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -156,12 +153,11 @@ impl Correction {
         4 * 8 * 3 * model.mesh().n_points() * columns
     }
 
-    /// Number of quadrature points in elements whose material differs from the material under the patch of `site`.
+    /// Number of quadrature points in elements of another material than under the patch of `site`.
     pub fn inclusion_points(model: &FeModel, site: &HalfSpaceFit) -> usize {
         inclusions::n_points(model, site.stiffness.voigt(), &site.patch)
     }
 
-    /// Adds u_c due to `forces`, `[3 n]` or fewer, to the displacement of all nodes.
     pub(super) fn superpose_fields(&self, forces: &[f64], displacement: &mut [[f64; 3]]) {
         for (column, force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
             let field = self.fields.column(column);
@@ -169,8 +165,8 @@ impl Correction {
         }
     }
 
-    /// Correction matrix from the mesh displacement u_c at the points of `at`, for each force, mm/N. It is not symmetric, and
-    /// converges with the order of the nodal displacements: as `matrix` for linear elements, more slowly for quadratic ones.
+    /// Correction matrix from the mesh displacement u_c at the points of `at`, for each force, mm/N. For quadratic elements it
+    /// converges more slowly than `matrix`.
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh.
@@ -240,7 +236,6 @@ fn work_of_own(
     Ok((0..free.n_columns()).map(work).collect())
 }
 
-/// Splits loads on all dofs into loads on free and on prescribed dofs.
 fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(DenseMatrix, DenseMatrix)> {
     let n = loads.n_columns();
     let mut free = DenseMatrix::zeros(model.n_free(), n)?;

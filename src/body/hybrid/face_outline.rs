@@ -51,7 +51,6 @@ pub(super) fn outline_loops<'a>(
     lines
 }
 
-/// Closed polygon without the points between collinear edges.
 fn without_straight(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut kept: Vec<[f64; 2]> = Vec::with_capacity(line.len());
     let goes_on = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
@@ -76,8 +75,8 @@ mod tests {
     use crate::mesh::faces::outer_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: the outline of a rectangle has four corners, and the two outlines of a ring have four each, whatever their faces. The
-    /// polygons enclose the known areas.
+    /// Truth: the outline of a rectangle has four corners, and the two outlines of a ring have four each. The polygons enclose the
+    /// known areas.
     #[test]
     fn rectangle_and_ring() {
         let mesh = GradedBlock::uniform([2.0, 3.0], 1.0, [6, 6, 2]).mesh().unwrap();

@@ -7,10 +7,8 @@ use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 use crate::quadrature::{RulePoint, quadrilateral, triangle};
 
-/// Maximum number of successive subdivisions of a face.
 const MAX_SUBDIVISIONS: usize = 8;
 
-/// Quadrature point on a face.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FacePoint {
     /// Position, global, mm.
@@ -32,8 +30,8 @@ impl FaceRules {
         Self { triangles: [2, 4, 6].map(triangle), squares: [2, 3, 4].map(quadrilateral) }
     }
 
-    /// Quadrature points on `face` for a field with the length scale `distance(x)` at x. The size of each part of the face is at
-    /// most `ratio` times this scale, up to the maximum number of subdivisions.
+    /// Quadrature points on `face` for a field with the length scale `distance(x)` at x. Each part of the face is at most `ratio`
+    /// times this scale, within the limit of subdivisions.
     pub fn points(
         &self,
         mesh: &Mesh,
@@ -65,7 +63,7 @@ impl FaceRules {
             return;
         }
         let quadratic = part.kind.n_nodes() > part.kind.n_corners();
-        // With quadratic shape functions, the lowest order does not suffice even far away: they alone have degree 2.
+        // Quadratic shape functions alone have degree 2, so that the lowest order does not suffice even far away.
         let order = match size / reach {
             share if share > 0.5 => 2,
             share if share > 0.2 || quadratic => 1,
@@ -76,7 +74,6 @@ impl FaceRules {
     }
 }
 
-/// A part of a face.
 struct FacePart<'a> {
     kind: ElementKind,
     nodes: &'a [Point],
@@ -94,7 +91,6 @@ impl FacePart<'_> {
         self.kind.face_values(xi).iter().zip(self.nodes).map(|(value, node)| node * *value).sum()
     }
 
-    /// Largest distance between two corners of the part.
     fn size(&self) -> f64 {
         let corners: Vec<Point> = self.corners.iter().map(|&xi| self.position(xi)).collect();
         let pairs =
@@ -102,7 +98,6 @@ impl FacePart<'_> {
         pairs.fold(0.0, f64::max)
     }
 
-    /// The four parts of a subdivision.
     fn quarters(&self) -> Vec<Self> {
         let n = self.corners.len();
         let between = |i: usize, j: usize| [0, 1].map(|k| 0.5 * (self.corners[i][k] + self.corners[j][k]));

@@ -11,7 +11,6 @@ use crate::quadrature::gauss_legendre;
 /// the Lagrange polynomials through the Chebyshev nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FarField {
-    /// Chebyshev nodes along x and y of the patch.
     nodes: [Chebyshev; 2],
     /// Whether y of the patch is -y of the frame.
     y_flipped: bool,
@@ -22,18 +21,15 @@ pub struct FarField {
 /// Polynomials of a far field, averaged over the cells of a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FarFieldOnGrid {
-    /// Cells along x and y.
     pub cells: [usize; 2],
     /// Cell means of the polynomials in x, `[cells, m_x]`.
     x: Vec<f64>,
     /// Cell means of the polynomials in y, `[m_y, cells]`.
     y: Vec<f64>,
     nodes_per_side: [usize; 2],
-    /// Area of a cell, mm2.
     pub area: f64,
 }
 
-/// Buffers of one product: row sums, and forces and gaps at the nodes.
 pub(super) struct FarFieldScratch {
     pub rows: Vec<f64>,
     pub forces: Vec<f64>,
@@ -41,8 +37,8 @@ pub(super) struct FarFieldScratch {
 }
 
 impl FarField {
-    /// Creates the far field of the body at `side` of the frame from the correction `matrix` between forces at the nodes
-    /// `[m_x, m_y]` of the patch. Force i = a m_y + b acts at node a along x and b along y.
+    /// Far field of the body at `side` from the correction `matrix` between forces at the nodes `[m_x, m_y]`. Force i = a m_y + b
+    /// acts at node a along x and b along y.
     pub(super) fn new(matrix: &DenseMatrix, m: [usize; 2], patch: &ContactPatch, side: Side) -> Self {
         let nodes = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
         let matrix = by_planes(matrix, side);
@@ -54,8 +50,8 @@ impl FarField {
         [0, 1].map(|axis| self.nodes[axis].nodes().len())
     }
 
-    /// Averages the polynomials over `cells` of a grid with sides `spacing`. The first cell begins at `first` relative to the patch
-    /// centre, axes of the frame.
+    /// Averages the polynomials over `cells` of a grid. The first cell begins at `first` relative to the patch centre, axes of the
+    /// frame.
     pub(super) fn on_grid(&self, cells: [usize; 2], spacing: [f64; 2], first: [f64; 2]) -> FarFieldOnGrid {
         let nodes_per_side = self.nodes_per_side();
         let [x, y] = [0, 1].map(|axis| {
@@ -67,17 +63,14 @@ impl FarField {
         FarFieldOnGrid { cells, x, y: by_node, nodes_per_side, area: spacing[0] * spacing[1] }
     }
 
-    /// Averages the polynomials over all cells of `grid`, which is centred on the patch.
     fn on_frame(&self, grid: &crate::frame::Grid) -> FarFieldOnGrid {
         self.on_grid(grid.cells, grid.spacing, grid.half_width().map(|half| -half))
     }
 
-    /// All entries, row by row.
     pub(super) fn entries(&self) -> &[f64] {
         &self.matrix
     }
 
-    /// Computes nodal gaps from nodal forces. Both arrays contain one value per node for each component in the range `planes`.
     fn multiply(&self, planes: std::ops::Range<usize>, forces: &[f64], gaps: &mut [f64]) {
         let [mx, my] = self.nodes_per_side();
         let (n, first) = (mx * my, planes.start * mx * my);
@@ -118,8 +111,8 @@ impl FarField {
         forces
     }
 
-    /// Means over the cells `places` of `grid` of a displacement given at the nodes, axes of the frame, component by component. The
-    /// nodal values are in axes of the patch, with component c at 3 i + c as in [`Self::forces`].
+    /// Means over the cells `places` of a displacement at the nodes, axes of the frame, component by component. The nodal values
+    /// are in axes of the patch, as in [`Self::forces`].
     pub(super) fn cell_means(
         &self,
         grid: &crate::frame::Grid,
@@ -149,8 +142,7 @@ impl FarField {
     }
 }
 
-/// Transforms the matrix of the body at `side` of the frame from axes of the patch to axes of the frame. The result is stored row
-/// by row, with indices component by component instead of node by node.
+/// Transforms the matrix from axes of the patch to axes of the frame, and from node by node to component by component, row by row.
 fn by_planes(matrix: &DenseMatrix, side: Side) -> Vec<f64> {
     // The axes of body 2 are the axes of the frame, rotated by half a turn about x.
     let sign = |c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
@@ -196,8 +188,7 @@ impl FarFieldScratch {
 }
 
 impl FarFieldOnGrid {
-    /// Adds the cell gaps due to the cell tractions. Both arrays contain one value per cell for each component in the range
-    /// `planes`.
+    /// Adds the cell gaps due to the cell tractions, for the components in the range `planes`.
     pub fn add_product(
         &self,
         field: &FarField,
@@ -217,7 +208,6 @@ impl FarFieldOnGrid {
         }
     }
 
-    /// Computes the forces at the nodes from the tractions of one component.
     pub fn gather(&self, plane: &[f64], rows: &mut [f64], forces: &mut [f64]) {
         let [mx, my] = self.nodes_per_side;
         sum_rows(plane, &self.y, my, rows);
@@ -229,7 +219,7 @@ impl FarFieldOnGrid {
         }
     }
 
-    /// Interpolates the nodal gaps of one component, and adds their cell means to `plane`.
+    /// Adds the cell means of the interpolated nodal gaps of one component to `plane`.
     pub fn scatter(&self, gaps: &[f64], rows: &mut [f64], plane: &mut [f64]) {
         let [mx, my] = self.nodes_per_side;
         for (row, x) in rows.chunks_exact_mut(my).zip(self.x.chunks_exact(mx)) {
@@ -248,7 +238,7 @@ impl FarFieldOnGrid {
         (0..mx * my).map(|k| self.x[ix * mx + k / my] * self.y[(k % my) * ny + iy]).collect()
     }
 
-    /// Matrix that gives the gap of one cell due to the traction on another cell, from the [`Self::cell_weights`] of both cells.
+    /// Gap of one cell due to the traction on another, from the [`Self::cell_weights`] of both cells.
     pub fn block(&self, field: &FarField, to: &[f64], from: &[f64]) -> nalgebra::Matrix3<f64> {
         nalgebra::Matrix3::from_fn(|a, b| {
             let row =
@@ -257,12 +247,10 @@ impl FarFieldOnGrid {
         })
     }
 
-    /// Adds the diagonal block of each cell.
     pub fn add_diagonal(&self, field: &FarField, blocks: &mut [nalgebra::Matrix3<f64>]) {
         let ([mx, my], [nx, ny]) = (self.nodes_per_side, self.cells);
         let mut along = vec![nalgebra::Matrix3::<f64>::zeros(); mx * mx];
         for iy in 0..ny {
-            // Sums over the nodes in y first.
             for (k, sum) in along.iter_mut().enumerate() {
                 let (a, c) = (k / mx, k % mx);
                 *sum = nalgebra::Matrix3::from_fn(|i, j| {
@@ -291,7 +279,7 @@ fn sum_rows(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     wide!(sum_rows_in(plane => plane: &[f64], y => y: &[f64], m => m: usize, sums => sums: &mut [f64]));
 }
 
-/// As `sum_rows`, in eight lanes that are added in a fixed order.
+/// Eight lanes are added in a fixed order.
 #[inline(always)]
 fn sum_rows_in(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     const LANES: usize = 8;

@@ -8,9 +8,8 @@ use crate::material::Stiffness;
 
 /// Field inside and on the surface of a half-space under surface tractions, axes of the patch.
 pub(super) struct HalfSpaceField {
-    /// Field of a point force.
     pub point_force: PointForceField,
-    /// Surface displacement under uniform tractions on polygons of the surface.
+    /// Surface displacement under uniform tractions on polygons.
     pub patch_integrals: PatchIntegrator,
     /// Contractions C(e3, e_a)_ik = C_i3ka for a = x, y, MPa.
     tangential: [Matrix3<f64>; 2],
@@ -20,9 +19,6 @@ pub(super) struct HalfSpaceField {
 
 impl HalfSpaceField {
     /// Combines the field of a point force and the Green's function of the surface of a material.
-    ///
-    /// # Errors
-    /// If C(e3, e3) is singular, which does not occur for a positive definite stiffness.
     pub fn new(stiffness: &Stiffness, point_force: PointForceField, green: &SurfaceGreen) -> Result<Self> {
         let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
         let inverse_normal = contract(2).try_inverse();

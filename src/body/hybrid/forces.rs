@@ -26,7 +26,7 @@ pub struct PatchForces<'a> {
     pub stiffness: &'a Stiffness,
     /// Field of a point force in the half-space.
     pub field: &'a PointForceField,
-    /// Positions of the forces in the patch, `[n]`. Each position has unit forces along x, y, z of the patch.
+    /// Positions of the forces in the patch, `[n]`, each with unit forces along x, y, z of the patch.
     pub points: Vec<[f64; 2]>,
     /// Faces of a curved contact surface around the patch, which are treated as part of its plane.
     pub curved_faces: &'a [FaceId],
@@ -50,32 +50,27 @@ impl PatchForces<'_> {
         Point::new(local.x - x, local.y - y, local.z)
     }
 
-    /// Position of force `i`, global, mm.
     pub(super) fn position(&self, i: usize) -> Point {
         let [x, y] = self.points[i];
         self.patch.center + self.patch.axes.to_global(&Point::new(x, y, 0.0))
     }
 
-    /// Distance of a point from the nearest force.
     pub(super) fn distance(&self, x: &Point) -> f64 {
         let local = self.patch.local(x);
         (0..self.points.len()).map(|i| self.vector_from(i, &local).norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns a predicate: whether a face counts as part of the half-space surface (in the plane of the patch, or one of
-    /// `curved_faces`). On these faces the half-space counts as free of tractions, apart from the point forces.
+    /// Whether a face counts as part of the half-space surface, which is free of tractions apart from the point forces.
     pub(super) fn own_faces<'m>(&'m self, mesh: &'m Mesh) -> impl Fn(&SurfaceFace) -> bool + 'm {
         let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
         move |face| in_plane(mesh, face, &self.patch) || surface.contains(&face.id())
     }
 
-    /// Number of columns: three per force.
     pub(super) fn n_columns(&self) -> usize {
         3 * self.points.len()
     }
 
-    /// Writes the global displacement at `x` due to each unit force to rows `3 row` to `3 row + 2` of `out`; force `i` has columns
-    /// `3 i` to `3 i + 2`.
+    /// Writes the global displacement at `x` due to each unit force to rows `3 row` to `3 row + 2` of `out`.
     pub(super) fn displacements(&self, x: &Point, row: usize, out: &mut DenseMatrix) {
         let local = self.patch.local(x);
         for i in 0..self.points.len() {
@@ -85,7 +80,6 @@ impl PatchForces<'_> {
     }
 }
 
-/// Writes `block` to rows `3 row` to `3 row + 2` and columns `3 force` to `3 force + 2` of `out`.
 pub(super) fn put(block: &Matrix3<f64>, (row, force): (usize, usize), out: &mut DenseMatrix) {
     let n = out.n_rows();
     for k in 0..3 {

@@ -18,26 +18,23 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::mesh::{CellRef, Mesh};
 
 /// Smallest distance from the patch to edges and supports, divided by the shorter half-side. Closer edges cause a peak of the
-/// correction at the border of the patch. A few polynomials do not resolve this peak.
+/// correction that a few polynomials do not resolve.
 const MIN_EDGE_DISTANCE: f64 = 0.3;
 
-/// Smallest distance to another material, divided by the shorter half-side. At smaller distances, ten polynomials along each side
-/// do not suffice if the other material is ten times softer or three times stiffer.
+/// Smallest distance to another material, divided by the shorter half-side. Below it, ten polynomials along each side do not
+/// resolve a material ten times softer or three times stiffer.
 const MIN_MATERIAL_DISTANCE: f64 = 0.4;
 
 /// Largest rise of a curved surface under the frame, divided by the longer half-side.
 pub const MAX_RISE: f64 = 0.05;
 
-/// Largest angle, radians, between the normal of the patch and the normal of a face that continues a curved surface outside the
-/// contact group.
+/// Largest angle, radians, between the normals of the patch and of a face that continues its curved surface.
 const MAX_SLOPE_RAD: f64 = 0.2;
 
-/// Smallest frame that a message advises, as a fraction of the present frame.
+/// Smallest advised frame, as a fraction of the present frame.
 const MIN_ADVISED_FACTOR: f64 = 0.05;
 
-/// Smallest number of sampling steps along each side of a frame or a face.
 const MIN_SAMPLE_STEPS: usize = 8;
-/// Largest number of sampling steps along each side of a face.
 const MAX_SAMPLE_STEPS: usize = 64;
 
 /// Half-space that represents a body under the frame.
@@ -53,7 +50,7 @@ pub struct HalfSpaceFit {
     pub distance: f64,
     /// Whether another material, not the boundary, is nearest to the patch.
     pub limited_by_material: bool,
-    /// Height difference of the surface under the frame, divided by the longer half-side; 0 for a plane.
+    /// Height difference of the surface under the frame, divided by the longer half-side.
     pub rise: f64,
     /// Faces of a curved surface around the patch, which count as part of its tangent plane.
     pub curved_faces: Vec<FaceId>,
@@ -64,7 +61,7 @@ pub struct HalfSpaceFit {
 pub struct Unsuitable(pub String);
 
 impl HalfSpaceFit {
-    /// Fits a half-space to the body at `side` of `frame` with the contact group `contact`, or returns why none fits.
+    /// Fits a half-space to the body with the contact group `contact`, or returns why none fits.
     ///
     /// # Errors
     /// If a group is missing, or the body is invalid.
@@ -124,7 +121,7 @@ impl HalfSpaceFit {
         }))
     }
 
-    /// Initial number of nodes along x and y of the patch. It usually suffices at the `distance` of the fit.
+    /// Initial number of nodes along x and y of the patch.
     pub fn first_nodes(&self) -> [usize; 2] {
         self.patch.half_width.map(|half| {
             let nodes = match self.distance / half {
@@ -140,19 +137,16 @@ impl HalfSpaceFit {
     }
 }
 
-/// Surface of a body under the frame, represented by a plane.
 struct PatchSurface {
     patch: ContactPatch,
-    /// As [`HalfSpaceFit::rise`].
     rise: f64,
-    /// As [`HalfSpaceFit::curved_faces`].
     curved_faces: Vec<FaceId>,
     /// Solid of a face under the frame.
     owner: CellRef,
 }
 
 impl PatchSurface {
-    /// Finds the height of the plane, and the curvature, of the contact `faces` under the rectangle `level` at z = 0.
+    /// Finds the plane and the curvature of the contact `faces` under the rectangle `level` at z = 0.
     fn find(
         mesh: &Mesh,
         faces: &[SurfaceFace],
@@ -173,7 +167,6 @@ impl PatchSurface {
                 flatter_frame_advice(mesh, &under, &level, rise)
             )));
         }
-        // A curved surface is represented by its tangent plane.
         let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outer_height(low, high) };
         let patch = ContactPatch { center: Point::new(level.center.x, level.center.y, height), ..level };
         let curved_faces =
@@ -187,8 +180,6 @@ impl PatchSurface {
     }
 }
 
-/// Advice: half-widths of a smaller frame, with the centre of `level`, under which the rise of the `faces` is admissible. `rise`
-/// belongs to the present frame.
 fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], level: &ContactPatch, rise: f64) -> String {
     let (mut factor, mut rise) = (1.0, rise);
     while rise > MAX_RISE && factor >= MIN_ADVISED_FACTOR {
@@ -210,13 +201,11 @@ fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], level: &ContactPatc
     format!("; frame.half_width up to [{x}, {y}] is allowed")
 }
 
-/// Rounds a length down to three significant digits.
 fn round_down(length: f64) -> f64 {
     let unit = 10f64.powf(length.log10().floor() - 2.0);
     (length / unit * (1.0 + 1e-9)).floor() * unit
 }
 
-/// Whether some part of a face may lie under the rectangle.
 fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> bool {
     (0..2).all(|axis| {
         let along = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())[axis]);
@@ -226,8 +215,7 @@ fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> bool {
     })
 }
 
-/// Points on a face, including its edges. The spacing along the edges is at most `apart`, unless this would need more than
-/// `MAX_SAMPLE_STEPS` steps.
+/// Points on a face, including its edges, at most `apart` along the edges within the limits of the number of steps.
 fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
     let n = face.kind.n_corners();
     let at = |k: usize| Point::from(mesh.points[face.nodes[k % n]]);
@@ -244,7 +232,7 @@ fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
     points.collect()
 }
 
-/// Global z coordinates of a face under the rectangle: at sampled points of the face, and at sampled points of the rectangle.
+/// Global z coordinates of sampled points of a face under the rectangle.
 fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f64> {
     let nodes: Vec<Point> = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())).collect();
     let step = |k: usize, axis: usize| {
@@ -264,8 +252,7 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f
     own.chain(pairs.filter_map(height)).collect()
 }
 
-/// Faces of a curved surface at distances from the patch up to the longer half-side of the patch. These are faces of the contact
-/// group, and outer faces beyond the group with limited slope and depth, which continue the curved surface.
+/// Faces near the patch, of the contact group or continuing its curved surface with limited slope and depth.
 fn curved_surface_faces(mesh: &Mesh, faces: &[SurfaceFace], patch: &ContactPatch, rise: f64) -> Vec<FaceId> {
     let group: HashSet<FaceId> = faces.iter().map(SurfaceFace::id).collect();
     // A parabola falls nine times as far over three times the length.
@@ -286,18 +273,16 @@ fn curved_surface_faces(mesh: &Mesh, faces: &[SurfaceFace], patch: &ContactPatch
     outer.iter().filter(near).filter(on_surface).map(SurfaceFace::id).collect()
 }
 
-/// Features near the contact patch that a half-space does not have: edges, supports and other materials.
+/// Features near the patch that a half-space does not have.
 struct Surroundings<'a> {
     spec: &'a FeSpec,
     regions: &'a ElementMaterials,
     /// Stiffness under the patch in global axes, MPa.
     stiffness: Matrix6<f64>,
-    /// Faces that count as part of the tangent plane of the patch.
     curved_faces: &'a [FaceId],
 }
 
 impl Surroundings<'_> {
-    /// Reason if edges, supports or other materials are too close to the patch. `to_edges` and `to_others` are their distances.
     fn too_close(&self, patch: &ContactPatch, to_edges: f64, to_others: f64) -> Result<Option<Unsuitable>> {
         let shorter = patch.half_width[0].min(patch.half_width[1]);
         let limits = [
@@ -314,8 +299,8 @@ impl Surroundings<'_> {
         ))))
     }
 
-    /// Advice: half-widths of a smaller frame, with the centre of `patch`, that is far enough from edges or other materials. The
-    /// present frame is `distance` away from them; a distance of `share` times the shorter half-side is needed.
+    /// Advice: half-widths of a smaller frame that is `share` times its shorter half-side away from edges or other materials. The
+    /// present frame is `distance` away.
     fn smaller_frame_advice(&self, patch: &ContactPatch, distance: f64, share: f64) -> Result<String> {
         let shorter = patch.half_width[0].min(patch.half_width[1]);
         // A smaller frame is farther from features next to it, but not from features below it.
@@ -331,8 +316,7 @@ impl Surroundings<'_> {
         Ok(format!("; frame.half_width up to [{x}, {y}] is allowed"))
     }
 
-    /// Distance from the patch to supported nodes and to outer faces that neither lie in its plane nor belong to the curved
-    /// surface, mm.
+    /// Distance from the patch to supported nodes and to outer faces outside its surface, mm.
     fn distance_to_edges(&self, patch: &ContactPatch) -> Result<f64> {
         let mesh = &self.spec.mesh;
         let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
@@ -355,7 +339,6 @@ impl Surroundings<'_> {
     fn distance_to_others(&self, patch: &ContactPatch) -> f64 {
         let (mesh, regions) = (&self.spec.mesh, self.regions);
         let other = |&i: &usize| !is_same_stiffness(&regions.stiffness(i), &self.stiffness);
-        // Distance to the bounding box of an element in the axes of the patch.
         let distance = |i: usize| {
             let nodes = mesh.cell_nodes(regions.cells()[i]).iter();
             let locals: Vec<Point> = nodes.map(|&node| patch.local(&mesh.points[node].into())).collect();
@@ -367,7 +350,6 @@ impl Surroundings<'_> {
     }
 }
 
-/// Reason why the supports exclude a half-space; `None` if they do not.
 fn supports(spec: &FeSpec, patch: &ContactPatch) -> Result<Option<&'static str>> {
     let mesh = &spec.mesh;
     let mut outside = vec![false; mesh.n_points()];

@@ -15,28 +15,24 @@ use crate::linalg::dense_matrix::DenseMatrix;
 use crate::material::{strain_of_gradient, voigt_to_tensor};
 use crate::quadrature::gauss_legendre;
 
-/// Elements evaluated in parallel before summation.
 const ELEMENTS_PER_BATCH: usize = 64;
 
 /// Number of Gauss points along an edge of an element part: in general, and along a short edge of a hexahedral part.
 const GAUSS_POINTS: [usize; 2] = [3, 2];
 
-/// An edge of a hexahedral part counts as short below `COARSE_RULE_EDGE` × the largest size of an undivided part.
+/// Length of short edges of a hexahedral part, divided by the largest size of an undivided part.
 const COARSE_RULE_EDGE: f64 = 0.5;
 
-/// Points whose strains are stored at a time.
 const POINTS_PER_BATCH: usize = 64;
 
 /// Largest ratio of the size of an element part to its distance from the forces.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.5;
 
-/// Maximum number of successive subdivisions of an element.
 const MAX_SUBDIVISIONS: usize = 8;
 
 /// Largest difference between stiffnesses that count as equal, relative to the largest entry.
 const STIFFNESS_TOLERANCE: f64 = 1e-9;
 
-/// Whether two stiffnesses are equal within the tolerance.
 pub(super) fn is_same_stiffness(a: &Matrix6<f64>, b: &Matrix6<f64>) -> bool {
     (a - b).amax() <= STIFFNESS_TOLERANCE * b.amax()
 }
@@ -57,7 +53,6 @@ fn collapsed_cube(kind: ElementKind, [u, v, w]: [f64; 3]) -> ([f64; 3], f64) {
     }
 }
 
-/// Element of another material than the half-space.
 struct Inclusion<'a> {
     kind: ElementKind,
     nodes: &'a [usize],
@@ -66,14 +61,12 @@ struct Inclusion<'a> {
     stiffness_difference: Matrix6<f64>,
 }
 
-/// Subdivision and quadrature rule of an element.
 struct Rule<'a> {
     distance: &'a dyn Fn(&Point) -> f64,
     /// Gauss points on [0, 1], for each number of [`GAUSS_POINTS`].
     lines: [Vec<(f64, f64)>; 2],
 }
 
-/// Quadrature point of an element.
 struct VolumePoint {
     at: Point,
     volume: f64,
@@ -86,7 +79,7 @@ impl Inclusion<'_> {
         self.kind.shape_values(xi).iter().zip(&self.points).map(|(value, x)| x * *value).sum()
     }
 
-    /// Quadrature points for a field with the length scale `distance(x)` at x, such as the field of a point force at this distance.
+    /// Quadrature points for a field with the length scale `distance(x)` at x, as of a point force at this distance.
     fn quadrature(&self, distance: &dyn Fn(&Point) -> f64) -> Vec<VolumePoint> {
         let line =
             |n| gauss_legendre(n).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
@@ -125,7 +118,7 @@ impl Inclusion<'_> {
             }
             return;
         }
-        // Other element kinds than hexahedra are collapsed cubes with variable weights, and keep the finer rule.
+        // Other element kinds are collapsed cubes with variable weights, and keep the finer rule.
         let lines = edges.map(|edge| {
             &rule.lines[usize::from(self.kind.n_corners() == 8 && edge < COARSE_RULE_EDGE * reach)]
         });
@@ -155,18 +148,14 @@ impl Inclusion<'_> {
     }
 }
 
-/// Contribution of one element.
 struct InclusionContribution {
-    /// Loads, `[n_columns][3 n_nodes]`.
+    /// Shape `[n_columns][3 n_nodes]`.
     loads: Vec<f64>,
     work: DenseMatrix,
 }
 
 /// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of all elements whose stiffness C differs from the
-/// stiffness C0 under the patch. N are the shape functions, and u the half-space displacements.
-///
-/// # Errors
-/// If memory does not suffice, or the run is cancelled.
+/// stiffness C0 under the patch. N are the shape functions, u the half-space displacements.
 pub(super) fn add_inclusions(model: &FeModel, forces: &PatchForces, terms: &mut BoundaryTerms) -> Result<()> {
     let own = *forces.stiffness.rotated(&forces.patch.axes.0).voigt();
     for batch in elements(model, &own).chunks(ELEMENTS_PER_BATCH) {
@@ -187,7 +176,6 @@ pub(super) fn n_points(model: &FeModel, own: &Matrix6<f64>, patch: &ContactPatch
     elements(model, own).par_iter().map(|element| element.quadrature(&distance).len()).sum()
 }
 
-/// Elements whose stiffness differs from `own`.
 fn elements<'a>(model: &'a FeModel, own: &Matrix6<f64>) -> Vec<Inclusion<'a>> {
     let (mesh, regions) = (model.mesh(), model.regions());
     let other = |&i: &usize| !is_same_stiffness(&regions.stiffness(i), own);
@@ -247,7 +235,7 @@ mod tests {
     use super::*;
 
     /// Truth: the weights of the quadrature points sum to the volume of the element. The mean gradient of an interpolated linear
-    /// field is its slope, without and with subdivision towards a corner.
+    /// field is its slope.
     #[test]
     fn volumes_of_all_kinds() {
         let volumes = [

@@ -12,25 +12,23 @@ use crate::flexibility::Flexibility;
 use crate::geometry::Side;
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Cells along each side of the patch for the comparison with the half-space.
 const COMPARISON_CELLS: usize = 24;
 
 /// Largest imbalance with which a correction is used.
 pub const MAX_IMBALANCE: f64 = 1e-4;
 /// Largest asymmetry of the boundary terms with which a correction is used.
 pub const MAX_ASYMMETRY: f64 = 1e-3;
-/// On a curved surface, imbalance and asymmetry may exceed their limits by this factor times the rise, because tractions on the
-/// curved faces are not integrated and are missing from the balance.
+/// Factor times the rise by which imbalance and asymmetry may exceed their limits on a curved surface. Tractions on its faces are
+/// missing from the balance.
 pub const ALLOWANCE_PER_RISE: f64 = 5.0;
-/// Largest relative difference between two mean displacements under uniform tractions: with the correction by Betti's theorem, and
-/// with the correction read from the displacement of the mesh.
+/// Largest [`Indicators::direct_difference`] with which a correction is used.
 pub const MAX_DIRECT_DIFFERENCE: f64 = 0.1;
-/// Largest estimated mesh error, relative to the mean displacement, with which a correction is used.
+/// Largest [`Indicators::mesh_error`] with which a correction is used.
 pub const MAX_MESH_ERROR: f64 = 0.1;
-/// Estimated mesh error, relative to the mean displacement, above which a warning is given. If [`Indicators::share`] exceeds 1, the
-/// limit is divided by the square root of this share.
+/// Value of [`Indicators::mesh_error`] above which a warning is given, divided by the square root of [`Indicators::share`] if it
+/// exceeds 1.
 pub const MESH_ERROR_WARNING: f64 = 0.02;
-/// Largest error of the table of point forces with which a correction is used.
+/// Largest [`Indicators::field_error`] with which a correction is used.
 pub const MAX_FIELD_ERROR: f64 = 1e-3;
 /// Largest [`Indicators::tail`] with which a correction is used.
 pub const MAX_TAIL: f64 = 1e-2;
@@ -42,40 +40,33 @@ pub const TARGET_TAIL: f64 = 2e-3;
 pub struct Indicators {
     /// Nodes along x and y of the frame.
     pub nodes: [usize; 2],
-    /// Height difference of the contact surface under the frame, divided by the longer half-side; 0 for a plane.
+    /// Height difference of the surface under the frame, divided by the longer half-side.
     pub rise: f64,
-    /// Largest error of displacement or gradient in the table of point forces, relative to the largest entry; 0 for isotropic
-    /// bodies.
+    /// Largest error in the table of point forces, relative to the largest entry; 0 for isotropic bodies.
     pub field_error: f64,
-    /// Largest component of the sum of a unit force and the resultant of its half-space tractions on the boundary; 0 in exact
-    /// equilibrium.
+    /// Largest component of the sum of a unit force and the resultant of its half-space tractions.
     pub imbalance: f64,
     /// Asymmetry of the boundary terms.
     pub asymmetry: f64,
-    /// Relative change of the mean displacement under uniform tractions if the correction is read from the displacement of the mesh
-    /// instead of computed by Betti's theorem. It shows mesh errors near the patch.
+    /// Relative change of the mean displacement under uniform tractions if the correction is read from the displacement of the
+    /// mesh. It shows mesh errors near the patch.
     pub direct_difference: f64,
     /// Estimated relative error of the mean displacement under uniform tractions, from finite-element and recovered stress.
     pub mesh_error: f64,
-    /// `share` × |a_highest| / |a|, where a are the Chebyshev coefficients of the correction, and a_highest the coefficients of the
-    /// highest degree in any variable.
+    /// `share` × |a_highest| / |a|, where a are the Chebyshev coefficients of the correction, and a_highest those of the highest
+    /// degree in any variable.
     pub tail: f64,
     /// Norm of the correction divided by the norm of the half-space operator.
     pub share: f64,
-    /// Smallest eigenvalue of the corrected operator relative to the half-space operator, on the polynomial tractions of the patch;
-    /// must be positive.
+    /// Smallest eigenvalue of the corrected operator relative to the half-space operator; must be positive.
     pub least_eigenvalue: f64,
 }
 
-/// Correction of one patch, as input of the indicators.
 pub(super) struct PatchCorrection<'a> {
-    /// Correction matrix by Betti's theorem.
     pub matrix: &'a DenseMatrix,
-    /// The same matrix, read from the displacement of the mesh.
+    /// Correction matrix, read from the displacement of the mesh.
     pub direct: &'a DenseMatrix,
-    /// Imbalance of [`super::Correction`].
     pub imbalance: f64,
-    /// Asymmetry of [`super::Correction`].
     pub asymmetry: f64,
     /// Square of the estimated error, in the energy norm, under forces on the patch.
     pub squared_error: &'a dyn Fn(&[f64]) -> Result<f64>,
@@ -83,9 +74,6 @@ pub(super) struct PatchCorrection<'a> {
 
 impl Indicators {
     /// Computes the indicators of a patch with `m` nodes along x and y; `green` is given in the axes of the patch.
-    ///
-    /// # Errors
-    /// If memory does not suffice, or the error under uniform tractions cannot be estimated.
     pub(super) fn new(
         judged: PatchCorrection,
         site: &HalfSpaceFit,
@@ -95,7 +83,6 @@ impl Indicators {
     ) -> Result<Self> {
         let n = 3 * m[0] * m[1];
         let patch = &site.patch;
-        // The lower side keeps the axes of the patch.
         let dense = |columns: &DenseMatrix| {
             let far = FarField::new(columns, m, patch, Side::Lower);
             DMatrix::from_row_slice(n, n, far.entries())
@@ -113,7 +100,7 @@ impl Indicators {
         let share = far.norm() / near.norm();
         let mut mesh_error: f64 = 0.0;
         for c in 0..3 {
-            // Nodal forces of a uniform traction. The error of their work is the squared energy norm of the stress error.
+            // The error of the work of uniform tractions is the squared energy norm of the stress error.
             let at_nodes = &mass * uniform(c);
             let nodes = n / 3;
             let forces: Vec<f64> = (0..n).map(|k| at_nodes[k % 3 * nodes + k / 3]).collect();
@@ -133,7 +120,7 @@ impl Indicators {
         })
     }
 
-    /// Reason why the correction must not be used; `None` if it is acceptable.
+    /// Reason why the correction must not be used.
     pub fn rejection_reason(&self) -> Option<String> {
         let curved = ALLOWANCE_PER_RISE * self.rise;
         let limits = [
@@ -164,8 +151,8 @@ impl Indicators {
     }
 }
 
-/// Galerkin matrix Φᵀ A S Φ of the half-space operator S, and mass matrix Φᵀ A Φ, both stored component by component. Φ are the
-/// cell means of the polynomials, A the cell areas.
+/// Galerkin matrix Φᵀ A S Φ of the half-space operator S, and mass matrix Φᵀ A Φ. Φ are the cell means of the polynomials, A the
+/// cell areas.
 fn on_polynomials(
     operator: &FftFlexibility,
     patch: &ContactPatch,
@@ -205,11 +192,10 @@ fn on_polynomials(
     ((&near + near.transpose()) * 0.5, mass)
 }
 
-/// Norm of the Chebyshev coefficients of the highest degree, in any of the four variables, divided by the norm of all coefficients.
+/// Norm of the Chebyshev coefficients of the highest degree in any of the four variables, divided by the norm of all coefficients.
 fn tail(matrix: &DMatrix<f64>, m: [usize; 2]) -> f64 {
     let [x, y] = m.map(Chebyshev::coefficients);
     let nodes = m[0] * m[1];
-    // Maps the nodal values of one component to its Chebyshev coefficients.
     let single = DMatrix::from_fn(nodes, nodes, |degree, node| {
         x[degree / m[1]][node / m[1]] * y[degree % m[1]][node % m[1]]
     });

@@ -7,16 +7,14 @@ use crate::geometry::{Point, bounds, format_number};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
-/// Maximum number of Newton steps of the inverse map.
 const MAX_NEWTON_STEPS: usize = 30;
 
-/// Largest last Newton step, in reference coordinates, that counts as converged; rounding may prevent smaller steps.
+/// Largest last Newton step, in reference coordinates, that counts as converged.
 const CONVERGED_STEP: f64 = 1e-9;
 
 /// Distance outside a face, in reference coordinates, up to which a point counts as on the face.
 const REFERENCE_TOLERANCE: f64 = 1e-7;
 
-/// Faces of the surface on which a patch lies.
 pub(super) struct PatchFaceLocator<'a> {
     mesh: &'a Mesh,
     patch: &'a ContactPatch,
@@ -62,7 +60,7 @@ impl<'a> PatchFaceLocator<'a> {
     }
 }
 
-/// Reference coordinates of the point `at` on a face, projected along the patch normal; `None` if the point lies outside the face.
+/// Reference coordinates of the point `at` on a face, projected along the patch normal.
 pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
     let triangle = face.kind.n_corners() == 3;
     let mut xi = if triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
@@ -108,8 +106,8 @@ mod tests {
     use crate::element::ElementKind;
     use crate::mesh::CellRef;
 
-    /// Truth: the reference coordinates found for a point, if any, map back to this point. The face x = s + 2 s², y = t is folded
-    /// at x = -1/8. Points beyond the fold are not on the face, and Newton's method does not converge for them.
+    /// Truth: the reference coordinates map back to the point. The face x = s + 2 s², y = t is folded at x = -1/8; points beyond
+    /// are not on it.
     #[test]
     fn points_beside_a_folded_face_are_not_on_it() {
         let nodes = (0..9).collect();

@@ -1,6 +1,5 @@
 //! Finite bodies with a half-space near field ([`HybridBody`]). The half-space operator S_hs resolves the contact. Finite elements
 //! add the correction for the finite body: S = S_hs + Σ Φ Ĉ Φᵀ A. Φ are the cell means of a few polynomials, A the cell areas.
-//! [`Correction`] computes Ĉ, and [`FarField`] applies it.
 
 mod applied_loads;
 mod body;

@@ -14,8 +14,8 @@ pub struct ContactPatch {
 }
 
 impl ContactPatch {
-    /// Rectangle about `center` on the body at `side` of a frame, with sides along x and y of the frame. The axes of body 2 are the
-    /// axes of the frame, rotated by half a turn about x.
+    /// Rectangle about `center` on the body at `side` of a frame, with sides along x and y of the frame. The axes of body 2 are
+    /// rotated by half a turn about x.
     pub fn on_body(frame: &Triad, side: Side, center: Point, half_width: [f64; 2]) -> Self {
         let mut axes = frame.0;
         if side == Side::Upper {
@@ -25,7 +25,7 @@ impl ContactPatch {
         Self { axes: Triad(axes), center, half_width }
     }
 
-    /// Of the global z coordinates `low` and `high`, low <= high, returns the coordinate farther outside the body.
+    /// The one of two global z coordinates, low <= high, that lies farther outside the body.
     pub fn outer_height(&self, low: f64, high: f64) -> f64 {
         if self.axes.normal().z > 0.0 { high } else { low }
     }

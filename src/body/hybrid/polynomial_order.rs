@@ -13,25 +13,18 @@ use crate::geometry::Side;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
-/// Maximum number of nodes along a side.
 const MAX_NODES_PER_SIDE: usize = 10;
 
 /// Half-space of a patch, in the axes of the patch.
 pub(super) struct PatchHalfSpace<'a> {
     pub fit: &'a HalfSpaceFit,
-    /// Stiffness, axes of the patch.
     pub stiffness: Stiffness,
-    /// Field under tractions on the surface.
     pub field: HalfSpaceField,
-    /// Green's function of the surface.
     pub green: SurfaceGreen,
 }
 
 impl<'a> PatchHalfSpace<'a> {
     /// Half-space of a fit, and a warning about the cache of its field, if any.
-    ///
-    /// # Errors
-    /// As [`PointForceField::load_or_compute`].
     pub fn new(fit: &'a HalfSpaceFit, resources: &CondensationResources) -> Result<(Self, Option<String>)> {
         let stiffness = fit.stiffness.rotated(&fit.patch.axes.0.transpose());
         let (points, note) = PointForceField::load_or_compute(&stiffness, resources.cache)?;
@@ -57,9 +50,6 @@ impl<'a> PatchHalfSpace<'a> {
 
 /// Correction of the half-space `near`, and its quality indicators. Nodes are added while the highest polynomials are significant
 /// and memory suffices.
-///
-/// # Errors
-/// If memory does not suffice, or the body cannot be solved.
 pub(super) fn adaptive_correction(
     model: &FeModel,
     recovery: &StressRecovery,
@@ -97,14 +87,13 @@ pub(super) fn adaptive_correction(
 pub struct AppliedLoadError {
     /// Error of the mean displacement, mm.
     pub mean: f64,
-    /// Error of tilt and curvature of the normal displacement over the patch, mm. Unlike the error of the mean, it remains if body
-    /// 2 can move freely along the normal.
+    /// Error of tilt and curvature of the normal displacement over the patch, mm. It remains if body 2 can move freely along the
+    /// normal.
     pub shape: f64,
 }
 
-/// Estimated errors of the displacement that applied loads cause under the patch: the product of the energy-norm errors of two
-/// fields. These are the field of the loads, with the error `by_own`, and the field of forces on the patch. The relative stress
-/// error times the support work `remainder` is added.
+/// Product of the energy-norm errors of two fields: of the body's own loads (`by_own`), and of forces on the patch. The relative
+/// stress error times the support work `remainder` is added.
 pub(super) fn applied_load_error(
     model: &FeModel,
     recovery: &StressRecovery,
@@ -137,7 +126,6 @@ pub(super) fn applied_load_error(
     Ok(found)
 }
 
-/// Square of the estimated error of the correction's stress, in the energy norm, under `forces`, `[3 n]`.
 fn squared_stress_error(
     model: &FeModel,
     recovery: &StressRecovery,

@@ -1,12 +1,10 @@
 //! Displacement and its gradient in a half-space under tractions on a grid, by a tree of point forces.
 //!
-//! Rectangles of cells are halved down to single cells. The forces of a rectangle are gathered at a few Chebyshev nodes. These
-//! nodal forces replace the rectangle at points that are far away relative to its longer side. For points near a cell, the cell is
-//! subdivided.
+//! Rectangles of cells are halved down to single cells. Forces at a few Chebyshev nodes replace a rectangle at points that are far
+//! away relative to its longer side. For points near a cell, the cell is subdivided.
 //!
 //! On the surface, nearby cells are integrated exactly. Tangential derivatives are differences of these integrals between two
-//! points one cell apart. They are the derivatives for tractions that vary linearly from cell to cell. The normal derivative
-//! follows from the traction.
+//! points one cell apart, as for tractions that vary linearly from cell to cell. The normal derivative follows from the traction.
 
 use std::sync::LazyLock;
 
@@ -18,23 +16,19 @@ use crate::bem::green_tensor::GreenTensor;
 use crate::bem::half_space::PointForceField;
 use crate::geometry::Point;
 
-/// Number of Chebyshev nodes along each side of a rectangle.
 const NODES_PER_SIDE: usize = 5;
 
-/// Chebyshev nodes on [-1, 1].
 static UNIT_NODES: LazyLock<Chebyshev> = LazyLock::new(|| Chebyshev::new(NODES_PER_SIDE, 1.0));
 
-/// Largest ratio of a rectangle's longer side to its distance from a point at which the nodal forces replace the rectangle.
+/// Largest ratio of a rectangle's longer side to its distance at which nodal forces replace the rectangle.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.7;
 
-/// Maximum number of successive subdivisions of a cell.
 const MAX_CELL_SUBDIVISIONS: usize = 6;
 
-/// Rectangle of cells with tractions, whose forces are gathered at Chebyshev nodes.
 struct CellCluster {
     middle: [f64; 2],
     half: [f64; 2],
-    /// Forces at the nodes, `[NODES_PER_SIDE * NODES_PER_SIDE]`, axes of the patch, N.
+    /// Forces at the Chebyshev nodes, axes of the patch, N.
     forces: Vec<Vector3<f64>>,
     children: Vec<CellCluster>,
 }
@@ -46,7 +40,6 @@ pub(super) struct TractionTree {
     spacing: [f64; 2],
 }
 
-/// Displacement and its derivatives along x, y, z.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LocalDisplacement {
     pub displacement: Vector3<f64>,
@@ -73,8 +66,8 @@ impl TractionTree {
         Self { root, spacing }
     }
 
-    /// Displacement and gradient at a point of the half-space, axes of the patch. Down to a depth of half the shorter cell side,
-    /// the gradient is interpolated linearly between the surface and this depth.
+    /// Displacement and gradient at a point of the half-space, axes of the patch. Between the surface and a depth of half the
+    /// shorter cell side, the gradient is interpolated linearly.
     pub fn at(&self, x: &Point, field: &HalfSpaceField) -> LocalDisplacement {
         let mut sum = LocalDisplacement::default();
         let Some(root) = &self.root else { return sum };
@@ -136,11 +129,8 @@ impl TractionTree {
     }
 }
 
-/// Source of the displacement near a point of the surface.
 enum SurfaceSource<'a> {
-    /// A point force.
     PointForce(&'a GreenTensor, &'a Vector3<f64>),
-    /// A cell with uniform traction.
     UniformCell(&'a CellCluster),
 }
 
@@ -167,12 +157,10 @@ impl Layout<'_> {
 }
 
 impl CellCluster {
-    /// Chebyshev nodes along x and y, relative to the centre.
     fn nodes(half: [f64; 2]) -> [Chebyshev; 2] {
         half.map(|half| Chebyshev::new(NODES_PER_SIDE, half))
     }
 
-    /// Cluster of one cell with a uniform traction.
     fn of_cell(middle: [f64; 2], half: [f64; 2], traction: &Vector3<f64>) -> Self {
         let nodes = Self::nodes(half);
         let means = [0, 1].map(|axis| nodes[axis].means(1, 2.0 * half[axis], -half[axis], false));
@@ -211,8 +199,7 @@ impl CellCluster {
         Self { middle, half, forces, children }
     }
 
-    /// Calls `with(field, force)` for each point force that represents the cluster as seen from `x`. `field` is the Green's tensor
-    /// at `x`.
+    /// Calls `with(G, force)` for each point force that represents the cluster as seen from `x`, with the Green's tensor G.
     fn for_each_force(
         &self,
         x: &Point,
@@ -229,7 +216,7 @@ impl CellCluster {
         }
     }
 
-    /// As [`Self::for_each_force`] at a point `x` of the surface, but passes each nearby cell to `with` without subdivision.
+    /// As [`Self::for_each_force`] at the surface, but passes nearby cells to `with` without subdivision.
     fn on_surface(&self, x: &Point, field: &HalfSpaceField, with: &mut dyn FnMut(SurfaceSource)) {
         if self.is_far(x) {
             self.for_each_own_force(x, &field.point_force, &mut |point, force| {
@@ -242,7 +229,6 @@ impl CellCluster {
         }
     }
 
-    /// Uniform traction of a single cell.
     fn traction(&self) -> Vector3<f64> {
         self.forces.iter().sum::<Vector3<f64>>() / (4.0 * self.half[0] * self.half[1])
     }
@@ -269,7 +255,6 @@ impl CellCluster {
         }
     }
 
-    /// Calls `with` for the nodal forces of a cell. If `x` is near, recursively divides the cell into quarters with its traction.
     fn for_each_subcell_force(
         &self,
         x: &Point,
@@ -306,9 +291,8 @@ mod tests {
         (stiffness.voigt() * crate::material::strain_of_gradient(gradient)).into()
     }
 
-    /// Truth: the surface stress under Hertz's pressure on an isotropic half-space equals its closed form (Johnson, Contact
-    /// Mechanics, eqs. 3.42 and 3.43). The error decreases with the cell size. At the edge of the contact, it is proportional to
-    /// the square root of the cell size.
+    /// Truth: the surface stress under Hertz's pressure on an isotropic half-space (Johnson, Contact Mechanics, eqs. 3.42 and
+    /// 3.43). At the edge of the contact, the error is proportional to the square root of the cell size.
     #[test]
     fn surface_under_hertz_pressure() {
         let nu = 0.3;
@@ -353,8 +337,8 @@ mod tests {
         }
     }
 
-    /// Truth: the surface gradient equals the gradients at small depths, extrapolated to zero depth. The surface stresses xz, yz
-    /// and zz equal the given tractions.
+    /// Truth: the surface gradient equals gradients at small depths, extrapolated. The surface stresses xz, yz and zz equal the
+    /// given tractions.
     #[test]
     fn surface_of_an_anisotropic_body() {
         let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), 0.5);
@@ -370,7 +354,6 @@ mod tests {
         for [x, y] in [[0.1, 0.2], [-0.4, 0.6], [1.2, 0.3]] {
             let gradient = |depth: f64| distribution.at(&Point::new(x, y, -depth), &field).gradient;
             let on_surface = gradient(0.0);
-            // Extrapolation to the surface by a parabola through depths of one, two and three cells.
             let below = [1.0, 2.0, 3.0].map(|k| gradient(k * h));
             let limit = below[0] * 3.0 - below[1] * 3.0 + below[2];
             let apart = (on_surface - limit).norm() / on_surface.norm();
@@ -381,8 +364,7 @@ mod tests {
         }
     }
 
-    /// Truth: the surface displacement is the sum of the exact integrals over the cells. At depth, displacement and z-derivative
-    /// equal sums over many point forces in each cell.
+    /// Truth: on the surface, exact integrals over the cells; at depth, sums over many point forces in each cell.
     #[test]
     fn sums_of_point_forces() {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();

@@ -6,9 +6,8 @@ use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
     /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to the body's own loads, its prescribed displacements and
-    /// contact forces. Takes one solve. The contact forces, N, `[3 n_c]`, are in global axes and in the order of
-    /// [`Self::flexibility`]. For an unconstrained body, the forces are put in equilibrium first, and the mean rigid-body motion is
-    /// zero.
+    /// contact forces. The contact forces, N, `[3 n_c]`, are in global axes and in the order of [`Self::flexibility`]. Takes one
+    /// solve. For an unconstrained body, the forces are put in equilibrium first, and the mean rigid-body motion is zero.
     ///
     /// # Errors
     /// If memory does not suffice, or the solver cannot be created or does not converge.
@@ -34,8 +33,8 @@ impl CondensedBody {
         Ok(self.model.expand(&rhs))
     }
 
-    /// Displacement of nodes due to forces on the same nodes, without the body's own loads. Displacements (mm) and forces (N) are
-    /// `[3 n]` along global axes. Prescribed dofs have zero displacement. Takes one solve.
+    /// Displacement of nodes (mm) due to forces (N) on the same nodes, `[3 n]`, global axes, without the body's own loads. Takes
+    /// one solve.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -45,8 +44,8 @@ impl CondensedBody {
         Ok(self.at_nodes(nodes, &rhs))
     }
 
-    /// As [`Self::displacement_of_forces`], followed by one step of iterative refinement with the residual f - K u. `None` if no
-    /// solver exists yet, because the flexibility came from the cache.
+    /// As [`Self::displacement_of_forces`], followed by one step of iterative refinement. `None` if no solver exists yet, because
+    /// the flexibility came from the cache.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -70,7 +69,6 @@ impl CondensedBody {
         Ok(Some(self.at_nodes(nodes, &rhs)))
     }
 
-    /// Forces on the free dofs, `[n_free]`, from forces on nodes.
     fn right_hand_side(&self, nodes: &[usize], forces: &[f64]) -> Vec<f64> {
         assert_eq!(forces.len(), 3 * nodes.len(), "three forces per node");
         let mut rhs = vec![0.0; self.model.n_free()];
@@ -88,7 +86,6 @@ impl CondensedBody {
         }
     }
 
-    /// Displacement of nodes, `[3 n]`, from the displacement of the free dofs.
     fn at_nodes(&self, nodes: &[usize], displacement: &[f64]) -> Vec<f64> {
         let free = |node: usize, component: usize| self.model.free_dof(node, component);
         let dofs = nodes.iter().flat_map(|&node| (0..3).map(move |component| free(node, component)));
@@ -96,7 +93,7 @@ impl CondensedBody {
     }
 
     /// Displacement of the nodes `at` due to unit forces on the nodes `loaded`, global axes, mm/N, `[3 n_loaded, 3 n_at]` row by
-    /// row. Zero for prescribed dofs. Takes one solve for each dof of `loaded`.
+    /// row. Takes one solve for each dof of `loaded`.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -131,5 +128,4 @@ impl CondensedBody {
     }
 }
 
-/// Number of right-hand sides per solve.
 const COLUMNS_PER_SOLVE: usize = 24;

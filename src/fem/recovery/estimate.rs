@@ -54,8 +54,7 @@ impl ErrorEstimate {
         self.cell_errors.iter().zip(&self.cell_volumes).map(density).collect()
     }
 
-    /// Smallest set of cells that hold at least the fraction `share` (0..1) of the squared error, worst first. Empty if the error
-    /// is zero.
+    /// Smallest set of cells that hold at least the fraction `share` (0..1) of the squared error, worst first.
     pub fn worst_cells(&self, share: f64) -> Vec<usize> {
         let mut order: Vec<usize> =
             (0..self.cell_errors.len()).filter(|&i| self.cell_errors[i] > 0.0).collect();
@@ -72,8 +71,7 @@ impl ErrorEstimate {
 }
 
 impl StressRecovery {
-    /// Estimates the error of the element stress, for a displacement of all mesh nodes and the recovered `stress` at the recovery
-    /// points.
+    /// Estimates the error of the element stress, for a displacement of all mesh nodes and the recovered `stress`.
     ///
     /// # Errors
     /// If an element is inverted ([`FeModel`] already refuses such meshes).
@@ -123,7 +121,6 @@ impl StressRecovery {
     }
 }
 
-/// Squared norms of error and stress, volume and centroid of a cell.
 #[derive(Default)]
 struct CellError {
     error: f64,

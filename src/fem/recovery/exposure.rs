@@ -10,14 +10,14 @@ use crate::material::strength::{FailureCriterion, MaterialStrength, StressExposu
 pub struct ExposureField {
     /// Failure criterion.
     pub criterion: FailureCriterion,
-    /// Largest exposure at each recovery point over the adjacent cells, evaluated in the material axes of each cell, `[n_points]`.
+    /// Largest exposure at each recovery point over the adjacent cells, `[n_points]`.
     pub points: Vec<StressExposure>,
     /// Largest exposure over the nodes of each solid cell, `[n_cells]`.
     pub cells: Vec<StressExposure>,
 }
 
 /// Exposures for each criterion that applies to at least one cell, from the recovered `stress` at the points. `limit` returns the
-/// strength and the material axes (columns, global) of a cell, or `None` if its strength is unknown. The exposure is then zero.
+/// strength and the material axes (columns, global) of a cell. Without a known strength, the exposure is zero.
 pub(crate) fn exposures<'a>(
     points: &RecoveryPoints,
     stress: &[[f64; 6]],

@@ -5,11 +5,10 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use crate::error::Result;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 
-/// Singular values up to this fraction of the largest mark undetermined components of the polynomial, for example if all samples
-/// lie in one plane. In scaled coordinates, patches with an aspect ratio of 1e4 have only larger singular values.
+/// Fraction of the largest singular value up to which components are undetermined, for example if all samples lie in one plane.
+/// Patches with an aspect ratio of 1e4 have only larger singular values.
 const RANK_TOLERANCE: f64 = 1e-9;
 
-/// Space of the fitted polynomials.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum PolynomialSpace {
     /// Degree 1, 4 terms.
@@ -20,9 +19,7 @@ pub(super) enum PolynomialSpace {
     Triquadratic,
 }
 
-/// Least-squares polynomial of a patch.
 pub(super) struct PatchFit {
-    /// Indices of the samples of the patch among the samples of the body, `[n]`.
     pub samples: Vec<usize>,
     space: PolynomialSpace,
     /// Transformation from global coordinates to the axes of the polynomial.
@@ -34,11 +31,8 @@ pub(super) struct PatchFit {
 }
 
 impl PatchFit {
-    /// Fits polynomials of `space`, in coordinates along the columns of `axes`, to `samples` at their `position`. Undetermined
-    /// components are zero: the fit falls back to polynomials of lower degree, in the end to the mean.
-    ///
-    /// # Errors
-    /// If a position is not finite.
+    /// Fits polynomials of `space`, in coordinates along the columns of `axes`, to `samples`. Undetermined components are zero: the
+    /// fit falls back to lower degrees, in the end to the mean.
     pub fn new(
         space: PolynomialSpace,
         axes: Matrix3<f64>,
@@ -62,7 +56,6 @@ impl PatchFit {
         Ok(patch)
     }
 
-    /// Values of the monomials at a point given in the axes of the polynomial.
     fn monomials(&self, x: [f64; 3]) -> Vec<f64> {
         let [x, y, z]: [f64; 3] = std::array::from_fn(|c| (x[c] - self.centre[c]) / self.scale[c]);
         let powers = |x: f64| [1.0, x, x * x];
@@ -93,10 +86,9 @@ mod tests {
         (0..n).map(|i| [number(3 * i + 1), 0.01 * number(5 * i + 2), 30.0 * number(7 * i + 3)]).collect()
     }
 
-    /// Truth: a least-squares fit reproduces a field that is a polynomial of the fitted space. Tolerance: rounding of the fit.
+    /// Truth: a least-squares fit reproduces a polynomial of the fitted space. Tolerance: rounding.
     #[test]
     fn polynomials_are_reproduced() {
-        // Oblique axes.
         let axes = Matrix3::new(2.0, 0.3, 0.0, 0.0, 0.5, 0.01, 1.0, 0.0, 20.0);
         for terms in [PolynomialSpace::Linear, PolynomialSpace::Quadratic, PolynomialSpace::Triquadratic] {
             let at = scattered(60);
@@ -117,8 +109,7 @@ mod tests {
         }
     }
 
-    /// Truth: samples in one plane do not determine the gradient normal to the plane, so the fit is constant along the normal. The
-    /// fit to a single sample is constant.
+    /// Truth: samples in one plane do not determine the gradient normal to the plane, so the fit is constant along the normal.
     #[test]
     fn what_the_samples_leave_open_is_constant() {
         let at: Vec<[f64; 3]> = scattered(12).into_iter().map(|[x, y, _]| [x, y, 2.0]).collect();

@@ -11,7 +11,7 @@ use crate::mesh::faces::{SolidFace, SurfaceFace};
 const SMOOTH_NORMAL_COSINE: f64 = 0.866;
 
 /// Points of stress recovery. Solids have one point per node and material, so that stress may jump at interfaces. Bodies given by
-/// their surface have one point per node and smooth surface part; their cells are the faces.
+/// their surface have one point per node and smooth surface part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecoveryPoints {
     /// Mesh node of each point, in ascending order, `[n_points]`.
@@ -38,7 +38,7 @@ impl RecoveryPoints {
         &self.cell_points[self.offsets[cell]..self.offsets[cell + 1]]
     }
 
-    /// Points on the outer `faces` of a body: one point per node and smooth surface part.
+    /// Points on the outer `faces` of a body.
     pub(crate) fn on_surface(mesh: &Mesh, faces: &[SurfaceFace]) -> Self {
         let mut at_nodes: Vec<Vec<(usize, Vector3<f64>)>> = vec![Vec::new(); mesh.n_points()];
         let mut offsets = vec![0];
@@ -97,8 +97,7 @@ fn normal_at(mesh: &Mesh, face: &SurfaceFace, k: usize) -> Vector3<f64> {
     a.cross(&b).try_normalize(0.0).unwrap_or_default()
 }
 
-/// Parts of the body with continuous stress: elements joined through faces across which the material is continuous
-/// ([`crate::fem::ElementMaterials::is_continuous`]). Each element gets the index of the first element of its part, `[n_cells]`.
+/// Parts of the body with continuous stress. Each element gets the index of the first element of its part, `[n_cells]`.
 pub(super) fn smooth_parts(elements: ElementContext, faces: &[SolidFace]) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..elements.n_elements()).collect();
     for face in faces {
@@ -111,7 +110,6 @@ pub(super) fn smooth_parts(elements: ElementContext, faces: &[SolidFace]) -> Vec
     (0..elements.n_elements()).map(|i| find_root(&mut parent, i)).collect()
 }
 
-/// Root of the set that contains `i`; shortens the path to the root (union-find).
 fn find_root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
         parent[i] = parent[parent[i]];
@@ -120,7 +118,6 @@ fn find_root(parent: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-/// Connectivity of points and elements, for patches.
 pub(super) struct PointTopology {
     /// Cells at each point, in ascending order, `[n_points]`.
     pub cells_at: Vec<Vec<usize>>,

@@ -1,11 +1,11 @@
 //! Element sizes of the next mesh, from the estimated error on the present mesh.
 //!
-//! Let e be the error of an element and p the local rate of convergence. If the region of the element is meshed at r times its
-//! size, the squared error is e² r^2p, spread over r^-3 elements. The mesh with the fewest elements for a given total error has the
-//! same error c in each new element, e² r^(2p+3) = c². Hence r = (c/e)^(2/(2p+3)), and c follows from Σ e² r^2p = (wanted error)².
+//! Let e be the error of an element and p the local rate of convergence. If its region is meshed at r times its size, the squared
+//! error is e² r^2p, spread over r^-3 elements. The mesh with the fewest elements for a given total error has the same error c in
+//! each new element, e² r^(2p+3) = c². Hence r = (c/e)^(2/(2p+3)), and c follows from Σ e² r^2p = (wanted error)².
 //!
-//! At singularities (edges of contact, corners, supports) the error falls more slowly than with the rate p. The formula would then
-//! ask for ever smaller elements. The change of size per round is limited, and several rounds reach any grading.
+//! At singularities (edges of contact, corners, supports) the error falls more slowly than with the rate p. The change of size per
+//! round is therefore limited, and several rounds reach any grading.
 //!
 //! # Source
 //! Li and Bettess (1995), Commun. Numer. Meth. Engng 11, 1-9, on the optimality of equal error per element.
@@ -16,7 +16,7 @@ use super::estimate::ErrorEstimate;
 pub const SIZE_RATIO_BOUNDS: [f64; 2] = [0.25, 2.0];
 
 /// Size of the next elements relative to the present elements, `[n_cells]`, for the error `wanted` relative to the stress norm.
-/// `degree` is the rate of convergence p of the elements.
+/// `degree` is the rate of convergence p.
 pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<f64> {
     let rate = degree as f64;
     let exponent = 2.0 / (2.0 * rate + 3.0);
@@ -31,7 +31,6 @@ pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<
         |c: f64| -> f64 { estimate.cell_errors.iter().map(|&e| e * e * ratio(c, e).powf(2.0 * rate)).sum() };
     let target = wanted * wanted * estimate.norm_squared();
     let positive = || estimate.cell_errors.iter().copied().filter(|e| *e > 0.0);
-    // For c below `low` or above `high`, the ratios of all cells with an error are at a bound.
     let mut low = positive().fold(f64::INFINITY, f64::min) * SIZE_RATIO_BOUNDS[0].powf(1.0 / exponent);
     let mut high = positive().fold(0.0, f64::max) * SIZE_RATIO_BOUNDS[1].powf(1.0 / exponent);
     if high == 0.0 {
@@ -75,8 +74,7 @@ mod tests {
         }
     }
 
-    /// Truth: the largest error gives the smallest allowed ratio, and a zero error gives the largest. Smaller errors do not give
-    /// smaller ratios.
+    /// Truth: the largest error gives the smallest allowed ratio, and a zero error gives the largest.
     #[test]
     fn changes_are_limited() {
         let ratios = size_ratios(&estimate(vec![1e3, 1.0, 1e-6, 0.0]), 1, 1e-3);

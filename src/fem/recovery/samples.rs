@@ -13,7 +13,6 @@ use crate::fem::element_kernels::stresses_at;
 use crate::fem::integration_points::PointStress;
 use crate::quadrature::{RulePoint, hexahedron, pyramid, tetrahedron, wedge};
 
-/// Stress sample at a point of an element.
 #[derive(Debug, Clone)]
 pub(super) struct StressSample {
     pub position: [f64; 3],
@@ -47,7 +46,7 @@ impl RecoveryRules {
     }
 }
 
-/// Polynomial space of the recovered stress of an element. Its degree is the degree of the displacement.
+/// Its degree is the degree of the displacement.
 pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
     match (kind.n_nodes() > kind.n_corners(), kind.n_corners()) {
         (false, _) => PolynomialSpace::Linear,
@@ -56,7 +55,7 @@ pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
     }
 }
 
-/// Stress of element `i` at the points of `rule`, or at the points of the stiffness rule if `rule` is `None`.
+/// `None` stands for the stiffness rule.
 fn point_stresses(
     elements: ElementContext,
     i: usize,
@@ -71,7 +70,6 @@ fn point_stresses(
         .map_err(|unsound| elements.defect_error(cell, unsound))
 }
 
-/// Stress and positions in element `i` at the points of `rule`, or at the points of the stiffness rule if `rule` is `None`.
 fn samples_at(
     elements: ElementContext,
     i: usize,
@@ -88,7 +86,6 @@ fn samples_at(
     Ok(point_stresses(elements, i, u, rule)?.into_iter().map(sample).collect())
 }
 
-/// Stress of element `i` at its integration points.
 pub(super) fn integration_point_samples(
     elements: ElementContext,
     i: usize,
@@ -97,8 +94,7 @@ pub(super) fn integration_point_samples(
     samples_at(elements, i, u, None)
 }
 
-/// Stress of element `i` at points where the stress is one order more accurate. Linear elements give one sample: the mean stress at
-/// the centre.
+/// Stress of element `i` where it is one order more accurate; for linear elements the mean stress at the centre.
 pub(super) fn superconvergent_samples(
     elements: ElementContext,
     i: usize,

@@ -1,12 +1,11 @@
 //! Superconvergent patch recovery: nodal stress from polynomials over the elements around each vertex.
 //!
 //! At a vertex inside a material, a polynomial of the elements' degree is fitted to the stress at the superconvergent points of the
-//! surrounding elements. Second-order hexahedra use all monomials of degree up to 2 along each of their axes, like the 27-node
-//! shape functions. The complete quadratic polynomial, which has 10 terms, would smooth variations that two elements resolve. A
-//! vertex on the border of its material takes the polynomial of the nearest inner vertex of its elements. If these elements have no
-//! inner vertex (one layer of elements), the fit uses the integration points of these elements and of their neighbours. A middle
-//! node takes the mean of the polynomials of its nearest corners. A patch never crosses a material interface. The recovery is
-//! linear in the samples, and its weights depend only on mesh and materials, so the weights are stored.
+//! surrounding elements. Second-order hexahedra use all monomials of degree up to 2 along each of their axes. The complete
+//! quadratic polynomial, with 10 terms, would smooth variations that two elements resolve. A vertex on the border of its material
+//! takes the polynomial of the nearest inner vertex of its elements. Without an inner vertex (one layer of elements), the fit uses
+//! the integration points of these elements and of their neighbours. A middle node takes the mean of the polynomials of its nearest
+//! corners. A patch never crosses a material interface. The weights depend only on mesh and materials.
 //!
 //! # Source
 //! Zienkiewicz and Zhu (1992), Int. J. Numer. Meth. Engng 33, 1331-1364, section 3.
@@ -24,10 +23,8 @@ use crate::fem::FeModel;
 use crate::fem::assembly::ElementContext;
 use crate::mesh::faces::solid_faces;
 
-/// Relative difference of distances up to which corners are equally near.
 const EQUAL_DISTANCE_TOLERANCE: f64 = 1e-6;
 
-/// Number of polynomials fitted in parallel before their weights are added to the rows.
 const PATCHES_PER_BATCH: usize = 1024;
 
 /// Stress recovery of a body: weights that map the stress samples in the elements to the recovery points.
@@ -36,11 +33,9 @@ pub struct StressRecovery {
     rules: RecoveryRules,
     /// Whether the integration points of each element are samples too, `[n_cells]`.
     samples_gauss_points: Vec<bool>,
-    /// Start of the entries of each point in `samples` and `weights`, and the end of the last, `[n_points + 1]`.
+    /// Start of the entries of each point in `samples` and `weights`, `[n_points + 1]`.
     starts: Vec<usize>,
-    /// Index of the stress sample of each entry.
     samples: Vec<u32>,
-    /// Weight of the stress sample of each entry.
     weights: Vec<f64>,
 }
 
@@ -98,7 +93,7 @@ impl StressRecovery {
     }
 
     /// Recovered stress at the points for a displacement of all mesh nodes, Voigt 11 22 33 23 13 12, global axes, MPa,
-    /// `[n_points]`. The result has the same bits for any number of threads.
+    /// `[n_points]`.
     ///
     /// # Errors
     /// If an element is inverted ([`FeModel`] already refuses such meshes).
@@ -125,8 +120,7 @@ enum PatchSource {
     ExtendedRing(usize),
 }
 
-/// Samples of all elements, element by element: at the superconvergent points, then in `dense` elements also at the integration
-/// points.
+/// Samples of all elements: at the superconvergent points, then in `dense` elements also at the integration points.
 fn all_samples(
     elements: ElementContext,
     dense: &[bool],
@@ -152,14 +146,13 @@ fn all_samples(
     Ok(layout)
 }
 
-/// Stress samples and their range for each element.
 struct SampleLayout {
     /// For each element: start of its samples, start of its integration points, end.
     starts: Vec<[usize; 3]>,
     samples: Vec<StressSample>,
 }
 
-/// Cells around a vertex and the cells that share a point with them, in ascending order.
+/// Cells around a vertex and the cells that share a point with them.
 fn extended_ring(points: &RecoveryPoints, topology: &PointTopology, vertex: usize) -> Vec<usize> {
     let around = topology.cells_at[vertex].iter().flat_map(|&cell| points.points_of_cell(cell));
     let mut cells: Vec<usize> = around.flat_map(|&point| topology.cells_at[point].iter().copied()).collect();
@@ -200,8 +193,7 @@ fn patch_sources(
     }
 }
 
-/// Corners nearest to a middle node in the first of its cells. In an undistorted cell, these are the ends of an edge, or all
-/// corners of a face or of the cell.
+/// Corners nearest to a middle node in the first of its cells: the ends of an edge, or all corners of a face or of the cell.
 fn nearest_corners(
     elements: ElementContext,
     points: &RecoveryPoints,
@@ -220,7 +212,6 @@ fn nearest(elements: ElementContext, points: &RecoveryPoints, p: usize, among: &
     among.iter().copied().filter(|&q| distance(q) <= least * (1.0 + EQUAL_DISTANCE_TOLERANCE)).collect()
 }
 
-/// Adds one row to another; weights of the same sample are summed.
 fn add_row(row: &mut WeightRow, part: WeightRow) {
     row.extend(part);
     row.sort_by_key(|entry| entry.0);
@@ -232,7 +223,6 @@ fn add_row(row: &mut WeightRow, part: WeightRow) {
     });
 }
 
-/// Builds the rows of weights of the recovery.
 struct RowBuilder<'a> {
     elements: ElementContext<'a>,
     points: &'a RecoveryPoints,
@@ -244,7 +234,6 @@ struct RowBuilder<'a> {
 type WeightRow = Vec<(u32, f64)>;
 
 impl RowBuilder<'_> {
-    /// Rows of weights of all points, from the patches of each point. A polynomial is fitted once for all points that use it.
     fn rows(&self, sources: &[Vec<PatchSource>]) -> Result<Vec<WeightRow>> {
         let mut uses: Vec<(PatchSource, usize)> = sources
             .iter()
@@ -264,7 +253,6 @@ impl RowBuilder<'_> {
         Ok(rows)
     }
 
-    /// Contribution of one patch to each point that uses it.
     fn weight_rows(
         &self,
         uses: &[(PatchSource, usize)],
@@ -293,8 +281,7 @@ impl RowBuilder<'_> {
         PatchFit::new(terms, axes, samples, |sample| self.layout.samples[sample].position)
     }
 
-    /// Polynomial space of a patch: the smallest space of its elements. The triquadratic space needs at least twice as many samples
-    /// as its 27 terms.
+    /// Smallest polynomial space of the elements. The triquadratic space needs at least twice as many samples as its 27 terms.
     fn polynomial_space(&self, cells: &[usize], n_samples: usize) -> PolynomialSpace {
         let kind = |&cell: &usize| self.elements.mesh.kind(self.elements.regions.cells[cell]);
         let least = cells
@@ -305,7 +292,7 @@ impl RowBuilder<'_> {
         if n_samples < 2 * 27 { least.min(PolynomialSpace::Quadratic) } else { least }
     }
 
-    /// Edge vectors of a hexahedron at its first corner. In a row of hexahedra, the neighbours lie along one of these vectors.
+    /// Edge vectors of a hexahedron at its first corner.
     fn axes(&self, cell: usize) -> Matrix3<f64> {
         let cell = self.elements.regions.cells[cell];
         let points = self.elements.node_coordinates(cell);

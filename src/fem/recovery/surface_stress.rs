@@ -1,9 +1,9 @@
 //! Stress on the contact surface, from the surface strain and the surface traction.
 //!
 //! The in-plane strain follows from the displacement of the surface. The traction is known: contact, own loads and foundations of
-//! the body. The material law σ = C ε gives the other components. The index p denotes the in-plane components 11, 22, 12, the index
-//! n the components 33, 23, 13. Then ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. No stress is extrapolated from
-//! inside the elements, because an extrapolation would smooth the peaks at the edge of a contact.
+//! the body. The index p denotes the in-plane components 11, 22, 12, the index n the components 33, 23, 13. Then ε_n = C_nn⁻¹
+//! (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. No stress is extrapolated from inside the elements, because an extrapolation
+//! would smooth the peaks at the edge of a contact.
 //!
 //! # Source
 //! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -19,9 +19,7 @@ use crate::material::{Stiffness, tensor_to_voigt};
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
 
-/// Voigt indices of the in-plane components 11, 22, 12.
 const IN_PLANE_VOIGT: [usize; 3] = [0, 1, 5];
-/// Voigt indices of the components 33, 23, 13 of the traction.
 const OUT_OF_PLANE_VOIGT: [usize; 3] = [2, 3, 4];
 
 /// Strain, stiffness and own traction at a point of the contact surface.
@@ -79,19 +77,16 @@ pub(crate) struct FaceContribution<'a> {
     pub own_traction: Vector3<f64>,
 }
 
-/// Weighted sums over the faces at a point.
 #[derive(Clone, Default)]
 struct FaceSum {
-    /// Sum of the area vectors.
     area: Vector3<f64>,
     weight: f64,
-    /// Weighted sum of the surface gradients of the displacement.
     gradient: Matrix3<f64>,
     stiffness: Matrix6<f64>,
     load: Vector3<f64>,
 }
 
-/// Weighted sums over the faces at each point, which give the averages.
+/// Weighted sums over the faces at each point.
 pub(crate) struct FaceAverages(Vec<FaceSum>);
 
 impl FaceAverages {
@@ -120,8 +115,7 @@ impl FaceAverages {
 
 /// Points of the contact `faces` with the surface strain of a displacement of all mesh nodes, in ascending order.
 ///
-/// Faces at a point are weighted by their inverse areas. On a graded grid this interpolates between the face centres. At the border
-/// of a load the result is the weighted mean of both sides.
+/// Faces at a point are weighted by their inverse areas, which on a graded grid interpolates between the face centres.
 pub(crate) fn surface_stress_points(
     model: &FeModel,
     points: &RecoveryPoints,
@@ -161,7 +155,7 @@ pub(crate) fn surface_stress_points(
 impl FaceSum {
     fn point(&self, point: usize) -> Option<SurfaceStressPoint> {
         let n = self.area.try_normalize(0.0)?;
-        // The first tangent is normal to n and to the global axis that is most nearly normal to n.
+        // Normal to n and to the global axis that is most nearly normal to n.
         let least = n.iamin();
         let a = n.cross(&Vector3::ith(least, 1.0)).normalize();
         let axes = Matrix3::from_columns(&[a, n.cross(&a), n]);
@@ -173,8 +167,7 @@ impl FaceSum {
     }
 }
 
-/// Area vector and surface gradient of the displacement at each node of a face. The area vector is the cross product of the
-/// tangents at the node times the reference area.
+/// Area vector (tangents' cross product times the reference area) and surface gradient of the displacement at each node of a face.
 fn face_gradients(mesh: &Mesh, face: &SurfaceFace, u: &[[f64; 3]]) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     let at = |xi: [f64; 2]| {
         let tangents = face_tangents(face, xi, |node| mesh.points[node].into());
@@ -198,8 +191,7 @@ mod tests {
     use crate::mesh::faces::outer_faces;
     use crate::mesh::gmsh;
 
-    /// Truth: the area of a square of side 2 mm is 4 mm^2, and the area of its half is 2 mm^2. The area vectors of quad4 and tri3
-    /// have these lengths.
+    /// Truth: the area of a square of side 2 mm is 4 mm^2, and the area of its half is 2 mm^2.
     #[test]
     fn faces_of_both_kinds_count_by_their_areas() {
         let square = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 2 0 0\n3 2 2 0\n4 0 2 0\n$EndNodes\n";

@@ -1,5 +1,3 @@
-//! Hashin's criteria: fibre and matrix, tension and compression.
-
 use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
 /// Stress exposure in the governing one of Hashin's four failure modes. The sign of σ11 selects the fibre mode, the sign of σ22 +
@@ -31,7 +29,7 @@ pub fn hashin(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
         let across = (sum / strength.tension[1]).powi(2) + (s[3] * s[3] - s[1] * s[2]) / (s23 * s23);
         StressExposure { value: (across + axial).max(0.0).sqrt(), mode: FailureMode::MatrixTension }
     } else {
-        // The first term equals ((σ22 + σ33)/2)² - σ22 σ33, but is computed without cancellation.
+        // ((σ22 + σ33)/2)² - σ22 σ33, without cancellation, plus σ23².
         let across = (0.25 * (s[1] - s[2]).powi(2) + s[3] * s[3]) / (s23 * s23);
         let yc = strength.compression[1];
         let linear = ((0.5 * yc / s23).powi(2) - 1.0) * sum / yc;
@@ -48,8 +46,7 @@ mod tests {
     use super::super::tests::{single, t300};
     use super::*;
 
-    /// Truth: a single stress equal to a strength of a transversely isotropic ply has the exposure 1. Single shear stresses have
-    /// the mode matrix tension, because σ22 + σ33 is not negative.
+    /// Truth: exposure 1 at each strength. Single shear stresses have the mode matrix tension, because σ22 + σ33 is not negative.
     #[test]
     fn single_stresses_fail_at_their_strengths_in_their_modes() {
         let s = t300();
@@ -69,8 +66,8 @@ mod tests {
         }
     }
 
-    /// Truth: a rotation about the fibre changes neither the exposure nor the mode, because Hashin's criteria use invariants of
-    /// transverse isotropy. Where fibre compression governs, the exposure is -σ11/Xc.
+    /// Truth: a rotation about the fibre changes nothing, because Hashin's criteria use invariants of transverse isotropy. Where
+    /// fibre compression governs, the exposure is -σ11/Xc.
     #[test]
     fn invariant_about_the_fibre() {
         let strength = t300();

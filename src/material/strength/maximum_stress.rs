@@ -1,5 +1,3 @@
-//! Maximum-stress criterion: each stress component is divided by its strength.
-
 use super::{FailureMode, PlyStrength, StressExposure};
 
 /// Largest exposure of a single stress component, and its failure mode.
@@ -21,7 +19,6 @@ mod tests {
     use super::super::tests::{single, t300};
     use super::*;
 
-    /// Truth: a single stress equal to a strength has the exposure 1, in the mode of this strength.
     #[test]
     fn single_stresses_fail_at_their_strengths_in_their_modes() {
         let s = t300();

@@ -1,8 +1,7 @@
 //! Strengths of materials and failure criteria. Stresses are in material axes, Voigt order 11 22 33 23 13 12.
 //!
-//! Every criterion gives the *stress exposure* f = 1/R: if all stresses are multiplied by R, the criterion is just met. The
-//! exposure is proportional to the stress, 1 at failure, and 0 if no positive multiple of the stress fails. The exposure of a
-//! quadratic criterion a R² + b R = 1 is f = (b + sqrt(b² + 4 a)) / 2.
+//! Every criterion gives the *stress exposure* f = 1/R: if all stresses are multiplied by R, the criterion is just met. It is 0 if
+//! no positive multiple of the stress fails. The exposure of a quadratic criterion a R² + b R = 1 is f = (b + sqrt(b² + 4 a)) / 2.
 
 mod hashin;
 mod maximum_stress;
@@ -158,11 +157,10 @@ impl MaterialStrength {
         }
     }
 
-    /// Refuses strengths that are not positive and finite, and interactions whose matrix has a negative eigenvalue, so that the
-    /// failure surface is open.
+    /// Refuses strengths that are not positive and finite, and interactions that leave the failure surface open.
     ///
     /// # Errors
-    /// If a value is not admissible (kind `Input`). The message names the key.
+    /// If a value is not admissible (kind `Input`).
     pub fn check(&self) -> Result<()> {
         match self {
             Self::Yield(limit) => positive("yield", *limit),
@@ -204,7 +202,7 @@ pub fn von_mises(s: &[f64; 6]) -> f64 {
     (0.5 * normal + 3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])).sqrt()
 }
 
-/// Transforms a stress from global axes into the axes that are the columns of Q = `axes`: σ'_ab = Q_ia σ_ij Q_jb.
+/// Stress from global axes in the axes that are the columns of Q = `axes`: σ'_ab = Q_ia σ_ij Q_jb.
 pub fn stress_in_axes(axes: &Matrix3<f64>, s: &[f64; 6]) -> [f64; 6] {
     tensor_to_voigt(&(axes.transpose() * voigt_to_tensor(s) * axes))
 }
@@ -218,7 +216,7 @@ fn quadratic_exposure(a: f64, b: f64) -> f64 {
 pub(crate) mod tests {
     use super::*;
 
-    /// T300/BSL914C epoxy of the world-wide failure exercise (Soden, Hinton and Kaddour 1998), transversely isotropic.
+    /// T300/BSL914C epoxy (Soden, Hinton and Kaddour 1998), transversely isotropic.
     pub fn t300() -> PlyStrength {
         PlyStrength {
             tension: [1500.0, 27.0, 27.0],
@@ -234,7 +232,7 @@ pub(crate) mod tests {
         stress
     }
 
-    /// Truth: the exposure f is proportional to the load, and the stress divided by f has the exposure 1.
+    /// Truth: the exposure f is proportional to the load.
     #[test]
     fn exposures_are_proportional_to_the_load() {
         let stress = [300.0, -40.0, 12.0, 9.0, -20.0, 31.0];
@@ -251,8 +249,7 @@ pub(crate) mod tests {
         assert_eq!(limit.exposure(FailureCriterion::TsaiWu, &[0.0; 6]), StressExposure::ZERO);
     }
 
-    /// Truths: von Mises' stress is abs(s) under a uniaxial stress s, and sqrt(3) abs(s) under a pure shear stress s. A rotation of
-    /// the axes does not change it. A rotation by a right angle about 3 swaps 11 and 22.
+    /// Truth: von Mises' stress is abs(s) in uniaxial stress and sqrt(3) abs(s) in pure shear, in any axes.
     #[test]
     fn von_mises_and_axes() {
         assert!((von_mises(&single(2, -250.0)) - 250.0).abs() < 1e-12);
@@ -266,7 +263,6 @@ pub(crate) mod tests {
         assert_eq!(stress_in_axes(&quarter, &stress), [-40.0, 300.0, 12.0, 20.0, 9.0, -31.0]);
     }
 
-    /// Truth: strengths that are not positive, and interactions whose matrix has a negative eigenvalue, are errors.
     #[test]
     fn strengths_that_mean_nothing_are_refused() {
         let message = |limit: MaterialStrength| limit.check().expect_err("a refusal").to_string();

@@ -1,5 +1,3 @@
-//! The tensor polynomial of Tsai and Wu.
-
 use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
 /// Exposure of F_i σ_i + F_ij σ_i σ_j = 1 with F_i = 1/X_t - 1/X_c, F_ii = 1/(X_t X_c), F_44 = 1/S23², F_55 = 1/S13², F_66 = 1/S12²
@@ -9,7 +7,7 @@ use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 /// Tsai and Wu (1971), J. Composite Materials 5, 58-80, eqs. 4-11.
 pub fn tsai_wu(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
     let PlyStrength { tension, compression, shear, interaction } = strength;
-    // Normal stresses, each divided by the geometric mean of its tensile and compressive strength.
+    // Normal stresses, each divided by the geometric mean of tensile and compressive strength.
     let x: [f64; 3] = std::array::from_fn(|i| s[i] / (tension[i] * compression[i]).sqrt());
     let b: f64 = (0..3).map(|i| s[i] * (1.0 / tension[i] - 1.0 / compression[i])).sum();
     let normal: f64 = x.iter().map(|x| x * x).sum();
@@ -24,7 +22,6 @@ mod tests {
     use super::super::tests::{single, t300};
     use super::*;
 
-    /// Truth: a single stress equal to a strength has the exposure 1.
     #[test]
     fn single_stresses_fail_at_their_strengths() {
         let strength = t300();
@@ -43,7 +40,7 @@ mod tests {
     /// Truth: the stress S at failure in example 2.19 of Kaw, Mechanics of Composite Materials (2nd edition 2006), in plane stress.
     /// A graphite/epoxy lamina has Xt = Xc = 1500, Yt = 40, Yc = 246, S12 = 68 MPa and fibres at 60 degrees from x. Under σx = 2 S,
     /// σy = -3 S, τxy = 4 S, the stresses along the ply axes are σ1 = 1.714 S, σ2 = -2.714 S, τ12 = -4.165 S. With F12 = -1/2
-    /// sqrt(F11 F22) (Mises and Hencky), the lamina fails at S = 22.39 MPa. Tolerance: rounding of the four digits of S.
+    /// sqrt(F11 F22), the lamina fails at S = 22.39 MPa. Tolerance: rounding of the four digits of S.
     #[test]
     fn worked_example() {
         let strength = PlyStrength {

@@ -1,10 +1,9 @@
-//! Reading position in the bytes of a .msh file: words, numbers and sections. Error messages state the position.
+//! Reading position in the bytes of a .msh file: words, numbers and sections.
 
 use std::str::FromStr;
 
 use crate::error::{Error, Result};
 
-/// Storage format of binary numbers.
 #[derive(Debug, Clone, Copy)]
 struct Binary {
     swapped: bool,
@@ -12,11 +11,9 @@ struct Binary {
     size: usize,
 }
 
-/// Reading position. `binary` is set if `$MeshFormat` declares a binary file.
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     source: &'a str,
-    /// Next byte to read.
     pos: usize,
     /// Start of the last word, number or section, for messages.
     last_read: usize,
@@ -34,7 +31,6 @@ impl<'a> Cursor<'a> {
         self.binary.is_some()
     }
 
-    /// Error at the last item read: file, line or byte, section, `what`.
     pub(super) fn fail(&self, what: &str) -> Error {
         let place = if self.binary.is_some() {
             format!("byte {}", self.last_read)
@@ -63,7 +59,6 @@ impl<'a> Cursor<'a> {
         &self.bytes[self.pos..]
     }
 
-    /// Next word of text. `wanted` describes the word in the message if it is missing.
     pub(super) fn word(&mut self, wanted: &str) -> Result<&'a str> {
         self.skip_space();
         let rest = self.rest();
@@ -81,14 +76,13 @@ impl<'a> Cursor<'a> {
         Ok(word)
     }
 
-    /// Next word of text, as a number.
     pub(super) fn number<T: FromStr>(&mut self, wanted: &str) -> Result<T> {
         let word = self.word(wanted)?;
         word.parse()
             .map_err(|_| self.fail(&format!("found {}, expected {wanted}", quoted_excerpt(word.as_bytes()))))
     }
 
-    /// Text between the next and the last quotation mark of the line; `wanted` describes the text in messages.
+    /// Text between the next and the last quotation mark of the line.
     pub(super) fn quoted(&mut self, wanted: &str) -> Result<String> {
         self.skip_space();
         let rest = self.rest();
@@ -103,7 +97,6 @@ impl<'a> Cursor<'a> {
         Ok(String::from_utf8_lossy(inner).into_owned())
     }
 
-    /// Skips blanks and the end of the line; refuses other characters.
     pub(super) fn end_line(&mut self) -> Result<()> {
         loop {
             match self.bytes.get(self.pos) {
@@ -162,7 +155,6 @@ impl<'a> Cursor<'a> {
         Ok(bytes)
     }
 
-    /// An `int` (text or 4 bytes).
     pub(super) fn int(&mut self, wanted: &str) -> Result<i64> {
         if self.binary.is_none() {
             return self.number(wanted);
@@ -170,7 +162,6 @@ impl<'a> Cursor<'a> {
         Ok(i64::from(i32::from_le_bytes(self.take(wanted)?)))
     }
 
-    /// A count or number that cannot be negative, stored as `int`.
     pub(super) fn nonnegative_int(&mut self, wanted: &str) -> Result<u64> {
         let value = self.int(wanted)?;
         u64::try_from(value).map_err(|_| self.fail(&format!("found {value}, expected {wanted}, 0 or more")))
@@ -185,7 +176,6 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A `double`.
     pub(super) fn real(&mut self, wanted: &str) -> Result<f64> {
         if self.binary.is_none() {
             return self.number(wanted);
@@ -193,7 +183,6 @@ impl<'a> Cursor<'a> {
         Ok(f64::from_le_bytes(self.take(wanted)?))
     }
 
-    /// A coordinate: a `double` that is finite.
     pub(super) fn coordinate(&mut self, node: u64) -> Result<f64> {
         let value = self.real("a coordinate")?;
         if value.is_finite() {
@@ -207,7 +196,7 @@ impl<'a> Cursor<'a> {
         self.binary.map_or(2, |b| b.size as u64)
     }
 
-    /// `stored` bytes in a binary file; in text, the fewest bytes that a number and its separator take.
+    /// As [`Self::size_bytes`] for `stored` bytes in a binary file.
     pub(super) fn bytes_of(&self, stored: u64) -> u64 {
         if self.is_binary() { stored } else { 2 }
     }
@@ -225,7 +214,6 @@ impl<'a> Cursor<'a> {
             .map_err(|_| self.fail(&format!("{n} {what} exceed the address range of this machine")))
     }
 
-    /// Name of the next section without its `$`; `None` at the end of the file.
     pub(super) fn next_section(&mut self) -> Result<Option<String>> {
         self.section.clear();
         self.skip_space();
@@ -247,7 +235,6 @@ impl<'a> Cursor<'a> {
         Ok(Some(self.section.clone()))
     }
 
-    /// Reads `$End..` of the section `name`.
     pub(super) fn end_section(&mut self, name: &str) -> Result<()> {
         self.skip_space();
         let rest = self.rest();
@@ -263,7 +250,6 @@ impl<'a> Cursor<'a> {
         )))
     }
 
-    /// Skips an unknown section and its `$End..`.
     pub(super) fn skip_section(&mut self, name: &str) -> Result<()> {
         let end = format!("$End{name}").into_bytes();
         let found = self.rest().windows(end.len()).position(|window| window == end);
@@ -277,7 +263,6 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Excerpt of the file for a message: in quotation marks, control characters escaped, shortened.
 pub(super) fn quoted_excerpt(bytes: &[u8]) -> String {
     let short = &bytes[..bytes.len().min(40)];
     let dots = if short.len() < bytes.len() { ".." } else { "" };

@@ -4,10 +4,10 @@ use super::cursor::Cursor;
 use crate::error::Result;
 use crate::mesh::ElementField;
 
-/// Largest number of components of a value (a tensor).
+/// Number of components of a tensor.
 const MAX_COMPONENTS: u64 = 9;
 
-/// Reads one `$ElementData` section. Further time steps of a known field are omitted; `repeated` contains the name of the field.
+/// Reads one `$ElementData` section. Further time steps of a known field are omitted; `repeated` then contains its name.
 ///
 /// The three lists of tags are text also in binary files: strings (name first), reals (time first), and integers (time step,
 /// components, elements, partition).
@@ -36,14 +36,12 @@ pub(super) fn read_element_data(
     Ok(())
 }
 
-/// Warning about the omitted time steps of a field.
 pub(super) fn repeated_warning(name: &str) -> String {
     format!(
         "the field \"{name}\" has several time steps; only the first is used. Save only the time step to be used"
     )
 }
 
-/// Reads name, number of components, and number of values.
 fn read_header(cursor: &mut Cursor) -> Result<(String, u64, u64)> {
     let n_strings: u64 = cursor.number("the number of texts of a field")?;
     cursor.check_count(n_strings, 2, "texts")?;

@@ -1,7 +1,6 @@
 //! Reader of gmsh's .msh files, versions 2.2 and 4.1, ASCII and binary of either byte order.
 //!
-//! Sections without data on nodes, elements, physical groups or fields of elements are skipped. Every count is checked against the
-//! remaining bytes, so that no more is allocated than the file can hold.
+//! Every count is checked against the remaining bytes, so that no more is allocated than the file can hold.
 //!
 //! # Source
 //! gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)".
@@ -22,7 +21,6 @@ use cursor::{Cursor, quoted_excerpt};
 pub use pos::write_size_field;
 use raw_mesh::RawMesh;
 
-/// Versions that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Version {
     V2,
@@ -33,7 +31,7 @@ enum Version {
 ///
 /// # Errors
 /// If the file cannot be read, is not a .msh file of version 2.2 or 4.1, is truncated, or contradicts itself. If it has partitions
-/// or unsupported elements. The message gives the file, the line or byte, the invalid content, and the allowed values.
+/// or unsupported elements.
 pub fn read(path: &Path) -> Result<Mesh> {
     parse(&read_bytes(path)?, &path.display().to_string())
 }
@@ -50,8 +48,7 @@ pub fn parse(bytes: &[u8], source: &str) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// Reads the fields of elements in the .msh file `path`, with warnings about them. The file may have no mesh, because gmsh can save
-/// fields alone.
+/// Reads the fields of elements in the .msh file `path`, with warnings about them. The file may have no mesh.
 ///
 /// # Errors
 /// As [`read`].
@@ -111,7 +108,6 @@ fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementFie
     Ok((raw, fields, repeated.iter().map(|name| fields::repeated_warning(name)).collect()))
 }
 
-/// Refuses an empty file, a .msh file of version 1, and a file that does not begin with a section; the message gives the remedy.
 fn check_start(bytes: &[u8], source: &str) -> Result<()> {
     let mend =
         "a .msh file of version 2.2 or 4.1 is expected; convert other formats with scripts/import-mesh";
@@ -132,7 +128,6 @@ fn check_start(bytes: &[u8], source: &str) -> Result<()> {
     Ok(())
 }
 
-/// Reads `$MeshFormat`: version, ASCII or binary, size of numbers, byte order.
 fn read_format(cursor: &mut Cursor) -> Result<Version> {
     let word = cursor.word("the version, 2.2 or 4.1")?;
     let version = match word {
@@ -169,7 +164,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
     Ok(version)
 }
 
-/// Reads `$PhysicalNames`, which is always text: `dimension tag "name"` line by line.
+/// Always text: `dimension tag "name"` line by line.
 fn read_physical_names(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let n: u64 = cursor.number("the number of physical names")?;
     cursor.check_count(n, 5, "physical names")?;

@@ -1,4 +1,4 @@
-//! Contents of the sections of a .msh file under the file's own numbers, and their conversion to a [`Mesh`].
+//! Contents of the sections of a .msh file under the file's own numbers.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -7,16 +7,14 @@ use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
-/// Elements of one kind, with the file's numbers.
 struct RawBlock {
     kind: ElementKind,
     nodes: Vec<u64>,
     tags: Vec<u64>,
-    /// For each element, the index of its set of physical tags in [`RawMesh::group_sets`].
+    /// Index into [`RawMesh::group_sets`] for each element.
     sets: Vec<u32>,
 }
 
-/// Element as read from a section.
 pub(super) struct RawElement<'a> {
     pub(super) kind: ElementKind,
     pub(super) tag: u64,
@@ -24,12 +22,11 @@ pub(super) struct RawElement<'a> {
     pub(super) group_set: u32,
 }
 
-/// Contents of the sections of a file.
 #[derive(Default)]
 pub(super) struct RawMesh {
     /// Names of physical groups by dimension and tag.
     pub(super) names: BTreeMap<(usize, i64), String>,
-    /// Group set of each entity by dimension and tag (4.1).
+    /// Group set of each entity by dimension and tag (version 4.1).
     pub(super) entities: HashMap<(usize, i64), u32>,
     pub(super) has_entities: bool,
     node_tags: Vec<u64>,
@@ -37,15 +34,14 @@ pub(super) struct RawMesh {
     nodes_read: bool,
     elements_read: bool,
     blocks: Vec<RawBlock>,
-    /// Distinct sets of physical tags; `set_index` gives the index of each set.
+    /// Distinct sets of physical tags.
     group_sets: Vec<Vec<i64>>,
     set_index: HashMap<Vec<i64>, u32>,
-    /// Dimension and tag of each entity that has an element block but is not declared in the file, in the order of the blocks.
+    /// Dimension and tag of entities with elements that the file does not declare.
     undeclared: Vec<(usize, i64)>,
 }
 
 impl RawMesh {
-    /// Starts the section of nodes and reserves memory for `n` nodes.
     pub(super) fn start_nodes(&mut self, cursor: &Cursor, n: usize) -> Result<()> {
         if std::mem::replace(&mut self.nodes_read, true) {
             return Err(cursor.fail("the section of nodes appears twice in the file"));
@@ -78,7 +74,6 @@ impl RawMesh {
         block.sets.push(element.group_set);
     }
 
-    /// Element kind of a type number of gmsh. The error for an unsupported type contains its number and the supported types.
     pub(super) fn kind(&self, cursor: &Cursor, code: u64) -> Result<ElementKind> {
         u32::try_from(code).ok().and_then(ElementKind::from_gmsh_code).ok_or_else(|| {
             let known: Vec<String> =
@@ -101,7 +96,7 @@ impl RawMesh {
         at
     }
 
-    /// Index of the set of physical tags of an entity. For an entity that the file does not declare, it is the empty set.
+    /// Group set of an entity; the empty set for an entity that the file does not declare.
     pub(super) fn entity_set(&mut self, dim: usize, tag: i64) -> u32 {
         if let Some(&set) = self.entities.get(&(dim, tag)) {
             return set;
@@ -110,7 +105,6 @@ impl RawMesh {
         self.group_set_index(&[])
     }
 
-    /// Renumbers nodes from 0, checks consistency, and builds the groups.
     pub(super) fn into_mesh(mut self, source: &str) -> Result<Mesh> {
         let fail = |what: String| Error::input(format!("{source}: {what}"));
         if !self.nodes_read || !self.elements_read {
@@ -151,8 +145,7 @@ impl RawMesh {
         Ok(())
     }
 
-    /// Adds the elements of one kind with 0-based nodes. In version 2.2, an element is repeated for each further physical group.
-    /// The repetitions become one cell in several groups.
+    /// In version 2.2, an element is repeated for each further physical group. The repetitions become one cell in several groups.
     fn renumber_block(
         &self,
         raw: &RawBlock,
@@ -249,7 +242,6 @@ impl NodeIndex {
     }
 }
 
-/// Cells of each physical group, by dimension and tag.
 #[derive(Default)]
 struct Groups(BTreeMap<(usize, i64), (Vec<CellRef>, HashSet<CellRef>)>);
 
@@ -276,7 +268,7 @@ impl Groups {
     }
 }
 
-/// Removes the points that no cell uses (gmsh saves centres of circles, for example), with a warning.
+/// Removes the points that no cell uses, such as centres of circles, which gmsh saves.
 fn drop_unused_points(mesh: &mut Mesh, tags: &[u64]) {
     let mut used = vec![false; mesh.points.len()];
     for &node in mesh.blocks.iter().flat_map(|block| &block.nodes) {

@@ -4,7 +4,6 @@ use super::cursor::Cursor;
 use super::raw_mesh::{RawElement, RawMesh};
 use crate::error::Result;
 
-/// Reads `$Nodes` or `$ParametricNodes`: number, coordinates, and the parameters of parametric nodes.
 pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh, parametric: bool) -> Result<()> {
     let n = cursor.number("the number of nodes")?;
     cursor.end_line()?;
@@ -29,7 +28,7 @@ pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh, parametric: boo
     Ok(())
 }
 
-/// Reads `$Elements`. In text, each element has its type and tags; in binary, a run of elements shares type and number of tags.
+/// In text, each element has its type and tags; in binary, a run of elements shares type and number of tags.
 pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let n = cursor.number("the number of elements")?;
     cursor.end_line()?;
@@ -72,7 +71,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
     Ok(())
 }
 
-/// Reads the tags of an element. The first one is the physical group (0: none), the others are not used.
+/// The first tag is the physical group (0: none), the others are not used.
 fn read_tags(cursor: &mut Cursor, n_tags: u64) -> Result<i64> {
     let mut physical = 0;
     for i in 0..n_tags {
@@ -84,7 +83,7 @@ fn read_tags(cursor: &mut Cursor, n_tags: u64) -> Result<i64> {
     Ok(physical)
 }
 
-/// Group set of a physical tag. A negative tag only marks a reversed element.
+/// A negative tag only marks a reversed element.
 fn group_set_of_tag(raw: &mut RawMesh, physical: i64) -> u32 {
     let tags: &[i64] = if physical == 0 { &[] } else { &[physical.saturating_abs()] };
     raw.group_set_index(tags)

@@ -4,7 +4,7 @@ use super::cursor::Cursor;
 use super::raw_mesh::{RawElement, RawMesh};
 use crate::error::Result;
 
-/// Reads `$Entities`: the physical groups of each point, curve, surface and volume.
+/// Reads the physical groups of each point, curve, surface and volume.
 pub(super) fn read_entities(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let mut counts = [0; 4];
     for count in &mut counts {
@@ -41,7 +41,7 @@ fn read_ints(cursor: &mut Cursor, what: &str) -> Result<Vec<i64>> {
     (0..n).map(|_| cursor.int(what)).collect()
 }
 
-/// Reads `$Nodes`: blocks by entity, each with the node numbers first and the coordinates after them.
+/// Blocks by entity, each with the node numbers first and the coordinates after them.
 pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let [n_blocks, n, _, _] = read_header(cursor, "nodes")?;
     let per_node = cursor.size_bytes() + 3 * cursor.bytes_of(8);
@@ -79,7 +79,6 @@ pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     same_count(cursor, seen, n, "nodes")
 }
 
-/// Reads `$Elements`: blocks by entity and type.
 pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let [n_blocks, n, _, _] = read_header(cursor, "elements")?;
     let n = cursor.check_count(n, 2 * cursor.size_bytes(), "elements")?;
@@ -115,7 +114,6 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
     same_count(cursor, seen, n, "elements")
 }
 
-/// Reads the number of blocks, the number of items, and the smallest and the largest tag of the items.
 fn read_header(cursor: &mut Cursor, what: &str) -> Result<[u64; 4]> {
     let header = [
         cursor.size(&format!("the number of blocks of {what}"))?,

@@ -1,4 +1,4 @@
-//! Faces of neighbouring solids that do not match: the nodes are shared, but the displacements between the nodes differ.
+//! Faces of neighbouring solids that share nodes, but whose displacements between the nodes differ.
 
 use std::collections::HashMap;
 
@@ -9,14 +9,12 @@ use crate::mesh::{CellRef, Mesh};
 /// Pairs of faces that do not match.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct NonconformingFaces {
-    /// Number of quadrangles that contain the corners of a triangle of another solid, and the file number of one of the solids with
-    /// these quadrangles.
+    /// Number of quadrangles that contain the corners of a triangle of another solid, and the file number of one of their solids.
     pub split_quadrangles: (usize, u64),
     /// Number of faces with equal corners but different order, and the file number of one of their solids.
     pub mixed_orders: (usize, u64),
 }
 
-/// Finds the faces that do not match. If all faces of all solids have the same kind, there are none.
 pub(super) fn find_nonconforming_faces(mesh: &Mesh) -> NonconformingFaces {
     let mut found = NonconformingFaces::default();
     let face_kinds = mesh.blocks.iter().filter(|block| block.kind.dim() == 3).flat_map(|block| {

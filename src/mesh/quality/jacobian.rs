@@ -5,10 +5,8 @@ use crate::error::{Error, Result};
 use crate::mesh::{CellBlock, Mesh};
 use crate::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 
-/// Scaled Jacobian up to which an element counts as collapsed. The scaled Jacobian is the Jacobian divided by the product of the
-/// lengths of its columns.
+/// Scaled Jacobian up to which an element counts as collapsed.
 const MIN_SCALED_JACOBIAN: f64 = 1e-8;
-/// Largest number of elements that a message names.
 const MAX_NAMED_ELEMENTS: usize = 10;
 
 /// Corners of a solid, each with its three neighbours, right-handed seen from the corner. The tip of a pyramid has four edges and
@@ -32,7 +30,6 @@ fn corner_frames(kind: ElementKind) -> &'static [[usize; 4]] {
     }
 }
 
-/// Point of the reference cell at which the Jacobian is evaluated.
 struct JacobianPoint {
     /// Derivatives of the shape functions along three directions, `[n_nodes]`: the edges at a corner, the reference coordinates
     /// elsewhere.
@@ -50,7 +47,6 @@ impl JacobianPoint {
         Self { slopes, directions: determinant(directions), weight }
     }
 
-    /// Jacobian at this point, for the element with these nodes.
     fn jacobian(&self, points: &[[f64; 3]], nodes: &[usize]) -> Jacobian {
         let mut tangents = [[0.0; 3]; 3];
         for (&node, slopes) in nodes.iter().zip(&self.slopes) {
@@ -65,10 +61,10 @@ impl JacobianPoint {
     }
 }
 
-/// Scaled Jacobian of an element with an edge of zero length: below all others.
+/// Scaled Jacobian of an element with an edge of zero length.
 const ZERO_LENGTH_EDGE: f64 = f64::NEG_INFINITY;
 
-/// Jacobian determinant at a point, and the determinant of the mapped directions divided by the product of their lengths.
+/// Jacobian determinant, and the determinant of the mapped directions divided by the product of their lengths.
 #[derive(Clone, Copy)]
 struct Jacobian {
     value: f64,
@@ -78,7 +74,7 @@ struct Jacobian {
 impl Jacobian {
     const NONE: Self = Self { value: f64::INFINITY, scaled: f64::INFINITY };
 
-    /// The smaller of two Jacobians; NaN counts as the smallest.
+    /// NaN counts as the smallest.
     fn or_less(self, other: Self) -> Self {
         if other.scaled < self.scaled || other.scaled.is_nan() { other } else { self }
     }
@@ -90,8 +86,8 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
         + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// Evaluation points of an element kind: the points of the stiffness rule, which integrates the Jacobian exactly, and the nodes
-/// except for the tip of a pyramid.
+/// Points of the stiffness rule, which integrates the Jacobian exactly, and nodes. At the tip of a pyramid the map has no
+/// derivative.
 fn jacobian_points(kind: ElementKind) -> Vec<JacobianPoint> {
     const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let rule = match (kind.n_corners(), kind.n_nodes() > kind.n_corners()) {
@@ -114,18 +110,16 @@ fn jacobian_points(kind: ElementKind) -> Vec<JacobianPoint> {
     inside.chain(corners).chain(others).collect()
 }
 
-/// Smallest Jacobians of an element.
 struct ElementJacobians {
     kind: ElementKind,
     tag: u64,
-    /// Smallest Jacobian at the integration points.
+    /// Smallest at the integration points.
     inside: Jacobian,
-    /// Smallest Jacobian at the nodes.
+    /// Smallest at the nodes.
     nodal: Jacobian,
 }
 
 impl ElementJacobians {
-    /// Smallest Jacobians of a cell of a block, and the volume of the cell.
     fn new(mesh: &Mesh, block: &CellBlock, cell: usize, samples: &[JacobianPoint]) -> (Self, f64) {
         let nodes = block.cell_nodes(cell);
         let (mut inside, mut nodal, mut volume) = (Jacobian::NONE, Jacobian::NONE, 0.0);
@@ -148,21 +142,18 @@ impl ElementJacobians {
     }
 }
 
-/// Summary of the Jacobians of sound solids.
 pub(super) struct JacobianSummary {
     /// Smallest scaled Jacobian, and its element.
     pub least: (f64, u64),
     /// Number of solids that are folded at a node, but at no integration point.
     pub folded_at_nodes: usize,
-    /// Volume of all solids.
     pub volume: f64,
 }
 
 /// Refuses inverted, folded and collapsed solids.
 ///
-/// The Jacobian at integration points follows from the element's own map, which is curved for second order. If this Jacobian is
-/// positive, the stiffness is physical and patch tests are passed. Nodes are checked too, for a warning and for edges of zero
-/// length. The tip of a pyramid is omitted, because the map has no derivative at the tip.
+/// If the Jacobian at the integration points is positive, the stiffness is physical and patch tests are passed. Nodes are checked
+/// too, for a warning and for edges of zero length.
 pub(super) fn check_jacobians(mesh: &Mesh) -> Result<JacobianSummary> {
     let mut all = JacobianSummary { least: (f64::INFINITY, 0), folded_at_nodes: 0, volume: 0.0 };
     let mut bad = Vec::new();
@@ -185,7 +176,6 @@ pub(super) fn check_jacobians(mesh: &Mesh) -> Result<JacobianSummary> {
     if bad.is_empty() { Ok(all) } else { Err(bad_elements_error(mesh, &bad)) }
 }
 
-/// Error that names the first bad elements, their number, and the worst element.
 fn bad_elements_error(mesh: &Mesh, bad: &[ElementJacobians]) -> Error {
     let named: Vec<String> = bad
         .iter()

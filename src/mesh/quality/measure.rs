@@ -1,12 +1,9 @@
-//! Coincident points.
-
 use crate::geometry::bounds;
 
 /// Difference in each coordinate, divided by the diagonal of the bounding box, up to which two points coincide.
 const MERGE_TOLERANCE: f64 = 1e-9;
 
-/// Points whose coordinates differ from an earlier point by at most [`MERGE_TOLERANCE`] times the diagonal of the bounding box.
-/// Points that are coincident themselves do not count as earlier points.
+/// Points that coincide with an earlier point that is not coincident itself.
 pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let box_: [(f64, f64); 3] = std::array::from_fn(|k| {
         let [low, high] = bounds(points.iter().map(|x| x[k]));
@@ -16,8 +13,8 @@ pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     if tolerance <= 0.0 {
         return points.iter().skip(1).copied().collect();
     }
-    // Bins are far larger than the tolerance, so that a point away from the walls of its bin needs only the points of this bin. The
-    // origin of the bins is offset from round numbers, which are common as coordinates.
+    // Bins are far larger than the tolerance, so that most points need only the points of their own bin. The offset avoids walls at
+    // round numbers, which are common as coordinates.
     let width = 1000.0 * tolerance;
     let slot = |x: [f64; 3], side: [f64; 3]| -> [i64; 3] {
         std::array::from_fn(|k| ((x[k] - box_[k].0 + side[k] * tolerance) / width + 0.414_213).floor() as i64)

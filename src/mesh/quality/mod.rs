@@ -21,14 +21,14 @@ pub struct Quality {
     pub solids: Vec<(ElementKind, usize)>,
     /// Volume of the solids, cubic length unit.
     pub volume: f64,
-    /// Smallest scaled Jacobian at a node or integration point, and its element. The scaled Jacobian is the Jacobian divided by the
-    /// product of the lengths of its columns; it is 1 for a box.
+    /// Smallest scaled Jacobian at a node or integration point, and its element. It is the Jacobian divided by the product of the
+    /// lengths of its columns, 1 for a box.
     pub min_scaled_jacobian: (f64, u64),
     /// Number of solids that are folded or flat at a node, but at no integration point.
     pub folded_at_nodes: usize,
     /// Faces of neighbours that do not match.
     pub nonconforming_faces: NonconformingFaces,
-    /// Positions of the points that coincide with an earlier point, in the scene's length unit.
+    /// Points that coincide with an earlier point, in the scene's length unit.
     pub coincident_points: Vec<[f64; 3]>,
 }
 
@@ -38,7 +38,6 @@ impl Quality {
         self.folded().into_iter().chain(self.nonconforming_warnings()).chain(self.unmerged()).collect()
     }
 
-    /// Warning about solids that are folded at nodes.
     fn folded(&self) -> Option<Warning> {
         let (least, tag) = self.min_scaled_jacobian;
         let all: usize = self.solids.iter().map(|(_, n)| n).sum();
@@ -50,7 +49,6 @@ impl Quality {
         })
     }
 
-    /// Warnings about displacement gaps between neighbours.
     fn nonconforming_warnings(&self) -> Vec<Warning> {
         let NonconformingFaces { split_quadrangles, mixed_orders } = self.nonconforming_faces;
         let told = |(n, tag): (usize, u64), what: &str, mend: &str| {
@@ -76,7 +74,6 @@ impl Quality {
         .collect()
     }
 
-    /// Warning about coincident nodes.
     fn unmerged(&self) -> Option<Warning> {
         let n = self.coincident_points.len();
         if n == 0 {
@@ -96,8 +93,7 @@ impl Quality {
 ///
 /// # Errors
 /// If there are no solids, or three solids share a face. If elements are inverted, folded or collapsed at an integration point, or
-/// have an edge of zero length; the message names the first ten of them and the worst one. Separate parts are not an error here;
-/// the body checks their supports.
+/// have an edge of zero length. Separate parts are not an error here; the body checks their supports.
 pub fn check(mesh: &Mesh) -> Result<Quality> {
     if mesh.volume_cells().next().is_none() {
         return Err(no_solids(mesh));
@@ -123,7 +119,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
     })
 }
 
-/// Coordinate axis (0 to 2) normal to the plane that contains all points; `None` if no plane normal to an axis contains them.
+/// Axis normal to the plane that contains all points; `None` if no plane normal to an axis does.
 fn plane_of(points: &[[f64; 3]]) -> Option<usize> {
     let extents = [0, 1, 2].map(|k| {
         let [low, high] = bounds(points.iter().map(|x| x[k]));
@@ -133,7 +129,6 @@ fn plane_of(points: &[[f64; 3]]) -> Option<usize> {
     (0..3).find(|&k| extents[k] <= 1e-9 * size)
 }
 
-/// Error for a mesh without solids, with its likely cause.
 fn no_solids(mesh: &Mesh) -> Error {
     let faces: usize = mesh.blocks.iter().filter(|b| b.kind.dim() == 2).map(super::CellBlock::n_cells).sum();
     let has = if faces > 0 { format!(" but {faces} surface elements") } else { String::new() };

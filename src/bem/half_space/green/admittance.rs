@@ -1,5 +1,4 @@
-//! Surface admittance W(m) / κ at any wavevector κ m with the wavenumber κ and the unit vector m. W is interpolated in a table of
-//! directions.
+//! Surface admittance W(m) / κ at any wavevector κ m with the wavenumber κ and the unit vector m, from a table of directions.
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::AngularTable;
@@ -10,7 +9,6 @@ pub(in crate::bem::half_space) type Hermitian = [f64; 9];
 /// W in one direction as a real matrix, row by row: real part (symmetric) plus imaginary part (antisymmetric).
 pub(in crate::bem::half_space) type Rows = [f64; 9];
 
-/// Table of W(m) over the direction m.
 pub(in crate::bem::half_space) struct Admittance {
     table: AngularTable,
 }
@@ -35,7 +33,6 @@ impl Admittance {
     }
 }
 
-/// Hermitian matrix whose real part is the symmetric part of `rows`, and whose imaginary part is the antisymmetric part.
 pub(in crate::bem::half_space) fn hermitian(rows: &Rows) -> Hermitian {
     let [xx, xy, xn, yx, yy, yn, nx, ny, nn] = *rows;
     let (half_sum, half_difference) = (|a: f64, b: f64| 0.5 * (a + b), |a: f64, b: f64| 0.5 * (a - b));

@@ -12,7 +12,6 @@ const NODES: usize = 8;
 
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
 
-/// Reciprocals of Π_{k≠j} (j - k) for eight nodes.
 const LAGRANGE: [f64; NODES] = [
     -1.0 / 5040.0,
     1.0 / 720.0,
@@ -26,8 +25,7 @@ const LAGRANGE: [f64; NODES] = [
 
 /// Functions of the direction at equidistant angles, interpolated by polynomials of degree 7.
 ///
-/// With 16 angles per period of the highest harmonic the interpolation error stays below 1e-14 of the largest entry. The harmonics
-/// decay geometrically, so those near the cut-off contribute little.
+/// With 16 angles per period of the highest harmonic the interpolation error stays below 1e-14 of the largest entry.
 #[derive(Debug, Clone)]
 pub(in crate::bem::half_space) struct AngularTable {
     /// `[angle][function]`
@@ -38,12 +36,11 @@ pub(in crate::bem::half_space) struct AngularTable {
 }
 
 impl AngularTable {
-    /// Number of angles for harmonics up to `order`.
     pub(in crate::bem::half_space) fn count(order: usize) -> usize {
         (16 * (order + 1)).next_power_of_two().max(512)
     }
 
-    /// Table from the values of each function at equidistant angles of a full turn; [`Self::count`] gives the number of angles.
+    /// Table from the values of each function at [`Self::count`] equidistant angles of a full turn.
     pub(in crate::bem::half_space) fn new(planes: &[Vec<f64>]) -> Self {
         let count = planes[0].len();
         // Node j of the table lies at the angle -π + (j - 3) step, so that no index wraps around.
@@ -57,12 +54,11 @@ impl AngularTable {
         Self { entries, functions: planes.len(), per_radian, count: count as f64 }
     }
 
-    /// Table of Γ, row by row.
     pub(in crate::bem::half_space) fn from_green(green: &SurfaceGreen) -> Self {
         Self::new(&planes(green, Self::count(green.order()), |_| ONE))
     }
 
-    /// Table of Γ and its derivative Γ', first all entries of Γ row by row, then all entries of Γ'.
+    /// Table of Γ and its derivative Γ', all entries of Γ first.
     pub(in crate::bem::half_space) fn from_green_with_derivative(green: &SurfaceGreen) -> Self {
         let count = Self::count(green.order());
         let mut functions = planes(green, count, |_| ONE);
@@ -122,7 +118,7 @@ fn lagrange(t: f64) -> [f64; NODES] {
     weights
 }
 
-/// Γ row by row at `count` equidistant angles, each harmonic times a factor that depends on its order.
+/// Γ row by row at `count` equidistant angles, each harmonic times `factor` of its order.
 fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<f64>) -> Vec<Vec<f64>> {
     let harmonic = |order: usize, coefficient: Complex<f64>| (order, coefficient * factor(order));
     let symmetric = std::array::from_fn::<_, 6, _>(|c| {
@@ -157,7 +153,6 @@ pub(in crate::bem::half_space) fn evaluate_series(
     values
 }
 
-/// Matrix from its entries row by row.
 pub(in crate::bem::half_space) fn matrix(entries: &[f64; 9]) -> Matrix3<f64> {
     Matrix3::from_row_slice(entries)
 }

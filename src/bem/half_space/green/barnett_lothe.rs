@@ -14,8 +14,7 @@ use crate::material::Stiffness;
 /// First and largest number of points of the trapezoidal rule over half a turn.
 const POINTS: [usize; 2] = [32, 1 << 15];
 
-/// Convergence limit: change from a rule to the doubled rule. The rule converges geometrically, so the error after the doubling is
-/// about the square of the change.
+/// Limit of the change from a rule to the doubled rule. The error after the doubling is about the square of the change.
 const MAX_CHANGE: f64 = 1e-10;
 
 /// The tensors S, H, L for the plane of a surface direction m and the outward normal.
@@ -40,7 +39,6 @@ struct Contractions {
     t: Matrix3<f64>,
 }
 
-/// Sums of N1 = -T⁻¹ Rᵀ, T⁻¹ and -N3 = Q - R T⁻¹ Rᵀ over the points of a rule.
 #[derive(Debug, Clone, Copy)]
 struct QuadratureSums {
     count: usize,
@@ -50,7 +48,7 @@ struct QuadratureSums {
 }
 
 impl BarnettLothe {
-    /// Tensors for the surface direction (cos `angle`, sin `angle`, 0), by the trapezoidal rule with doubling, up to 32768 points.
+    /// Tensors for the surface direction (cos `angle`, sin `angle`, 0).
     ///
     /// # Errors
     /// If the stiffness is nearly singular, or the rule has not converged with the largest number of points (stiffness ratios above
@@ -88,7 +86,7 @@ impl BarnettLothe {
     /// # Source
     /// docs/theory-half-space.md, harmonic tractions.
     pub fn admittance(&self) -> [Matrix3<f64>; 2] {
-        // L is positive definite like the stiffness. If rounding makes it singular, NaN prevents convergence of the rule.
+        // L is positive definite like the stiffness. If rounding makes it singular, NaN prevents convergence.
         let l_inverse = self.l.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         let coupling = self.s * l_inverse;
         [(l_inverse + l_inverse.transpose()) * 0.5, (coupling - coupling.transpose()) * 0.5]
@@ -145,9 +143,9 @@ impl QuadratureSums {
     fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) -> Option<()> {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
-            // Q - R T⁻¹ Rᵀ is computed without the inverse T⁻¹. For Lamé constants λ ≫ μ, both terms are of order λ and their
-            // difference is of order μ. An error δ of the inverse enters as R δ Rᵀ and amplifies rounding by (λ / μ)³. An error of
-            // the Cholesky factor amplifies rounding by λ / μ.
+            // Computed without the inverse T⁻¹: for Lamé constants λ ≫ μ, both terms of Q - R T⁻¹ Rᵀ are of order λ and their
+            // difference is of order μ. An error of the inverse amplifies rounding by (λ / μ)³, an error of the Cholesky factor by
+            // λ / μ.
             let factor = at.t.cholesky()?;
             let lower = factor.l();
             let y = lower.solve_lower_triangular(&at.r.transpose())?;
@@ -165,7 +163,6 @@ impl QuadratureSums {
     }
 }
 
-/// Condition number of the Voigt matrix: ratio of its extreme eigenvalues.
 pub(in crate::bem::half_space) fn condition(stiffness: &Stiffness) -> f64 {
     let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
     eigenvalues.max() / eigenvalues.min()

@@ -1,5 +1,3 @@
-//! Components of a kernel with an even and an odd part.
-
 /// Component of the kernel: entry of the part that is even in the offset (symmetric matrix) or odd (antisymmetric matrix).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::bem::half_space) enum KernelComponent {
@@ -10,7 +8,6 @@ pub(in crate::bem::half_space) enum KernelComponent {
 }
 
 impl KernelComponent {
-    /// Index among all components.
     pub fn index(self) -> usize {
         match self {
             Self::Even(k) => k,

@@ -21,17 +21,15 @@ use crate::material::Stiffness;
 /// First and largest number of sampled directions over half a turn.
 const DIRECTIONS: [usize; 2] = [32, 1 << 13];
 
-/// Convergence limit: the last quarter of the harmonics must lie below this share of the largest. The harmonics decay
-/// geometrically, so the omitted ones are then of the order of rounding.
+/// The last quarter of the harmonics must lie below this share of the largest. The harmonics decay geometrically, so the omitted
+/// ones are then of the order of rounding.
 const TAIL: f64 = 1e-12;
 
 /// As `TAIL`, for the largest number of directions.
 const TAIL_AT_LIMIT: f64 = 1e-9;
 
-/// Trailing harmonics below this share of the largest are truncated.
 pub(super) const HARMONIC_CUTOFF: f64 = 1e-15;
 
-/// A component counts as zero if its coefficients are below this share of the largest coefficient.
 const ZERO_COMPONENT_TOLERANCE: f64 = 1e-12;
 
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
@@ -42,13 +40,12 @@ pub(super) type EvenHarmonic = [Complex<f64>; 6];
 /// Harmonic of odd order: antisymmetric matrix, entries xy, xn, yn.
 pub(super) type OddHarmonic = [Complex<f64>; 3];
 
-/// Row and column of the entries of a symmetric matrix, in the order of [`EvenHarmonic`].
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 /// Γ(φ) of the surface Green's function Γ(φ) / r, 1/MPa, as the real Fourier series Σ γ_n exp(i n φ).
 ///
-/// The Green's function gives the displacement of the surface due to a force on the surface. Even harmonics are symmetric matrices
-/// (from L^-1), odd harmonics antisymmetric (from S L^-1).
+/// The Green's function gives the displacement of the surface due to a force on it. Even harmonics are symmetric matrices (from
+/// L^-1), odd harmonics antisymmetric (from S L^-1).
 ///
 /// # Source
 /// docs/theory-half-space.md, point forces.
@@ -62,9 +59,6 @@ pub struct SurfaceGreen {
 
 impl SurfaceGreen {
     /// Green's function of one half-space; `stiffness` is in the axes (x, y, n) of the frame.
-    ///
-    /// Doubles the directions over half a turn until the series has decayed to 1e-12 of its maximum, or to 1e-9 at the limit
-    /// of 8192.
     ///
     /// # Errors
     /// If the stiffness is nearly singular, the Barnett-Lothe integrals or the series do not converge (stiffness ratios above about
@@ -86,7 +80,7 @@ impl SurfaceGreen {
         }
     }
 
-    /// Sum of the Green's functions of several bodies. Integrals for a pair of bodies then cost as much as for one body.
+    /// Sum of the Green's functions of several bodies.
     pub fn sum(bodies: &[&Self]) -> Self {
         let even = bodies.iter().map(|body| body.even.len()).max().unwrap_or(0);
         let odd = bodies.iter().map(|body| body.odd.len()).max().unwrap_or(0);
@@ -112,7 +106,7 @@ impl SurfaceGreen {
     /// Surface admittance W(m) for m = (cos `angle`, sin `angle`) and κ = 1, 1/MPa; Hermitian and positive definite.
     ///
     /// # Source
-    /// docs/theory-half-space.md, harmonic tractions. The series of Γ given there is solved for W.
+    /// docs/theory-half-space.md, harmonic tractions.
     pub fn symbol(&self, angle: f64) -> Matrix3<Complex<f64>> {
         // Re W has the harmonics 2π i^-n γ_n (n even), Im W has -2π γ_n / sin(n π/2) (n odd). Both factors alternate in sign.
         let turn = Complex::from_polar(1.0, angle);
@@ -130,22 +124,20 @@ impl SurfaceGreen {
         series
     }
 
-    /// Distance between the real axis and the nearest complex singularity of Γ(φ) / r along a straight line. It is divided by the
-    /// distance d of the line from the source.
+    /// On a line at unit distance from the source, distance between the real axis and the nearest complex singularity of Γ(φ) / r.
     pub(super) fn singularity_distance(&self) -> f64 {
-        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n. Then Γ is analytic for |Im φ| <
-        // η. Along a line at the distance d from the source, Γ / r is analytic within d tanh η of the real axis.
+        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n, so Γ is analytic for |Im φ| <
+        // η. At the distance d from the source, Γ / r is then analytic within d tanh η of the real axis.
         (-HARMONIC_CUTOFF.ln() / self.order().max(1) as f64).tanh()
     }
 
-    /// Whether tangential tractions cause normal displacements, and normal tractions tangential ones.
+    /// Whether tangential tractions cause normal displacements, and vice versa.
     pub fn couples_normal_tangential(&self) -> bool {
         let cross =
             self.even.iter().flat_map(|h| [h[4], h[5]]).chain(self.odd.iter().flat_map(|h| [h[1], h[2]]));
         cross.map(|c| c.norm()).fold(0.0, f64::max) > ZERO_COMPONENT_TOLERANCE * self.max_coefficient()
     }
 
-    /// Components that do not vanish.
     pub(super) fn nonzero_components(&self) -> Vec<KernelComponent> {
         let bound = ZERO_COMPONENT_TOLERANCE * self.max_coefficient();
         let even =
@@ -159,12 +151,10 @@ impl SurfaceGreen {
         (2 * self.even.len()).saturating_sub(2).max((2 * self.odd.len()).saturating_sub(1))
     }
 
-    /// γ_0, γ_2, ...
     pub(super) fn even(&self) -> &[EvenHarmonic] {
         &self.even
     }
 
-    /// γ_1, γ_3, ...
     pub(super) fn odd(&self) -> &[OddHarmonic] {
         &self.odd
     }
@@ -192,12 +182,10 @@ impl SurfaceGreen {
         }
     }
 
-    /// Largest coefficient of the even harmonics, 1/MPa.
     pub(super) fn max_coefficient(&self) -> f64 {
         self.even.iter().map(magnitude).fold(0.0, f64::max)
     }
 
-    /// Largest coefficient in the last quarter of the harmonics, relative to [`Self::max_coefficient`].
     fn relative_tail(&self) -> f64 {
         let from = self.even.len() * 3 / 4;
         let even = self.even[from..].iter().map(magnitude);
@@ -205,7 +193,6 @@ impl SurfaceGreen {
         even.chain(odd).fold(0.0, f64::max) / self.max_coefficient()
     }
 
-    /// Series without the trailing harmonics below [`HARMONIC_CUTOFF`].
     fn truncated(self) -> Self {
         self.truncated_at(HARMONIC_CUTOFF)
     }
@@ -237,8 +224,8 @@ fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Resul
         .collect()
 }
 
-/// Sum of a real series over its positive and negative orders. The phase factor of the lowest order is `first`, and `ratio`
-/// multiplies it from one harmonic to the next. Order 0 of the even harmonics (phase factor 1) has no counterpart of opposite sign.
+/// Sum of a real series over its positive and negative orders. `first` is the phase factor of the lowest order, and `ratio` its
+/// factor from one harmonic to the next. Order 0 of the even harmonics has no counterpart of opposite sign.
 fn real_sum<const N: usize>(
     harmonics: &[[Complex<f64>; N]],
     first: Complex<f64>,

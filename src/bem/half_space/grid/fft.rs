@@ -27,14 +27,12 @@ pub enum CrossBlocks {
     SkipVanishing,
 }
 
-/// Maximum number of cached operators on smaller grids.
 const MAX_SMALLER_GRIDS: usize = 6;
 
 /// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
-/// S is symmetric, since the influence K at the cell offset d satisfies K(-d) = K(d)^T. The transform of K (the symbol) is
-/// therefore Hermitian at each wavevector. It is stored in nine real planes, or in five without coupling. Cell (ix, iy) has the
-/// index `ix * cells[1] + iy`.
+/// The influence K at the cell offset d satisfies K(-d) = K(d)^T, so S is symmetric and its symbol, the transform of K, is
+/// Hermitian. Cell (ix, iy) has the index `ix * cells[1] + iy`.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
@@ -44,14 +42,14 @@ pub struct FftFlexibility {
     normal_buffers: Mutex<Option<PaddedGridBuffers>>,
     spacing: [f64; 2],
     admittance: Arc<Admittance>,
-    /// Approximate inverses of the operator as preconditioners, one for each set of components.
+    /// Approximate inverses as preconditioners, one for each set of components.
     inverse: [OnceLock<SpectralFilter>; ComponentSet::COUNT],
-    /// Operators on parts of the grid and on coarser grids, in the order of their last use.
+    /// Operators on smaller grids, in the order of their last use.
     smaller_grids: Mutex<Vec<Arc<FftFlexibility>>>,
 }
 
 impl FftFlexibility {
-    /// Tabulates the influence of a cell on the grid. The planes that a product requires are transformed at the first such product.
+    /// Tabulates the influence of a cell on the grid.
     ///
     /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `green`: of one half-space or of a pair.
     ///
@@ -85,7 +83,7 @@ impl FftFlexibility {
         }
     }
 
-    /// Operator on a smaller grid, whose cell sides are `factor` times the cell sides of this grid.
+    /// Operator on a coarser or smaller grid, with `factor` times the cell sides of this grid.
     fn on_smaller_grid(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
         let spacing = self.spacing.map(|side| side * factor as f64);
         let symbol = GridSymbol::new(cells, self.symbol.table.clone(), factor, self.symbol.coupled);
@@ -96,12 +94,10 @@ impl FftFlexibility {
         self.symbol.plan.cells
     }
 
-    /// Components of the full product: coupled or uncoupled.
     fn parts(&self) -> ComponentSet {
         if self.symbol.coupled { ComponentSet::Coupled } else { ComponentSet::Uncoupled }
     }
 
-    /// Approximate inverse of the operator for the components `parts`, as a preconditioner.
     fn inverse(&self, parts: ComponentSet) -> &SpectralFilter {
         self.inverse[parts as usize].get_or_init(|| {
             inverse_filter(parts, PaddedGridPlan::periodic(self.cells()), self.spacing, &self.admittance)
@@ -176,9 +172,8 @@ impl Flexibility for FftFlexibility {
         if self.symbol.coarsening != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
             return None;
         }
-        // The chosen grid is the largest one with the padded size of `at_least` that lies within this grid. Its number of cells
-        // along an axis is even if `at_least` is even. The choice depends on the request only, so a resumed run has the same
-        // operators.
+        // The largest grid with the padded size of `at_least` within this grid; even along an axis where `at_least` is even. The
+        // choice depends on the request only, so a resumed run has the same operators.
         let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
         let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
         let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
@@ -219,7 +214,7 @@ impl TangentialFlexibility for FftFlexibility {
     }
 }
 
-/// Admissible lengths and compliances. Within this range powers, products and transforms neither overflow nor underflow.
+/// Admissible lengths and compliances, without overflow or underflow in powers, products and transforms.
 const MAGNITUDE_RANGE: [f64; 2] = [1e-20, 1e20];
 
 pub(in crate::bem::half_space) fn validate_grid(
@@ -248,8 +243,7 @@ pub(in crate::bem::half_space) fn validate_grid(
             spacing[0], spacing[1], MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
         )));
     }
-    // The factors count real numbers per padded cell: symbol, kernel table, one transform in progress (two complex planes) and work
-    // space.
+    // Real numbers per padded cell: symbol, kernel table, one transform in progress (two complex planes) and work space.
     let bytes = padded.iter().map(|&n| n as u128).product::<u128>() * 8 * (5 + 5 + 4 + 6);
     memory::ensure(bytes, &format!("the operator on {} x {} cells", cells[0], cells[1]), "use fewer cells")
 }

@@ -1,8 +1,6 @@
 //! Convolution on a zero-padded grid by planned real fast Fourier transforms.
 //!
-//! Rows (fixed ix, along y) that carry data are transformed first, then the columns of the half spectrum (fixed k_y, along x). The
-//! caller multiplies each column by its symbol, and the inverse transforms follow. Each row and each column is computed
-//! independently, so the result does not depend on the number of threads.
+//! Each row and each column is computed independently, so the result does not depend on the number of threads.
 
 use std::sync::Arc;
 
@@ -11,15 +9,12 @@ use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftNum, FftPlanner};
 
-/// Number of parallel tasks for the rows and for the columns.
 const TASKS: usize = 16;
 
 /// Number of columns (or rows, in the inverse transform) gathered together. Their complex numbers share a cache line.
 const BLOCK: usize = 4;
 
-/// Floating-point types of the transforms: single and double precision.
 pub(in crate::bem::half_space) trait FftReal: FftNum + Into<f64> {
-    /// Nearest value to a double-precision number.
     fn from_double(value: f64) -> Self {
         Self::from_f64(value).expect("single and double precision take any number")
     }
@@ -29,9 +24,8 @@ impl<T: FftNum + Into<f64>> FftReal for T {}
 
 /// Plans for a grid of `cells` padded with zeros to `padded`.
 pub(in crate::bem::half_space) struct PaddedGridPlan<T = f64> {
-    /// Number of cells along x and y.
     pub(in crate::bem::half_space) cells: [usize; 2],
-    /// Padded numbers of cells: at least 2 cells - 1, or at least the number of cells in periodic directions.
+    /// At least 2 cells - 1, or at least the number of cells in periodic directions.
     pub(in crate::bem::half_space) padded: [usize; 2],
     rows: Arc<dyn RealToComplex<T>>,
     rows_back: Arc<dyn ComplexToReal<T>>,
@@ -39,7 +33,6 @@ pub(in crate::bem::half_space) struct PaddedGridPlan<T = f64> {
     columns_back: Arc<dyn Fft<T>>,
 }
 
-/// Work space of a convolution of up to three components.
 pub(in crate::bem::half_space) struct PaddedGridBuffers<T = f64> {
     /// `[ix][component][k_y]`
     rows: Vec<Complex<T>>,
@@ -48,7 +41,6 @@ pub(in crate::bem::half_space) struct PaddedGridBuffers<T = f64> {
     tasks: Vec<Scratch<T>>,
 }
 
-/// Work space of one task.
 struct Scratch<T> {
     real: Vec<T>,
     /// `[BLOCK][k_y]`
@@ -59,17 +51,14 @@ struct Scratch<T> {
 }
 
 impl<T: FftReal> PaddedGridPlan<T> {
-    /// Plan for a grid padded with zeros to at least 2 cells - 1 in each direction.
     pub(super) fn new(cells: [usize; 2]) -> Self {
         Self::padded(cells, cells.map(|n| fast_size(2 * n - 1)))
     }
 
-    /// Plan for a periodic grid, padded to a fast size.
     pub(super) fn periodic(cells: [usize; 2]) -> Self {
         Self::padded(cells, cells.map(fast_size))
     }
 
-    /// Plan for given padded sizes: at least 2 cells - 1, or the number of cells in periodic directions.
     pub(in crate::bem::half_space) fn padded(cells: [usize; 2], padded: [usize; 2]) -> Self {
         let mut planner = FftPlanner::new();
         let mut real_planner = RealFftPlanner::new();
@@ -83,13 +72,11 @@ impl<T: FftReal> PaddedGridPlan<T> {
         }
     }
 
-    /// Number of k_y of the half spectrum.
     pub(in crate::bem::half_space) fn half_spectrum(&self) -> usize {
         self.padded[1] / 2 + 1
     }
 
-    /// Storage length of a column: an odd number of cache lines. Columns at a distance of a power of two would compete for the same
-    /// cache sets.
+    /// An odd number of cache lines: columns at a distance of a power of two would compete for the same cache sets.
     fn column_stride(&self) -> usize {
         (self.cells[0].div_ceil(BLOCK) | 1) * BLOCK
     }
@@ -152,7 +139,6 @@ impl<T: FftReal> PaddedGridPlan<T> {
         );
     }
 
-    /// Copies the columns k_y = first, ..., first + count - 1 from the rows and pads them with zeros.
     fn gather<const C: usize>(
         &self,
         rows: &[Complex<T>],
@@ -207,8 +193,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
         }
     }
 
-    /// Inverse transform of spectrum `k` of `scratch.spectra` into `scratch.real`. Rounding errors in the imaginary parts of the
-    /// real harmonics are set to zero first.
+    /// Inverse transform of spectrum `k`. The imaginary parts of the real harmonics are rounding errors.
     fn real_row(&self, k: usize, scratch: &mut Scratch<T>) {
         let half = self.half_spectrum();
         let spectrum = &mut scratch.spectra[k * half..(k + 1) * half];
@@ -221,8 +206,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
             .expect("buffers of the planned lengths");
     }
 
-    /// Transform of a real plane over the whole padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds row `ix` of the plane to the
-    /// zeros in `row`.
+    /// Transform of a real plane over the padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds row `ix` to the zeros in `row`.
     pub(super) fn transform(&self, fill: impl Fn(usize, &mut [T]) + Sync) -> Vec<Complex<T>> {
         let (half, [px, py]) = (self.half_spectrum(), self.padded);
         let zero = Complex::new(T::zero(), T::zero());
@@ -246,7 +230,6 @@ impl<T: FftReal> PaddedGridPlan<T> {
         columns
     }
 
-    /// Work space for up to `components` components.
     pub(in crate::bem::half_space) fn buffers(&self, components: usize) -> PaddedGridBuffers<T> {
         let zero = Complex::new(T::zero(), T::zero());
         let half = self.half_spectrum();
@@ -269,8 +252,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
         }
     }
 
-    /// Transforms `input` (C components over the cells), applies `multiply(k_y, columns)` to the C columns of each k_y, and
-    /// transforms back into `output`. The transforms are not normalised. The method does not allocate.
+    /// Applies `multiply(k_y, columns)` to the C columns of each k_y of the transform of `input` (C components). The transforms are
+    /// not normalised.
     pub(in crate::bem::half_space) fn apply<const C: usize>(
         &self,
         input: &[f64],
@@ -281,7 +264,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
         self.apply_scaled::<C>(input, output, buffers, [1.0; 2], multiply);
     }
 
-    /// As [`Self::apply`], with the input scaled by the first factor and the output by the second.
+    /// As [`Self::apply`], with factors for input and output.
     pub(super) fn apply_scaled<const C: usize>(
         &self,
         input: &[f64],
@@ -299,14 +282,12 @@ impl<T: FftReal> PaddedGridPlan<T> {
     }
 }
 
-/// Sizes above this are multiples of [`SIMD_LANES`].
 const MAX_UNALIGNED_SIZE: usize = 64;
 
-/// Number of values in a SIMD register.
 const SIMD_LANES: usize = 8;
 
-/// Smallest size >= `least` with a fast transform: 1, or even with prime factors 2, 3 and at most one 5. Sizes above 64 are
-/// multiples of eight. Other sizes, such as 250 or 500, take two to three times as long per value.
+/// Smallest size >= `least` with a fast transform: 1, or even with prime factors 2, 3 and at most one 5, above 64 a multiple of
+/// eight.
 pub(in crate::bem::half_space) fn fast_size(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for prime in [2, 3] {

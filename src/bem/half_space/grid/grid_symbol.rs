@@ -10,9 +10,8 @@ use crate::bem::half_space::grid::fft_plan::PaddedGridPlan;
 use crate::bem::half_space::grid::kernel_table::{KernelComponent, KernelTable, OffsetPlane};
 use crate::bem::half_space::grid::symbol::{COUPLED, UNCOUPLED};
 
-/// Transform of the kernel on a grid of cells. Its parts are computed on first use.
+/// Transform of the kernel on a grid of cells; its parts are computed on first use.
 pub(super) struct GridSymbol {
-    /// Plan of the zero-padded grid.
     pub(super) plan: PaddedGridPlan,
     pub(super) table: Arc<KernelTable>,
     /// Cell sides of the grid divided by the cell sides of the table.
@@ -25,13 +24,11 @@ pub(super) struct GridSymbol {
 }
 
 impl GridSymbol {
-    /// Symbol of the kernel in `table` on `cells` whose sides are `coarsening` times the cell sides of the table.
     pub(super) fn new(cells: [usize; 2], table: Arc<KernelTable>, coarsening: usize, coupled: bool) -> Self {
         let plan = PaddedGridPlan::new(cells);
         Self { plan, table, coarsening, coupled, normal: OnceLock::new(), other_planes: OnceLock::new() }
     }
 
-    /// Plane nn of the symbol.
     pub(super) fn normal(&self) -> &[f64] {
         self.normal.get_or_init(|| {
             let planes = self.table.planes(self.plan.cells, &[KernelComponent::Even(2)]);
@@ -40,13 +37,11 @@ impl GridSymbol {
         })
     }
 
-    /// All planes of the symbol except nn.
     pub(super) fn other_planes(&self) -> &[f64] {
         self.other_planes
             .get_or_init(|| self.transform_other_planes(if self.coupled { COUPLED } else { UNCOUPLED }))
     }
 
-    /// The P planes of `symbol` for one k_y.
     pub(super) fn planes_at<'s, const P: usize>(&self, symbol: &'s [f64], ky: usize) -> [&'s [f64]; P] {
         let px = self.plan.padded[0];
         let mut planes = symbol[ky * P * px..(ky + 1) * P * px].chunks_exact(px);
@@ -59,8 +54,7 @@ impl GridSymbol {
         self.coarsening as f64 / (px * py) as f64
     }
 
-    /// Adds the kernel values of `plane` at the offset of row `ix` to `row`, periodically with the padded size. Nothing is added
-    /// for offsets that no pair of cells has.
+    /// Adds the kernel values at the offset of row `ix` to `row`, periodically with the padded size.
     fn add_row(&self, plane: &OffsetPlane, ix: usize, row: &mut [f64]) {
         let (cells, period) = (self.plan.cells[0], self.plan.padded[0]);
         if let Some(dx) = wrapped_offset(ix, period, cells) {
@@ -68,12 +62,10 @@ impl GridSymbol {
         }
     }
 
-    /// Transform of the kernel without nn: `count` planes.
     fn transform_other_planes(&self, count: usize) -> Vec<f64> {
         let px = self.plan.padded[0];
         let mut symbol = vec![0.0; count * px * self.plan.half_spectrum()];
         let mixed = |k: usize| vec![KernelComponent::Even(3 + k), KernelComponent::Odd(k)];
-        // The components of a group are tabulated together.
         let groups = [
             vec![vec![KernelComponent::Even(0)], vec![KernelComponent::Even(1)], mixed(0)],
             vec![mixed(1), mixed(2)],
@@ -96,8 +88,7 @@ impl GridSymbol {
         symbol
     }
 
-    /// Writes a transform into one or two of the `count` planes of a symbol. The real part takes the first of `planes`, the
-    /// imaginary part the second.
+    /// Writes the real part of a transform into the first of `planes`, the imaginary part into the second, if there is one.
     fn put(&self, symbol: &mut [f64], count: usize, transformed: &[Complex<f64>], planes: Range<usize>) {
         let (px, weight) = (self.plan.padded[0], self.weight());
         symbol.par_chunks_exact_mut(count * px).zip(transformed.par_chunks_exact(px)).for_each(

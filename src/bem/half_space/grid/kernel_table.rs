@@ -9,19 +9,16 @@ use crate::bem::half_space::integrals::patch::PatchIntegrator;
 use crate::bem::half_space::integrals::rectangle_expansion::RectangleExpansion;
 use crate::cancel;
 
-/// Rows and columns of the components of the even part: xx, yy, nn, xy, xn, yn.
 const EVEN: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-/// Rows and columns of the components of the odd part: xy, xn, yn.
 const ODD: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
-/// Kernel K(d) of a uniform grid for the offsets d = target - source. Half of the offsets suffice, since K(-d) = K(d)^T. Near
-/// offsets use integrals over the cell, far offsets use a series expansion of these integrals.
+/// Kernel K(d) of a uniform grid for the offsets d = target - source: integrals for near offsets, a series expansion for far ones.
+/// Half of the offsets suffice, since K(-d) = K(d)^T.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
 pub(super) struct KernelTable {
     spacing: [f64; 2],
-    /// Limits of the offsets stored in `near`.
     near_cells: [usize; 2],
     /// `[near_x][2 near_y - 1]`, offsets x >= 0.
     near: Vec<Matrix3<f64>>,
@@ -30,7 +27,7 @@ pub(super) struct KernelTable {
 }
 
 impl KernelTable {
-    /// Table for the offsets of a grid of `cells` with sides `spacing`. After cancellation the table is incomplete.
+    /// After cancellation the table is incomplete.
     pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Self {
         let (integrator, far) = (PatchIntegrator::new(green), RectangleExpansion::new(green, spacing));
         let near_cells: [usize; 2] = std::array::from_fn(|axis| {
@@ -50,23 +47,23 @@ impl KernelTable {
                 }
             }
         });
-        // K(0) is made symmetric, so that the operator is symmetric to the last bit.
+        // Makes the operator symmetric to the last bit.
         near[near_cells[1] - 1] = (near[near_cells[1] - 1] + near[near_cells[1] - 1].transpose()) * 0.5;
         Self { spacing, near_cells, near, far, integrator }
     }
 
-    /// K at an offset of `d` cells, computed by integration.
+    /// K at an offset of `d` cells.
     pub(super) fn integral(&self, d: [isize; 2]) -> Matrix3<f64> {
         let offset = [0, 1].map(|axis| d[axis] as f64 * self.spacing[axis]);
         self.integrator.rectangle(self.spacing, offset)
     }
 
-    /// K(0): influence of a cell on itself.
+    /// K(0).
     pub(super) fn self_influence(&self) -> Matrix3<f64> {
         self.near[self.near_cells[1] - 1]
     }
 
-    /// Stored integral K at an offset of `dx` >= 0 and `dy` cells; `None` for far offsets.
+    /// `None` for far offsets.
     fn near(&self, dx: usize, dy: isize) -> Option<&Matrix3<f64>> {
         let [nx, ny] = self.near_cells;
         let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];
@@ -74,7 +71,6 @@ impl KernelTable {
             .then(|| &self.near[dx * (2 * ny - 1) + (ny as isize - 1 + dy) as usize])
     }
 
-    /// Writes `components` of a near block to `values`.
     fn split(near: &Matrix3<f64>, components: &[KernelComponent], values: &mut [f64]) {
         for (value, component) in values.iter_mut().zip(components) {
             *value = match *component {
@@ -84,8 +80,7 @@ impl KernelTable {
         }
     }
 
-    /// Planes of `components` at the offsets x >= 0 of a grid of `nx` by `ny` cells. This grid is at most as large as the grid of
-    /// the table.
+    /// Planes of `components` at the offsets x >= 0 of a grid that is at most as large as the grid of the table.
     pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[KernelComponent]) -> Vec<OffsetPlane> {
         let (width, count, far) = (2 * ny - 1, components.len(), self.far.of(components));
         let mut planes: Vec<OffsetPlane> = components
@@ -139,13 +134,12 @@ pub(super) struct OffsetPlane {
 }
 
 impl OffsetPlane {
-    /// Adds the values at an offset of `dx` cells along x to `row`, which is periodic with its length. A negative `dy` has the
-    /// index `dy` plus the length.
+    /// Adds the values at an offset of `dx` cells to `row`, periodically with its length.
     pub(super) fn add_row(&self, dx: isize, row: &mut [f64]) {
         let (ny, period) = (self.cells_y, row.len());
         let start = dx.unsigned_abs() * (2 * ny - 1);
         let values = &self.values[start..start + 2 * ny - 1];
-        // The second half of `values` has dy = 0, 1, ..., the first half dy < 0. For dx < 0 the values at -dx are mirrored.
+        // `before` has the offsets dy < 0, `from` has dy = 0, 1, .... For dx < 0 the values at -dx are mirrored.
         let (before, from) = values.split_at(ny - 1);
         if dx >= 0 {
             row.iter_mut().zip(from).for_each(|(r, value)| *r += value);

@@ -1,9 +1,7 @@
-//! Approximate inverses of the flexibility of half-spaces on a grid, as preconditioners, for the normal, the tangential or all
-//! components.
+//! Approximate inverses of the flexibility of half-spaces on a grid, as preconditioners.
 //!
 //! The flexibility of the half-spaces is W / κ at the wavenumber κ, so the symbol of the inverse is κ W⁻¹. The grid is taken as
-//! periodic; the error comes from the far fields of its periodic images. Padding would take four times the work and save no
-//! iteration of conjugate gradients.
+//! periodic; the error comes from the far fields of its periodic images.
 //!
 //! # Source
 //! Vollebregt 2014, "A new solver for the elastic normal contact problem using conjugate gradients, deflation, and an FFT-based
@@ -21,7 +19,6 @@ use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter
 /// The zero wavenumber is replaced by this share of the lowest wavenumber.
 const ZERO_WAVENUMBER_SHARE: f64 = 0.5;
 
-/// Wavenumbers of a grid taken as periodic.
 struct Wavenumbers {
     padded: [usize; 2],
     lowest: [f64; 2],
@@ -33,7 +30,6 @@ impl Wavenumbers {
         Self { padded, lowest }
     }
 
-    /// Wavevector at the indices (`kx`, `ky`); at (0, 0) a share of the lowest wavenumber.
     fn at(&self, kx: usize, ky: usize) -> [f64; 2] {
         if (kx, ky) == (0, 0) {
             return if self.lowest[0] < self.lowest[1] {
@@ -48,8 +44,7 @@ impl Wavenumbers {
     }
 }
 
-/// Filter that multiplies normal gaps by κ / W_nn, or gaps of several components by the block of κ W⁻¹ for these components.
-/// `convolution`: plan of the grid, taken as periodic; `spacing`: sides of the cells, mm.
+/// Filter that multiplies gaps by κ / W_nn, or by the block of κ W⁻¹ for several components. `spacing`: sides of the cells, mm.
 pub(in crate::bem::half_space) fn inverse_filter(
     parts: ComponentSet,
     convolution: PaddedGridPlan<f32>,
@@ -82,7 +77,7 @@ pub(in crate::bem::half_space) fn inverse_filter(
     SpectralFilter::new(convolution, parts, &[&symbol])
 }
 
-/// Inverse of a Hermitian matrix; zero if it is singular.
+/// Zero if the matrix is singular.
 fn inverse([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: &Hermitian) -> Matrix3<Complex<f64>> {
     let real = |value: &f64| Complex::from(*value);
     let (xy, xn, yn) = (Complex::new(*xy, *xy_im), Complex::new(*xn, *xn_im), Complex::new(*yn, *yn_im));

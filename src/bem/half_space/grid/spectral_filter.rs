@@ -1,6 +1,5 @@
-//! Products in the wavenumber domain in single precision, for preconditioners.
-//!
-//! Input and symbol are scaled to magnitude 1, so that no system of units exceeds the range of single precision.
+//! Products in the wavenumber domain in single precision, for preconditioners. Input and symbol are scaled to magnitude 1, so that
+//! no system of units exceeds the range of single precision.
 
 use std::sync::Mutex;
 
@@ -12,27 +11,20 @@ use crate::bem::half_space::grid::symbol::{
     COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled,
 };
 
-/// Number of values compared in parallel (SIMD).
 const LANES: usize = 8;
 
-/// Components that a filter multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::bem::half_space) enum ComponentSet {
-    /// The normal component, multiplied by nn.
     Normal,
-    /// The two tangential components.
     Tangential,
-    /// Three components without coupling of the normal to the tangential ones.
+    /// Without coupling of the normal to the tangential components.
     Uncoupled,
-    /// Three coupled components.
     Coupled,
 }
 
 impl ComponentSet {
-    /// Number of sets.
     pub(super) const COUNT: usize = 4;
 
-    /// Number of components.
     fn n_components(self) -> usize {
         match self {
             Self::Normal => 1,
@@ -52,7 +44,6 @@ impl ComponentSet {
     }
 }
 
-/// Symbol in single precision with the plan and buffers of its products.
 pub(in crate::bem::half_space) struct SpectralFilter {
     convolution: PaddedGridPlan<f32>,
     parts: ComponentSet,
@@ -63,8 +54,7 @@ pub(in crate::bem::half_space) struct SpectralFilter {
 }
 
 impl SpectralFilter {
-    /// Filter with the symbol `[k_y][planes][padded_x]`, including the factor 1/(padded size). Several symbols, each with some of
-    /// the planes, are joined in their order.
+    /// Joins symbols `[k_y][planes][padded_x]`, each with some of the planes and with the factor 1/(padded size).
     pub(super) fn new(convolution: PaddedGridPlan<f32>, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
         let size = symbols.iter().map(|symbol| max_abs(symbol)).fold(0.0, f64::max);
         let half = convolution.half_spectrum();
@@ -78,8 +68,7 @@ impl SpectralFilter {
         Self { convolution, parts, symbol, size, buffers }
     }
 
-    /// Overwrites `output` with the filtered `input`. Both have one plane of cell values for each component. The method does not
-    /// allocate.
+    /// Filters `input`, with one plane of cell values for each component.
     pub(in crate::bem::half_space) fn apply(&self, input: &[f64], output: &mut [f64]) {
         let scale = max_abs(input);
         if scale.is_nan() || scale == 0.0 {
@@ -121,13 +110,12 @@ impl SpectralFilter {
     }
 }
 
-/// The P planes of length `px`.
 fn split<const P: usize>(planes: &[f32], px: usize) -> [&[f32]; P] {
     let mut planes = planes.chunks_exact(px);
     std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
 }
 
-/// Largest magnitude; NaN if any value is not finite. The lanes are processed in parallel (SIMD).
+/// Largest magnitude; NaN if any value is not finite.
 fn max_abs(values: &[f64]) -> f64 {
     let (mut magnitudes, mut sums) = ([0.0_f64; LANES], [0.0; LANES]);
     let chunks = values.chunks_exact(LANES);
@@ -147,8 +135,7 @@ fn max_abs(values: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: `max_abs` returns the largest absolute value of a list, known by inspection. It returns 0 for an empty list, and NaN
-    /// if the list contains NaN.
+    /// Truth: the largest absolute value by inspection, 0 for an empty list, NaN for a list with NaN.
     #[test]
     fn the_largest_of_some() {
         let mut values: Vec<f64> = (0..21).map(|k| f64::from(k % 7) - 4.5).collect();

@@ -10,7 +10,7 @@ pub(super) const COUPLED: usize = 8;
 /// Number of planes of an uncoupled symbol in addition to nn: xx, yy, real and imaginary part of xy.
 pub(super) const UNCOUPLED: usize = 4;
 
-/// Multiplies by the Hermitian 3 x 3 symbol at every wavevector of a column.
+/// Multiplies by the symbol at every wavevector of a column.
 pub(in crate::bem::half_space) fn multiply_coupled<T: FftReal>(
     nn: &[T],
     rest: [&[T]; COUPLED],
@@ -38,7 +38,6 @@ pub(in crate::bem::half_space) fn multiply_uncoupled<T: FftReal>(
     n.iter_mut().zip(nn).for_each(|(value, factor)| *value = *value * *factor);
 }
 
-/// Tangential part of [`multiply_uncoupled`].
 pub(super) fn multiply_tangential<T: FftReal>(
     [xx, yy, xy_re, xy_im]: [&[T]; UNCOUPLED],
     [x, y]: [&mut [Complex<T>]; 2],

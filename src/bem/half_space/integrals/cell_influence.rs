@@ -1,14 +1,12 @@
 //! Symmetrised influences between the cells of a plane frame: moment expansions for distant cells, exact integrals for others.
 //!
 //! Collocation gives K_IJ, the displacement at the centre of cell I due to a unit traction on cell J. With the cell areas A, S_IJ =
-//! (A_I K_IJ + A_J K_JIᵀ) / (2 A_I). This module computes F = S A^-1, the operator on forces instead of tractions. F is symmetric
-//! and depends little on the sizes of distant cells. If both cells are expanded about their centres, K_IJ and K_JIᵀ share the
-//! derivatives of the Green's function G at d = x_I - x_J:
+//! (A_I K_IJ + A_J K_JIᵀ) / (2 A_I). This module computes F = S A^-1, the operator on forces instead of tractions. F is symmetric.
+//! If both cells are expanded about their centres, K_IJ and K_JIᵀ share the derivatives of the Green's function G at d = x_I - x_J:
 //!
 //! `F_IJ = ½ Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,
 //!
-//! where z = x + i y, and μ_ab(I) is a moment of cell I divided by the area of the cell. For cells of unequal size the expansion
-//! may hold for the smaller cell only. The terms of both cells are then computed separately.
+//! where z = x + i y, and μ_ab(I) is a moment of cell I divided by the area of the cell.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -33,13 +31,12 @@ const MIN_TOLERANCE: f64 = 1e-12;
 const SMALL_CELL_RATIO: f64 = 0.25;
 
 /// Factor, at most 1, by which each cell tightens the compression tolerance. The same gap error changes the pressure of a small
-/// cell more, in inverse proportion to its side. The factor is below 1 for sides under a quarter of the mean.
+/// cell more, in inverse proportion to its side.
 pub(in crate::bem::half_space) fn tolerance_shares(areas: &[f64]) -> Vec<f64> {
     let mean = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
     areas.iter().map(|area| (area.sqrt() / (SMALL_CELL_RATIO * mean)).min(1.0)).collect()
 }
 
-/// Cell of the frame.
 #[derive(Debug, Clone)]
 pub(in crate::bem::half_space) struct Cell {
     center: [f64; 2],
@@ -50,14 +47,13 @@ pub(in crate::bem::half_space) struct Cell {
 }
 
 impl Cell {
-    /// Cell with centre and corners (counter-clockwise) in the x and y of the frame's plane, mm, and its area, mm2.
+    /// `corners` run counter-clockwise; lengths in mm.
     pub fn new(center: [f64; 2], corners: Vec<[f64; 2]>, area: f64) -> Self {
         let radii = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1]));
         Self { center, radius: radii.fold(0.0, f64::max), corners, area }
     }
 }
 
-/// Influences between the cells of a frame.
 pub(in crate::bem::half_space) struct CellInfluence {
     cells: Vec<Cell>,
     /// Moments divided by the area, `[cell][function]`.
@@ -72,12 +68,9 @@ pub(in crate::bem::half_space) struct CellInfluence {
     scale: f64,
 }
 
-/// Rows and columns of the symmetric components.
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-/// Rows and columns of the antisymmetric components.
 const ANTISYMMETRIC: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
-/// Row and column of a component.
 pub(in crate::bem::half_space) fn row_and_column(component: KernelComponent) -> (usize, usize) {
     match component {
         KernelComponent::Even(c) => SYMMETRIC[c],
@@ -122,7 +115,6 @@ impl CellInfluence {
             extra_decades,
             scale: 1.0,
         };
-        // F is scaled to entries of magnitude 1, independent of the units.
         let own = (0..pairs.cells.len()).into_par_iter();
         let own = own.map(|cell| pairs.matrix(cell, cell).amax() / pairs.cells[cell].area);
         let largest = own.reduce(|| 0.0, f64::max);
@@ -130,7 +122,6 @@ impl CellInfluence {
         pairs
     }
 
-    /// Components that do not vanish.
     pub fn components(&self) -> &[KernelComponent] {
         &self.components
     }
@@ -140,7 +131,6 @@ impl CellInfluence {
         self.scale
     }
 
-    /// Memory of the influences, bytes.
     pub fn bytes(&self) -> usize {
         let corners: usize = self.cells.iter().map(|cell| size_of_val(cell.corners.as_slice())).sum();
         size_of_val(self.cells.as_slice())
@@ -174,8 +164,8 @@ impl CellInfluence {
         values.fill(0.0);
         let factor = 0.5 * self.scale;
         let Some(order) = self.far.order_at(r / a.radius.max(b.radius), self.decade(i, j)) else {
-            // The terms of K_IJ and K_JIᵀ are computed separately, since the expansion may hold for one of them only. A small cell
-            // may be thousands of its own sizes away from the centre of a large neighbour.
+            // The expansion may hold for one cell only: a small cell may be thousands of its own sizes away from the centre of a
+            // large neighbour.
             self.add_half((i, j), d, factor, Signs::Alternate, values);
             self.add_half((j, i), d, factor, Signs::Same, values);
             return;
@@ -244,7 +234,6 @@ impl CellInfluence {
         self.extra_decades[i].max(self.extra_decades[j]).into()
     }
 
-    /// Moments of a cell divided by its area, up to an order.
     fn moments_of(&self, cell: usize, order: usize) -> &[f64] {
         let stride = n_moments(self.far.order());
         &self.moments[cell * stride..cell * stride + n_moments(order)]
@@ -283,7 +272,7 @@ mod tests {
         SurfaceGreen::new(&steel, Side::Lower).expect("converges")
     }
 
-    /// Crystal with arbitrarily oriented axes; no component vanishes.
+    /// No component vanishes.
     fn anisotropic() -> SurfaceGreen {
         let constants = Orthotropic {
             e1: 120e3,
@@ -311,8 +300,7 @@ mod tests {
         Cell::new([x, y], corners.to_vec(), 0.04)
     }
 
-    /// Truth: S_IJ equals the symmetrised exact integrals over both cells. In twelve directions, from 1 to 5 times the smallest
-    /// distance of the expansion, the error stays below the tolerance of the integrals. At the smallest distance the error is not
+    /// Truth: the symmetrised exact integrals over both cells. At the smallest distance of the expansion the error must not be
     /// negligible.
     #[test]
     fn moments_give_the_integrals() {
@@ -345,9 +333,8 @@ mod tests {
         }
     }
 
-    /// Truth: S_IJ equals the symmetrised integrals over both cells, which stay accurate at any distance. A small cell next to a
-    /// large cell is distant relative to its own size, but too near for the moments of the large cell. Computed separately, the
-    /// terms of both cells keep the tolerance.
+    /// Truth: the symmetrised integrals over both cells, which stay accurate at any distance. The small cell is distant relative to
+    /// its own size, but too near for the moments of the large cell.
     #[test]
     fn cells_of_unlike_size_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {
@@ -374,8 +361,8 @@ mod tests {
         }
     }
 
-    /// Truth: a term of order k falls as (radius / distance)^k. The error of orders up to p thus falls as the power p + 1, or p + 2
-    /// where order p + 1 is small.
+    /// Truth: a term of order k falls as (radius / distance)^k. The error falls as the power p + 1, or p + 2 where order p + 1 is
+    /// small.
     #[test]
     fn error_falls_with_the_power_of_the_order() {
         let green = anisotropic();

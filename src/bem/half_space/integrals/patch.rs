@@ -7,11 +7,10 @@ use crate::bem::half_space::green::{HARMONIC_CUTOFF, SurfaceGreen};
 use crate::bem::half_space::integrals::polygon;
 use crate::quadrature::gauss_legendre;
 
-/// Maximum number of Gauss points per direction. If it does not suffice, the exact integral is used.
+/// Maximum number of Gauss points per direction.
 const MAX_POINTS: usize = 16;
 
-/// Gauss rules with up to this many points per direction are always used for polygons. They suffice at large distances only, where
-/// the exact integral loses accuracy. Instead of rules with more points, the exact integral is used if it is cheaper.
+/// Polygons always use rules with up to this many points: they apply only far away, where the exact integral loses accuracy.
 const FEW_POINTS: usize = 4;
 /// Cost of one Gauss point, in harmonics of the exact integral.
 const SLOWER: usize = 2;
@@ -19,23 +18,21 @@ const SLOWER: usize = 2;
 /// Negative natural logarithm of the accuracy of the Gauss rules (1e-14).
 const LN_ACCURACY: f64 = 32.3;
 
-/// Integrates the surface Green's function over patches, by the fastest method with an error of about 1e-13.
+/// Integrates the surface Green's function over patches, with an error of about 1e-13.
 #[derive(Debug, Clone)]
 pub struct PatchIntegrator {
     green: SurfaceGreen,
     table: AngularTable,
-    /// Distance between the real axis and the nearest complex singularity of Γ(φ) / r along a straight line. It is divided by the
-    /// distance d of the line from the source.
+    /// As [`SurfaceGreen::singularity_distance`].
     singularity_distance: f64,
     /// Gauss-Legendre rules on [-1, 1] with 1, 2, ... points.
     rules: Vec<Vec<(f64, f64)>>,
 }
 
 impl PatchIntegrator {
-    /// Computes the table of Γ and the Gauss rules.
+    /// Integrator of a Green's function.
     pub fn new(green: &SurfaceGreen) -> Self {
-        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n. Then Γ is analytic for |Im φ| <
-        // η. Along a line at the distance d from the source, Γ / r is analytic within d tanh η of the real axis.
+        // See [`SurfaceGreen::singularity_distance`].
         let strip = -HARMONIC_CUTOFF.ln() / green.order().max(1) as f64;
         Self {
             green: green.clone(),
@@ -73,7 +70,7 @@ impl PatchIntegrator {
         let radius = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1])).fold(0.0, f64::max);
         let distance = (target[0] - center[0]).hypot(target[1] - center[1]) - radius;
         match self.points(2.0 * radius, distance) {
-            // The rule has one more point, because the Jacobian of the triangles about the centre is linear in one direction.
+            // One more point, because the Jacobian of the triangles about the centre is linear in one direction.
             Some(n) if n <= FEW_POINTS || SLOWER * (n + 1) * (n + 1) < self.green.order() => {
                 self.fan(corners, center, target, n + 1)
             }
@@ -101,12 +98,11 @@ impl PatchIntegrator {
         matrix(&sum)
     }
 
-    /// Adds `weight` times G(x).
     fn add_point(&self, x: [f64; 2], weight: f64, sum: &mut [f64; 9]) {
         self.table.add(x[0], x[1], weight / (x[0] * x[0] + x[1] * x[1]).sqrt(), sum);
     }
 
-    /// Number of Gauss points along a `side` (mm) for a target at least `distance` away; `None` if the exact integral is required.
+    /// Number of Gauss points along a `side` for a target at least `distance` away; `None` if the exact integral is required.
     ///
     /// On a segment whose nearest complex singularity is x half-lengths away, the error of n points is ρ^(-2n), ρ = x + sqrt(1 +
     /// x^2).

@@ -1,9 +1,8 @@
 //! Exact integrals of the surface Green's function over polygons.
 //!
 //! Each edge contributes the integral over the triangle between the edge and the target. In polar coordinates about the target the
-//! Jacobian cancels 1/r, and a recurrence over the harmonics of Γ remains. Targets inside the polygon, or on or near an edge or a
-//! vertex, cause no singularity. Far away the contributions of the edges cancel (relative error about 1e-16 (distance / size)^2).
-//! For distant targets [`PatchIntegrator`](crate::bem::half_space::PatchIntegrator) uses Gauss rules.
+//! Jacobian cancels 1/r, so targets inside the polygon, or on or near its edges, cause no singularity. Far away the contributions
+//! of the edges cancel (relative error about 1e-16 (distance / size)^2).
 
 use nalgebra::{Complex, Matrix3};
 
@@ -40,7 +39,7 @@ pub fn integrate(green: &SurfaceGreen, corners: &[[f64; 2]], target: [f64; 2]) -
 }
 
 impl Edge {
-    /// Returns `None` if the edge has no length or the target lies on its line: the triangle then has no area.
+    /// `None` if the triangle has no area.
     fn new(from: [f64; 2], to: [f64; 2], target: [f64; 2]) -> Option<Self> {
         let direction = Complex::new(to[0] - from[0], to[1] - from[1]);
         let length = direction.norm();

@@ -9,12 +9,11 @@ pub(super) const fn n_moments(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
 
-/// Powers (a, b), a >= b, of the moments of order `k`. Moments with a > b have a real and an imaginary part.
+/// Powers (a, b), a >= b, of the moments of order `k`.
 pub(super) fn powers(k: usize) -> impl Iterator<Item = (usize, usize)> {
     (k.div_ceil(2)..=k).rev().map(move |a| (a, k - a))
 }
 
-/// Moments of polygons up to a given order.
 pub(super) struct PolygonMoments {
     order: usize,
     rule: Vec<(f64, f64)>,
@@ -26,9 +25,8 @@ impl PolygonMoments {
         Self { order, rule: gauss_legendre(order / 2 + 1) }
     }
 
-    /// Moments ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, in the order of [`powers`], `[n_moments]`. A moment m with a > b also stands
-    /// for its conjugate (b, a): it gives the values 2 Re m and -2 Im m, the factors of Re c and Im c in c m + c̄ m̄. Corners are
-    /// counter-clockwise.
+    /// Moments ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, in the order of [`powers`], `[n_moments]`. A moment m with a > b gives the
+    /// values 2 Re m and -2 Im m, the factors of Re c and Im c in c m + c̄ m̄. Corners are counter-clockwise.
     ///
     /// For order k, the triangle of the origin and an edge contributes 2 area / (k + 2) times the mean of the integrand along the
     /// edge.
@@ -48,7 +46,6 @@ impl PolygonMoments {
     }
 
     fn add(&self, point: Complex<f64>, weight: f64, moments: &mut [f64]) {
-        // ζ^a / a!
         let mut scaled = vec![Complex::new(1.0, 0.0)];
         (1..=self.order).for_each(|a| scaled.push(scaled[a - 1] * point / a as f64));
         let mut place = 0;
@@ -73,8 +70,7 @@ impl PolygonMoments {
 mod tests {
     use super::*;
 
-    /// Truth: the moments of a rectangle equal their closed forms, about its centre and, by the parallel-axis theorem, about
-    /// another point. Tolerance: rounding.
+    /// Truth: closed forms of a rectangle about its centre and, by the parallel-axis theorem, about another point.
     #[test]
     fn moments_of_a_rectangle() {
         let corners = [[-0.3, -0.1], [0.3, -0.1], [0.3, 0.1], [-0.3, 0.1]];

@@ -5,8 +5,7 @@
 //! `∂_z^a ∂_z̄^b Γ(φ) / r = D_ab(φ) / r^(1+a+b)`, `D_ab = Σ γ_n P_a((n-1)/2) P_b(-(n+1)/2) exp(i (n-a+b) φ)`,
 //!
 //! with the harmonics γ_n of Γ and P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the Taylor sum of these derivatives
-//! times its moments. The functions D_ab of the direction are tabulated over half a turn. In the opposite direction only signs
-//! differ.
+//! times its moments. The functions D_ab are tabulated over half a turn; in the opposite direction only signs differ.
 
 use std::f64::consts::PI;
 
@@ -18,10 +17,8 @@ use crate::bem::half_space::green::kernel_component::KernelComponent;
 use crate::bem::half_space::integrals::polygon_moments::{n_moments, powers};
 use crate::linalg::simd::wide;
 
-/// Highest order of moments.
 pub(super) const MAX_ORDER: usize = 12;
 
-/// Maximum number of entries of a table.
 const MAX_TABLE_LEN: usize = 1 << 22;
 
 /// Number of nodes of the local interpolation in the table.
@@ -32,24 +29,22 @@ const ANGLES: usize = 1024;
 /// Number of angles per period of the highest harmonic.
 const PER_PERIOD: usize = 16;
 
-/// Reciprocals of Π_{k≠j} (j - k) for six nodes.
 const LAGRANGE: [f64; NODES] = [-1.0 / 120.0, 1.0 / 24.0, -1.0 / 12.0, 1.0 / 12.0, -1.0 / 24.0, 1.0 / 120.0];
 
-/// Expansion of some components of the Green's function.
 pub(super) struct PolygonMultipole {
     /// `[angle][function][component]`, functions in the order of the moments.
     table: Vec<f64>,
     n_components: usize,
     per_radian: f64,
     stride: usize,
-    /// `[decade][order]`: minimum ratio of distance to polygon radius for which moments up to this order suffice, descending with
-    /// the order. Each further list is for an error that is one decade smaller.
+    /// `[decade][order]`: minimum ratio of distance to polygon radius for which moments up to this order suffice. Each decade
+    /// divides the error by ten.
     min_ratio: Vec<Vec<f64>>,
 }
 
 impl PolygonMultipole {
-    /// Expansion with an error of `accuracy` relative to the largest component. Its minimum distances are also computed for errors
-    /// that are 1, ..., `decades` decades smaller.
+    /// Expansion with an error of `accuracy` relative to the largest component. At larger distances the error is up to `decades`
+    /// decades smaller.
     pub fn new(green: &SurfaceGreen, components: &[KernelComponent], accuracy: f64, decades: usize) -> Self {
         let angles = (PER_PERIOD * (green.order() + MAX_ORDER + 1)).next_power_of_two().max(ANGLES);
         let fits =
@@ -57,7 +52,7 @@ impl PolygonMultipole {
         let order = (1..=MAX_ORDER).rev().find(fits).unwrap_or(0);
         let stride = n_moments(order) * components.len();
         let mut table = vec![0.0; stride * (angles / 2 + NODES)];
-        // The first two omitted orders determine the minimum distances, since one of them may vanish.
+        // Two omitted orders determine the minimum distances, since one of them may vanish.
         let mut sizes = vec![0.0_f64; order + 3];
         let mut function = 0;
         for (k, size) in sizes.iter_mut().enumerate() {
@@ -106,29 +101,26 @@ impl PolygonMultipole {
         }
     }
 
-    /// Highest order of the moments.
     pub fn order(&self) -> usize {
         self.min_ratio[0].len() - 1
     }
 
-    /// Sufficient order at a `ratio` of distance to radius, for `decade` more decades of accuracy; `None` if none suffices.
+    /// Sufficient order at a `ratio` of distance to radius, for `decade` more decades of accuracy.
     pub fn order_at(&self, ratio: f64, decade: usize) -> Option<usize> {
         self.min_ratio[decade].iter().position(|&from| ratio >= from)
     }
 
-    /// Minimum ratio of distance to radius for which moments up to order 0, 1, ... suffice, descending.
     #[cfg(test)]
     pub fn from(&self) -> &[f64] {
         &self.min_ratio[0]
     }
 
-    /// Memory of the table, bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.table.as_slice())
     }
 
-    /// Adds the sum of `weights` times the functions up to `order` in the direction of (x, y), y >= 0, to `values`
-    /// `[n_components]`. The weights, `[n_moments]`, include the powers of 1 / r.
+    /// Adds the sum of `weights` times the functions in the direction of (x, y), y >= 0. The `weights`, `[n_moments]`, include the
+    /// powers of 1 / r.
     pub fn add(&self, [x, y]: [f64; 2], order: usize, weights: &[f64], values: &mut [f64]) {
         let position = y.atan2(x) * self.per_radian;
         let last = self.table.len() / self.stride - NODES;
@@ -141,7 +133,6 @@ impl PolygonMultipole {
     }
 }
 
-/// Number of functions processed together.
 const CHUNK: usize = 16;
 
 fn interpolate(

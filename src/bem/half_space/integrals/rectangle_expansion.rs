@@ -1,8 +1,7 @@
 //! Influence of a distant rectangle: integral of Γ(φ) / r as a series in the ratio of the sides to the distance.
 //!
-//! As in [`super::polygon_multipole`], each order of the Taylor series about the centre is a function of the direction, divided by
-//! a power of r. The moments of a rectangle with given sides are known in advance. The sum over the moments of each order is
-//! therefore tabulated: six functions per component, instead of 91 for arbitrary polygons.
+//! As in [`super::polygon_multipole`], each order is a function of the direction, divided by a power of r. The moments of a
+//! rectangle are known in advance, so the sum over the moments of each order is tabulated.
 
 use nalgebra::Complex;
 
@@ -15,10 +14,9 @@ use crate::bem::half_space::integrals::polygon_multipole::derivative_harmonics;
 /// Number of terms of the expansion, up to derivatives of order 2 (TERMS - 1).
 const TERMS: usize = 6;
 
-/// Relative accuracy: the first omitted term is below this share of the largest entry.
+/// Share of the largest entry below which the first omitted term lies.
 const TRUNCATION_TOLERANCE: f64 = 1e-14;
 
-/// All components, in the order of the tables.
 const COMPONENTS: [KernelComponent; 9] = [
     KernelComponent::Even(0),
     KernelComponent::Even(1),
@@ -31,8 +29,8 @@ const COMPONENTS: [KernelComponent; 9] = [
     KernelComponent::Odd(2),
 ];
 
-/// Terms T_m(φ), m = 0..=TERMS, of one component of the integral over the rectangle, Σ T_m(φ) / r^(2m+1). Each term is a real
-/// Fourier series, given by its coefficients of the orders 0, 1, .... Moments of odd order vanish, the others are real.
+/// Terms T_m(φ) of one component of the integral over the rectangle, Σ T_m(φ) / r^(2m+1), by their Fourier coefficients. Moments of
+/// odd order vanish, the others are real.
 fn terms(component: KernelComponent, green: &SurfaceGreen, sides: [f64; 2]) -> Vec<Vec<Complex<f64>>> {
     let [a, b] = sides.map(|side| side / 2.0);
     let corners = [[-a, -b], [a, -b], [a, b], [-a, b]];
@@ -51,20 +49,18 @@ fn terms(component: KernelComponent, green: &SurfaceGreen, sides: [f64; 2]) -> V
     (0..=TERMS).map(term).collect()
 }
 
-/// Expansion for rectangles of given sides.
 pub(in crate::bem::half_space) struct RectangleExpansion {
     /// `[component][term]`, values at equidistant angles of a full turn.
     planes: Vec<Vec<Vec<f64>>>,
     /// Minimum distance for which 1, 2, ... terms suffice, descending.
     min_distance: [f64; TERMS],
-    /// Parity of each component in y; `None` if it has no parity.
+    /// Parity in y; `None` if a component has none.
     parity: Vec<Option<f64>>,
 }
 
-/// Tolerance of the parity test, relative to the largest value.
 const PARITY: f64 = 1e-14;
 
-/// Parity of functions at equidistant angles of a full turn: 1 if even in the angle, -1 if odd, `None` if neither.
+/// 1 for functions that are even in the angle, -1 if odd, `None` if neither.
 fn parity(terms: &[Vec<f64>], largest: &[f64]) -> Option<f64> {
     let holds = |sign: f64| {
         terms.iter().zip(largest).all(|(values, size)| {
@@ -100,17 +96,15 @@ impl RectangleExpansion {
         Self { planes, min_distance, parity }
     }
 
-    /// Minimum distance for the expansion, mm.
     pub(in crate::bem::half_space) fn min_valid_distance(&self) -> f64 {
         self.min_distance[TERMS - 1]
     }
 
-    /// Ratio of a component's value at (x, -y) to its value at (x, y), 1 or -1; `None` if the half-spaces lack this symmetry.
+    /// Ratio of a component's value at (x, -y) to its value at (x, y); `None` if the half-spaces lack this symmetry.
     pub(in crate::bem::half_space) fn y_parity(&self, component: KernelComponent) -> Option<f64> {
         self.parity[component.index()]
     }
 
-    /// Interpolation table of the expansion for some components.
     pub(in crate::bem::half_space) fn of(&self, components: &[KernelComponent]) -> RectangleExpansionTable {
         let term =
             |m: usize| components.iter().map(move |component| self.planes[component.index()][m].clone());
@@ -123,7 +117,6 @@ impl RectangleExpansion {
     }
 }
 
-/// Interpolation table of the expansion for some components.
 pub(in crate::bem::half_space) struct RectangleExpansionTable {
     /// `[term][component]` at each angle.
     table: AngularTable,
@@ -132,7 +125,7 @@ pub(in crate::bem::half_space) struct RectangleExpansionTable {
 }
 
 impl RectangleExpansionTable {
-    /// Writes the components at (x, y) to `values`. The distance is at least [`RectangleExpansion::min_valid_distance`].
+    /// Components at (x, y), at least [`RectangleExpansion::min_valid_distance`] away.
     pub(in crate::bem::half_space) fn evaluate(&self, [x, y]: [f64; 2], values: &mut [f64]) {
         let r = (x * x + y * y).sqrt();
         let terms = self.min_distance.iter().position(|&from| r >= from).map_or(TERMS, |m| m + 1);
@@ -161,7 +154,7 @@ mod tests {
     use crate::geometry::Side;
     use crate::material::Stiffness;
 
-    /// Truth: the expansion equals integrals over the rectangle by Gauss rules. Tolerance: 3e-14 of the largest entry (rounding).
+    /// Truth: integrals over the rectangle by Gauss rules. Tolerance: rounding.
     #[test]
     fn expansion_equals_gauss_points() {
         let steel = Stiffness::isotropic(210e3, 0.3).expect("admissible");

@@ -1,11 +1,11 @@
 //! Flexibility of half-spaces on a grid frame that is periodic in one or both directions.
 //!
-//! In a periodic direction tractions and displacements are trigonometric polynomials through the values at the centres. Every
-//! harmonic of the grid has its exact admittance W(m) / κ. In an open direction tractions are constant over the cells.
+//! In a periodic direction tractions and displacements are trigonometric polynomials through the values at the centres, with the
+//! exact admittance W(m) / κ of every harmonic. In an open direction tractions are constant over the cells.
 //!
 //! A uniform load has no finite displacement relative to infinity. With two periodic directions, the mean displacement is zero.
-//! With one periodic direction, the mean traction of each row of cells in this direction acts as a line load. The logarithmic part
-//! of its displacement is zero at a distance of half the frame width.
+//! With one, the mean traction of each row of cells in this direction acts as a line load. The logarithmic part of its displacement
+//! is zero at a distance of half the frame width.
 //!
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
@@ -33,13 +33,13 @@ use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
 use crate::flexibility::per_cell::PerCell;
 
-/// Maximum aspect ratio of a cell, in either direction, if one direction is open.
+/// Maximum aspect ratio of a cell in a frame with one open direction.
 const MAX_CELL_ASPECT_RATIO: f64 = 1e3;
 
-/// The operator S of half-spaces on a uniform periodic grid of cells.
+/// The operator S of half-spaces on a uniform periodic grid of cells, symmetric and positive definite.
 ///
-/// S is symmetric and positive definite. The exception is a frame that is periodic in both directions: uniform tractions cause no
-/// displacement. Cell (ix, iy) has the index `ix * cells[1] + iy`.
+/// In a frame that is periodic in both directions, uniform tractions cause no displacement. Cell (ix, iy) has the index
+/// `ix * cells[1] + iy`.
 pub struct PeriodicFlexibility {
     convolution: PaddedGridPlan,
     /// `[k_y][PLANES][padded_x]`, including the factor 1/(padded size).
@@ -54,8 +54,7 @@ pub struct PeriodicFlexibility {
 }
 
 impl PeriodicFlexibility {
-    /// Computes the symbol: in closed form for a frame that is periodic in both directions, otherwise for each harmonic of the
-    /// periodic direction by a sum over aliases, with transforms if the kernel does not decay within the padded cells.
+    /// Computes the symbol: in closed form for two periodic directions, otherwise for each harmonic by a sum over aliases.
     ///
     /// `cells`: numbers along x and y; `spacing`: sides of a cell, mm; `periodic`: whether the frame is periodic along x and along
     /// y.
@@ -108,7 +107,7 @@ impl PeriodicFlexibility {
         Ok(made)
     }
 
-    /// Influence K(0) of a cell on itself, from three products with tractions on a single cell.
+    /// Influence K(0) of a cell on itself.
     fn influence_on_itself(&self) -> Matrix3<f64> {
         let n = self.n_cells();
         let (mut tractions, mut gap) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
@@ -122,13 +121,11 @@ impl PeriodicFlexibility {
         (own + own.transpose()) * 0.5
     }
 
-    /// Approximate inverse of the operator for the components `parts`, as a preconditioner.
     fn inverse(&self, parts: ComponentSet) -> SpectralFilter {
         let cells = self.convolution.cells;
         inverse_filter(parts, PaddedGridPlan::padded(cells, cells), self.spacing, &self.admittance)
     }
 
-    /// Planes of the symbol for one k_y.
     fn planes(&self, ky: usize) -> [&[f64]; PLANES] {
         let px = self.convolution.padded[0];
         let mut planes = self.symbol[ky * PLANES * px..(ky + 1) * PLANES * px].chunks_exact(px);

@@ -20,21 +20,19 @@ use crate::cancel;
 
 /// Number of aliases on each side that are summed directly.
 const ALIASES: usize = 10;
-/// Number of terms with decreasing weights in Euler's transformation.
 const N_EULER_TERMS: usize = 18;
 
-/// Number of additional directly summed aliases per k h / (2π δ), where δ is the singularity distance of the material.
+/// Additional directly summed aliases per k h / (2π δ), where δ is the singularity distance.
 const EXTRA_ALIASES_PER_KH: f64 = 4.0;
 
 /// Negative natural logarithm of the admissible wraparound error of K, relative to K (1e-15).
 const LN_MAX_WRAPAROUND: f64 = 35.0;
 
-/// Maximum number of cells of the periodic line on which the kernel of a harmonic is computed. Each cell takes some 300 bytes per
-/// thread.
+/// Maximum number of cells of the periodic line on which a kernel is computed. Each cell takes some 300 bytes per thread.
 const MAX_LINE_POINTS: usize = 1 << 19;
 
-/// Largest ratio of the period to the cell width in the open direction for which [`MAX_LINE_POINTS`] suffices. The number of cells
-/// of the frame in the open direction is neglected.
+/// Largest ratio of the period to the cell width in the open direction for which [`MAX_LINE_POINTS`] suffices, without the frame's
+/// own cells in that direction.
 pub(super) fn max_period_over_cell(singularity_distance: f64) -> f64 {
     2.0 * PI * singularity_distance * MAX_LINE_POINTS as f64 / LN_MAX_WRAPAROUND
 }
@@ -42,16 +40,13 @@ pub(super) fn max_period_over_cell(singularity_distance: f64) -> f64 {
 /// Upper triangle xx, yy, nn, xy, xn, yn of K at one offset.
 type Upper = [Complex<f64>; 6];
 
-/// Open direction of a frame.
 pub(super) struct OpenDirection<'a> {
     pub admittance: &'a Admittance,
     /// Axis of the open direction, 0 or 1.
     pub axis: usize,
-    /// Number of cells along the open direction, without padding.
     pub cells: usize,
-    /// Number of cells along the open direction, with padding.
     pub padded: usize,
-    /// Sides of the cells along the frame's x and y, mm.
+    /// Cell sides along the frame's x and y, mm.
     pub spacing: [f64; 2],
     /// Distance from a line load along the periodic direction at which the displacement due to the load is zero, mm.
     pub datum: f64,
@@ -85,7 +80,7 @@ impl<'a> OpenDirection<'a> {
         if period <= self.padded {
             return (0..self.padded).map(|j| self.sum_over_aliases(j, self.padded, k, paired)).collect();
         }
-        // After cancellation the remaining values are set to zero, and the result is not used.
+        // After cancellation the result is not used.
         let sum = |j| match cancel::requested() {
             true => [0.0; 9],
             false => self.sum_over_aliases(j, period, k, paired),
@@ -95,12 +90,11 @@ impl<'a> OpenDirection<'a> {
         self.transformed(|d| kernel[d.rem_euclid(period as isize) as usize])
     }
 
-    /// Wavenumber of the harmonic `index` of the `count` cells in the periodic direction.
     pub(super) fn wavenumber(&self, index: usize, count: usize) -> f64 {
         2.0 * PI * index as f64 / (count as f64 * self.spacing[1 - self.axis])
     }
 
-    /// Number of cells of a periodic line on which the wraparound error of K is negligible, for a wavenumber `k` > 0.
+    /// Number of cells of a periodic line on which the wraparound error of K is negligible, for `k` > 0.
     pub(super) fn wraparound_free_period(&self, k: f64) -> usize {
         fast_size(
             (self.cells as f64
@@ -109,8 +103,8 @@ impl<'a> OpenDirection<'a> {
         )
     }
 
-    /// Sum over the aliases of the wavenumber with index `j` on a line of `period` cells, for the wavenumber `k` of the periodic
-    /// direction. If k and -k coincide on the grid (`paired`), returns the mean of the sums at k and -k.
+    /// Sum over the aliases of the wavenumber with index `j` on a line of `period` cells. `paired`: k and -k coincide on the grid;
+    /// the mean of both sums is returned.
     pub(super) fn sum_over_aliases(&self, j: usize, period: usize, k: f64, paired: bool) -> Hermitian {
         let h = self.spacing[self.axis];
         let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };
@@ -191,7 +185,6 @@ impl<'a> OpenDirection<'a> {
     }
 }
 
-/// Kernel at the offsets 0, 1, ... of one period from its transform.
 fn kernel_from_symbol(symbol: &[Hermitian]) -> Vec<Upper> {
     let period = symbol.len();
     let fft = FftPlanner::new().plan_fft_inverse(period);

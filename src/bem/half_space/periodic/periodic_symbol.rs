@@ -12,8 +12,7 @@ use crate::cancel;
 /// Number of planes of the symbol: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
 pub(super) const PLANES: usize = 9;
 
-/// W(m) / κ at every wavevector of a grid with two periodic directions, times the factor 1/(padded size) of the inverse transform;
-/// zero at the zero wavevector.
+/// W(m) / κ at every wavevector of a grid with two periodic directions, times 1/(padded size); zero at the zero wavevector.
 pub(super) fn doubly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],
@@ -24,7 +23,7 @@ pub(super) fn doubly_periodic_symbol(
     filled(convolution, |kx, ky| {
         let signed = if 2 * kx <= nx { kx as f64 } else { kx as f64 - nx as f64 };
         let (x, y) = (signed * lowest[0], ky as f64 * lowest[1]);
-        // At the Nyquist wavenumber of an axis (two cells per wave), k and -k coincide on the grid. Both values are averaged.
+        // At the Nyquist wavenumber of an axis, k and -k coincide on the grid. Both values are averaged.
         let [both_x, both_y] = [2 * kx == nx, 2 * ky == ny];
         let mut sum: Rows = [0.0; 9];
         let mut count = 0.0;
@@ -63,7 +62,7 @@ pub(super) fn singly_periodic_symbol(
     })
 }
 
-/// Symbol of a harmonic; zeros after cancellation.
+/// Zeros after cancellation.
 fn symbol_unless_cancelled(line: &OpenDirection, index: usize, count: usize) -> Vec<Hermitian> {
     if cancel::requested() { vec![[0.0; 9]; line.padded] } else { line.symbol(index, count) }
 }
@@ -72,7 +71,7 @@ fn conjugate([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: Hermitian) -> Hermit
     [xx, yy, nn, xy, -xy_im, xn, -xn_im, yn, -yn_im]
 }
 
-/// Planes `[k_y][PLANES][padded_x]` of the symbol `at(k_x, k_y)`, including the factor 1/(padded size) of the inverse transform.
+/// Planes `[k_y][PLANES][padded_x]` of the symbol `at(k_x, k_y)`, times 1/(padded size).
 fn filled(convolution: &PaddedGridPlan, at: impl Fn(usize, usize) -> Hermitian + Sync) -> Vec<f64> {
     let [px, py] = convolution.padded;
     let weight = 1.0 / (px * py) as f64;

@@ -20,7 +20,6 @@ use crate::linalg::hierarchical::{
 };
 use crate::linalg::memory::MemoryLimit;
 
-/// Maximum number of cells of a leaf of the tree.
 const LEAF: usize = 48;
 
 /// Two clusters are admissible if the smaller diameter is at most this multiple of their distance.
@@ -32,11 +31,10 @@ pub const MAX_DENSE_CELLS: usize = 1000;
 /// Default relative tolerance of the compressed operator.
 pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
-/// A far block `[m, n]` takes about this × d² × (m + n) bytes per component, where d = -log10(tolerance); measured.
+/// A far block `[m, n]` takes about this × d² × (m + n) bytes per component, where d = -log10(tolerance).
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 1.9;
 
-/// The build for n cells on two cores takes about this × n ln n × (number of components) × d² seconds, where d = -log10(tolerance);
-/// measured.
+/// The build for n cells on two cores takes about this × n ln n × (number of components) × d² seconds, where d = -log10(tolerance).
 const BUILD_SECONDS_PER_CELL: f64 = 2e-7;
 
 /// Advice if memory does not suffice.
@@ -47,25 +45,22 @@ pub const TOLERANCE_RANGE: [f64; 2] = [1e-12, 1e-2];
 
 /// Compressed operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
-/// It equals [`DenseFlexibility`](crate::bem::half_space::DenseFlexibility) within a tolerance. Memory and time grow little faster
-/// than the number of cells. The matrix F = S A^-1 with the cell areas A, for forces instead of tractions, is symmetric. It is
-/// stored in hierarchical blocks (see [`hierarchical`](crate::linalg::hierarchical)).
+/// It equals [`DenseFlexibility`](crate::bem::half_space::DenseFlexibility) within a tolerance. The symmetric matrix F = S A^-1
+/// with the cell areas A is stored in hierarchical blocks (see [`hierarchical`](crate::linalg::hierarchical)).
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
 pub struct CompressedFlexibility {
     matrix: HierarchicalMatrix,
     pairs: CellInfluence,
-    /// Products with the components of S for all three traction components.
     all: Vec<ComponentProduct>,
-    /// Product with the normal component of S, for the pressure alone.
+    /// Normal component of S, for the pressure alone.
     normal: Vec<ComponentProduct>,
     /// Position in the tree and area of each cell.
     place_and_area: Vec<(usize, f64)>,
-    /// Integrator for direct sums.
     integrator: PatchIntegrator,
     inverses: [OnceLock<AdditiveSchwarz>; 2],
-    /// Buffers for tractions and for gaps in tree order, `[3, N]` each.
+    /// `[3, N]` each, in tree order.
     scratch: Mutex<[Vec<f64>; 2]>,
 }
 
@@ -169,15 +164,14 @@ impl CompressedFlexibility {
         BUILD_SECONDS_PER_CELL * n * n.ln() * components * tolerance.log10().powi(2)
     }
 
-    /// Current memory, bytes. The approximate inverses are built on first use, and count from then on.
+    /// Current memory, bytes, with the approximate inverses built so far.
     pub fn bytes(&self) -> usize {
         let inverses: usize =
             self.inverses.iter().filter_map(OnceLock::get).map(AdditiveSchwarz::bytes).sum();
         self.matrix.bytes() + self.pairs.bytes() + inverses
     }
 
-    /// Permutes each component of `x` into tree order, times `factor(area)`. Then applies `with`, and permutes the result back into
-    /// `y`, times `back(area)`.
+    /// Applies `with` in tree order, after `factor(area)` and before `back(area)`.
     fn in_order(
         &self,
         x: &[f64],
@@ -234,7 +228,6 @@ fn layout(centers: &[[f64; 2]], corners: &[Vec<[f64; 2]>], areas: &[f64]) -> Blo
         .with_tolerance_shares(&tolerance_shares(areas))
 }
 
-/// Memory in addition to the blocks, bytes, for `n` cells with `corners` corners in total.
 fn auxiliary_bytes(n: usize, corners: usize) -> usize {
     let vectors = 3 * 8 * (16 + 2);
     let moments = 8 * 91;

@@ -14,14 +14,14 @@ use crate::linalg::vector::dot8;
 
 /// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
-/// Collocation at the centres gives the influence K_IJ of cell J on the centre of cell I. The operator is symmetrised with the
-/// areas, `S_IJ = (A_I K_IJ + A_J K_JI^T) / (2 A_I)`. On a uniform grid S_IJ = K_IJ.
+/// K_IJ is the influence of cell J on the centre of cell I, and `S_IJ = (A_I K_IJ + A_J K_JI^T) / (2 A_I)` with the areas A. On a
+/// uniform grid S_IJ = K_IJ.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
 pub struct DenseFlexibility {
     n: usize,
-    /// `[3 n][3 n]`; rows and columns are ordered by component, all x first, then all y, then all n.
+    /// `[3 n][3 n]`, ordered by component: all x first, then all y, then all n.
     rows: Vec<f64>,
     coupled: bool,
 }
@@ -73,7 +73,7 @@ impl DenseFlexibility {
         Ok(Self { n, rows, coupled: green.couples_normal_tangential() })
     }
 
-    /// Operator from K, `[3 n][3 n]` ordered by component, mm/MPa: displacements of all cells under unit tractions on each cell.
+    /// Operator from K, `[3 n][3 n]` ordered by component: displacements of all cells under unit tractions on each cell, mm/MPa.
     ///
     /// # Panics
     /// If `k` does not have 9 n² entries.
@@ -84,7 +84,6 @@ impl DenseFlexibility {
         Self { n, rows: k, coupled: true }
     }
 
-    /// Block S_IJ.
     fn block(&self, i: usize, j: usize) -> Matrix3<f64> {
         let n = self.n;
         Matrix3::from_fn(|a, b| self.rows[(a * n + i) * 3 * n + b * n + j])
@@ -116,7 +115,6 @@ impl Flexibility for DenseFlexibility {
     }
 }
 
-/// Replaces the collocated K by `(A_I K_IJ + A_J K_JI^T) / (2 A_I)`.
 fn symmetrise(rows: &mut [f64], areas: &[f64]) {
     let n = areas.len();
     for a in 0..3 * n {
@@ -155,7 +153,7 @@ pub(super) fn validate_cells(centers: &[[f64; 2]], corners: &[Vec<[f64; 2]>], ar
     Ok(())
 }
 
-/// Signed area of a polygon; negative for clockwise corners.
+/// Negative for clockwise corners.
 fn signed_area(corners: &[[f64; 2]]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     0.5 * corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()

@@ -19,13 +19,12 @@ pub(super) struct Boussinesq {
 }
 
 impl Boussinesq {
-    /// Returns `None` unless the material is isotropic.
+    /// `None` unless the material is isotropic.
     pub(super) fn from_stiffness(stiffness: &Stiffness) -> Option<Self> {
         let [mu, nu] = stiffness.isotropic_constants()?;
         Some(Self { factor: 1.0 / (4.0 * PI * mu), nu })
     }
 
-    /// Field at a point of the body or its surface.
     #[expect(clippy::too_many_lines, reason = "closed form whose terms share their factors")]
     pub(in crate::bem::half_space) fn at(&self, point: &Vector3<f64>) -> GreenTensor {
         // s = 1/ρ, e = 1/(ρ + d), ρ = |x|. Along x_a: s' = −x_a s³, e' = −x_a s e². Along the depth d: s' = −d s³, e' = −s e.

@@ -1,9 +1,8 @@
 //! Displacement and stress inside a half-space under uniform tractions on the cells of its surface ([`SubsurfaceField`]).
 //!
-//! Cells near the evaluation point are integrated by Gauss rules and subdivided when very near. The number of Gauss points follows
-//! from the distance to the singularities of the kernel. Distant cells are clustered. Each cluster is replaced by 6 × 6 equivalent
-//! forces with the same moments up to degree 5 in each direction. The field at a point is thus a sum over some thousand forces,
-//! almost independently of the number of cells.
+//! Near cells are integrated by Gauss rules. Clusters of distant cells are replaced by 6 × 6 equivalent forces with the same
+//! moments up to degree 5 in each direction. The field at a point is thus a sum over some thousand forces, almost independently of
+//! the number of cells.
 
 mod boussinesq;
 pub mod point_force;
@@ -28,13 +27,11 @@ const EQUIVALENT_FORCES_PER_SIDE: usize = 6;
 /// Maximum number of Gauss points along a side of a cell, or of a part of a divided cell.
 const MOST_POINTS: usize = 8;
 
-/// Maximum number of successive halvings of a cell.
 const MOST_DIVISIONS: usize = 32;
 
-/// A quadrilateral counts as a parallelogram if its half sides vary by at most this share of the longer one.
+/// A quadrilateral is a parallelogram if its half sides vary by at most this share of the longer one.
 const PARALLELOGRAM_TOLERANCE: f64 = 1e-9;
 
-/// Clusters with at most this number of quadrilaterals are not divided.
 const MAX_LEAF_QUADS: usize = 8;
 
 /// Quadrilateral of a cell with a uniform traction. A triangle is stored with its last corner repeated.
@@ -46,11 +43,10 @@ struct LoadedQuad {
     orientation: f64,
 }
 
-/// Cluster of cells.
 #[derive(Debug)]
 struct CellCluster {
     patch: Parallelogram,
-    /// Positions of the equivalent forces, and the force vectors; empty in leaves that have a parent.
+    /// Positions and vectors of the equivalent forces; empty in leaves that have a parent.
     forces: Vec<([f64; 2], Point)>,
     members: ClusterMembers,
 }
@@ -72,7 +68,6 @@ pub struct SubsurfaceField<'a> {
 }
 
 impl LoadedQuad {
-    /// Point at (s, t) of [-1, 1]², and the Jacobian.
     fn at(&self, s: f64, t: f64) -> ([f64; 2], f64) {
         let [a, b, c, d] = &self.corners;
         let value = |k: usize| {
@@ -84,8 +79,8 @@ impl LoadedQuad {
         ([value(0), value(1)], along_s[0] * along_t[1] - along_s[1] * along_t[0])
     }
 
-    /// Number and list of parallelograms that approximate the quadrilateral: one if it is a parallelogram, otherwise one for each
-    /// corner. Each has the centre of the quadrilateral and the two sides that meet at a corner.
+    /// One parallelogram if the quadrilateral is one; otherwise for each corner the parallelogram of the two
+    /// sides that meet there, about the common centre.
     fn enclosing_parallelograms(&self) -> (usize, [Parallelogram; 4]) {
         let [a, b, c, d] = self.corners.map(|[x, y]| Point::new(x, y, 0.0));
         let middle = (a + b + c + d) * 0.25;
@@ -113,7 +108,6 @@ impl LoadedQuad {
     }
 }
 
-/// Quadrilaterals and triangles that make up a polygon.
 fn split_polygon(corners: &[[f64; 2]], traction: Point) -> Vec<LoadedQuad> {
     let n = corners.len();
     let twice_area: f64 = (0..n)
@@ -131,7 +125,7 @@ fn split_polygon(corners: &[[f64; 2]], traction: Point) -> Vec<LoadedQuad> {
 }
 
 impl<'a> SubsurfaceField<'a> {
-    /// Upper bound of the memory, bytes, if all cells are loaded. `n_corners`: number of corners of each cell.
+    /// Upper bound of the memory, bytes, for cells with these numbers of corners.
     pub fn expected_bytes(n_corners: impl Iterator<Item = usize>) -> usize {
         let parts: usize = n_corners.map(|n| if n <= 4 { 1 } else { n }).sum();
         // Each half of a divided cluster holds at least half of `MAX_LEAF_QUADS` quadrilaterals.
@@ -145,7 +139,7 @@ impl<'a> SubsurfaceField<'a> {
     }
 
     /// Field under uniform tractions on cells. Each item of `cells` has the corners on the surface and the traction on the body
-    /// (MPa). `field` belongs to the same `stiffness`, in the axes of the surface.
+    /// (MPa). `field` belongs to `stiffness`, in the axes of the surface.
     pub fn new(
         stiffness: &'a Stiffness,
         field: &'a PointForceField,
@@ -162,7 +156,7 @@ impl<'a> SubsurfaceField<'a> {
         made
     }
 
-    /// Builds the cluster of a range of quadrilaterals, after the clusters of its halves. Returns the index of the cluster.
+    /// Builds the cluster of a range of quadrilaterals, after the clusters of its halves; returns its index.
     fn build_cluster(&mut self, range: Range<usize>) -> usize {
         let corners = self.quads[range.clone()].iter().flat_map(|part| part.corners);
         let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
@@ -175,7 +169,6 @@ impl<'a> SubsurfaceField<'a> {
         let at = |part: &LoadedQuad| part.corners.iter().map(|corner| corner[axis]).sum::<f64>();
         let mut members = ClusterMembers::Quads(range.clone());
         if range.len() > MAX_LEAF_QUADS {
-            // Halves with equal numbers of quadrilaterals.
             let cut = range.len() / 2;
             self.quads[range.clone()].select_nth_unstable_by(cut, |a, b| at(a).total_cmp(&at(b)));
             let first = self.build_cluster(range.start..range.start + cut);
@@ -183,7 +176,6 @@ impl<'a> SubsurfaceField<'a> {
         }
         let forces = self.forces(&members, middle, half);
         if let ClusterMembers::Children(halves) = &members {
-            // Equivalent forces of leaves serve only to compute the equivalent forces of the parent.
             for &half in halves {
                 let half = &mut self.clusters[half];
                 if matches!(half.members, ClusterMembers::Quads(_)) {
@@ -197,8 +189,8 @@ impl<'a> SubsurfaceField<'a> {
         self.clusters.len() - 1
     }
 
-    /// Equivalent forces F_k at the Gauss points x_k of a rectangle, with Σ p(x_k) F_k = ∫ p t dA for the tractions t of the
-    /// members. This holds for all polynomials p of degree up to 5 in each direction.
+    /// Equivalent forces F_k at the Gauss points x_k of a rectangle, with Σ p(x_k) F_k = ∫ p t dA for polynomials p of degree up to
+    /// 5 in each direction.
     fn forces(&self, members: &ClusterMembers, middle: [f64; 2], half: [f64; 2]) -> Vec<([f64; 2], Point)> {
         let rule = &self.rules[EQUIVALENT_FORCES_PER_SIDE - 1];
         let mut sums = [Point::zeros(); EQUIVALENT_FORCES_PER_SIDE * EQUIVALENT_FORCES_PER_SIDE];
@@ -275,7 +267,6 @@ impl<'a> SubsurfaceField<'a> {
         }
     }
 
-    /// Adds the field at `y` of a force at `x` on the surface.
     #[inline]
     fn add(&self, x: [f64; 2], force: &Point, y: &Point, sum: &mut DisplacementGradient) {
         let field = self.field.at(&Point::new(y.x - x[0], y.y - x[1], y.z));
@@ -308,9 +299,8 @@ mod tests {
         vec![[x - a, y - b], [x + a, y - b], [x + a, y + b], [x - a, y + b]]
     }
 
-    /// Truth: the stress on the axis of a disc of radius a under uniform pressure p equals the closed form of Boussinesq and Love
-    /// (Johnson 3.33). It is σ_z = -p (1 - ζ³), σ_r = -p ((1 + 2ν)/2 - (1 + ν) ζ + ζ³/2), ζ = z / √(a² + z²). The disc is a polygon
-    /// with 256 corners and the same area. Depths start at a hundredth of the radius.
+    /// Truth: the stress on the axis of a disc under uniform pressure p, by Boussinesq and Love (Johnson 3.33): σ_z = -p (1 - ζ³),
+    /// σ_r = -p ((1 + 2ν)/2 - (1 + ν) ζ + ζ³/2), ζ = z / √(a² + z²).
     #[test]
     fn below_a_disc() {
         let (stiffness, p, nu) = (steel(), 100.0, 0.3);
@@ -335,12 +325,10 @@ mod tests {
         }
     }
 
-    /// Truth: the field equals the sum over all cells with many Gauss points each. Clusters and distance-dependent rules leave an
-    /// error below 1e-5 of the largest value. The points lie below, next to and far from the cells, one at a depth of half a cell
-    /// side. The bodies are isotropic and anisotropic.
+    /// Truth: the sum over all cells with many Gauss points each, below, next to and far from the cells.
     #[test]
     fn groups_stand_for_their_cells() {
-        // Weakly anisotropic fibres need only a small table; the thorough test uses stiff fibres and more cells.
+        // Weakly anisotropic fibres need only a small table.
         let (along, n) =
             if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { (167_230.0, 24) } else { (20_000.0, 16) };
         let fibres = Stiffness::transversely_isotropic(along, 9544.0, 5292.0, 0.272, 0.369).unwrap();
@@ -384,8 +372,8 @@ mod tests {
     }
 
     /// Truth: under a Hertzian line contact of half-width a and peak pressure p0, the largest shear stress is 0.300283 p0 at the
-    /// depth 0.786151 a (Johnson 4.2c, catalogue case hertz-line). The model has 160 strips of length 800 a and a nearly
-    /// incompressible material, ν = 0.4999. Strips of length 2 L with the line load P' cause an error (1 - 2ν) P' / (π L) of σ_x.
+    /// depth 0.786151 a (Johnson 4.2c). Strips of length 2 L with the line load P' cause an error (1 - 2ν) P' / (π L) of σ_x, hence
+    /// ν = 0.4999.
     #[test]
     fn below_a_line_contact() {
         let (a, p0) = (0.2348909, 1355.14);
@@ -393,7 +381,7 @@ mod tests {
         let field = PointForceField::new(&stiffness).unwrap();
         let (n, length) = (160, 400.0 * a);
         let h = 2.0 * a / n as f64;
-        // Integral of √(1 - x²) from 0 to x. Its differences give the mean pressure over a strip.
+        // Integral of √(1 - x²); its differences give the mean pressure over a strip.
         let integral = |x: f64| {
             let x = x.clamp(-1.0, 1.0);
             0.5 * (x * (1.0 - x * x).sqrt() + x.asin())

@@ -18,25 +18,20 @@ use crate::material::Stiffness;
 /// Points whose distance from the surface is at most this multiple of their distance from the force count as surface points.
 const SURFACE_TOLERANCE: f64 = 1e-9;
 
-/// Name of this field in the cache key of its tables.
 const KIND: &str = "point force";
 
 /// Target error of a table, relative to its largest entry.
 const ERROR: f64 = 3e-8;
 
-/// Convergence limit of the direct integral at the nodes of a table: relative change on doubling the number of quadrature points.
+/// Largest change of the direct integral on doubling its points, at the nodes of a table.
 const MAX_INTEGRAL_CHANGE: f64 = 1e-8;
 
-/// Number of directions in the surface for which a table is compared with the surface field.
 const COMPARED_ON_SURFACE: usize = 1024;
 
-/// Stiffness components below this share of the largest count as zero, because the rotation of axes leaves rounding errors.
+/// Tolerance relative to the largest component; the rotation of axes leaves rounding errors.
 const ZERO_STIFFNESS_TOLERANCE: f64 = 1e-14;
 
 /// Field of a unit force at the origin of the surface of the half-space z <= 0, whose outward normal is +z.
-///
-/// Isotropic materials have a closed form. For other materials, integrals over directions are tabulated for points below the
-/// surface. On the surface, the series of the Green's function is used.
 #[derive(Debug, Clone)]
 pub struct PointForceField(Form);
 
@@ -61,8 +56,7 @@ impl PointForceField {
         Ok(Self::load_or_compute(stiffness, None)?.0)
     }
 
-    /// As [`Self::new`], with the table read from a cache or computed and written to it. Also returns a warning for a damaged entry
-    /// or a failed write.
+    /// As [`Self::new`], with a cache of tables. Also returns a warning for a damaged entry or a failed write.
     ///
     /// # Errors
     /// As [`SurfaceGreen::new`], if memory does not suffice, and if the run is cancelled.
@@ -88,8 +82,8 @@ impl PointForceField {
         Ok((Self(Form::Tabulated(Box::new(Tabulated { inside, surface }))), note))
     }
 
-    /// Field at `x` (mm) with z <= 0, not the origin. Points above or below the surface by at most 1e-9 of their distance from the
-    /// origin count as surface points. The derivatives at surface points are one-sided, from within the body.
+    /// Field at `x` (mm) with z <= 0, not the origin. Within 1e-9 of the distance from the origin, points count as surface points.
+    /// Their derivatives are one-sided, from within the body.
     #[inline]
     pub fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let on_surface = x.z >= -SURFACE_TOLERANCE * x.norm();
@@ -102,9 +96,8 @@ impl PointForceField {
         }
     }
 
-    /// Largest observed difference of displacement or gradient from the direct integral, relative to the largest entry over all
-    /// directions at the same distance. It is at least the last change of the integral on doubling its points, and 0 for closed
-    /// forms.
+    /// Largest observed difference of displacement or gradient from the direct integral, relative to the largest entry; 0 for
+    /// closed forms.
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,
@@ -113,8 +106,7 @@ impl PointForceField {
     }
 }
 
-/// Whether the plane normal to `axis` is a plane of symmetry: stiffnesses whose four indices contain this axis an odd number of
-/// times vanish.
+/// Whether the plane normal to `axis` is a plane of symmetry: stiffnesses with an odd number of indices `axis` vanish.
 fn is_mirror(stiffness: &Stiffness, axis: usize) -> bool {
     let largest = stiffness.voigt().amax();
     let indices = || (0..81).map(|n| [n / 27, n / 9 % 3, n / 3 % 3, n % 3]);
@@ -129,8 +121,7 @@ mod tests {
     use crate::bem::cube_table::{CACHE_EXTENSION, cache_key};
     use crate::linalg::cache::CacheLookup;
 
-    /// Truth: a transversely isotropic material is symmetric about planes that contain the fibre or are normal to it. The field
-    /// equals the direct integral in all quadrants.
+    /// Truth: planes of symmetry contain the fibre or are normal to it. The field equals the direct integral in all quadrants.
     #[test]
     fn mirror_images_are_the_direct_integral() {
         let fibre = Stiffness::transversely_isotropic(14e3, 10e3, 5e3, 0.3, 0.4).unwrap();
@@ -138,7 +129,7 @@ mod tests {
             fibre.rotated(nalgebra::Rotation3::from_scaled_axis(axis * angle).matrix())
         };
         let [y, z] = [Vector3::y(), Vector3::z()];
-        // The four fibres lie along x, tilted in the plane y = 0, tilted in the plane x = 0, and between x and y.
+        // Fibres along x, tilted in the plane y = 0, tilted in the plane x = 0, and between x and y.
         let upright = turned(y, 0.5).rotated(nalgebra::Rotation3::from_scaled_axis(z * (0.5 * PI)).matrix());
         let cases = [
             (fibre.clone(), [true, true]),
@@ -163,7 +154,6 @@ mod tests {
         }
     }
 
-    /// Truth: a cached table is read back to the last bit. A damaged one is recomputed and reported.
     #[test]
     fn tables_are_kept() {
         let folder = tempfile::tempdir().unwrap();

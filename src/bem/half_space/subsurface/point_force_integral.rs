@@ -32,21 +32,18 @@ const TERMS: usize = 36;
 ///
 /// # Source
 /// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ with D = Q + τ(R + Rᵀ) + τ²T. Here Q = C(m, m), R = C(m, e3), T = C(e3, e3), with
-/// C(u, v)_ik = C_ijkl u_j v_l. m = (cos θ, sin θ, 0), τ = −(m·x)/z. A = S L⁻¹ follows from the Barnett-Lothe tensors. The
-/// resolvent of the Stroh matrix is real and needs no eigenvectors.
+/// C(u, v)_ik = C_ijkl u_j v_l. m = (cos θ, sin θ, 0), τ = −(m·x)/z. A = S L⁻¹ follows from the Barnett-Lothe tensors.
 #[derive(Debug, Clone)]
 pub struct PointForceIntegral {
     /// C(e_x, e_x), C(e_x, e_y) + C(e_y, e_x), C(e_y, e_y).
     plane: [Matrix3<f64>; 3],
     /// C(e_x, e3), C(e_y, e3).
     mixed: [Matrix3<f64>; 2],
-    /// Sum of each matrix of `mixed` and its transpose.
     mixed_sum: [Matrix3<f64>; 2],
     /// C(e3, e3).
     normal: Matrix3<f64>,
     /// A(θ), antisymmetric: entries xy, xz, yz.
     coupling: AngularTable,
-    /// Points of the largest rule for ratios 1, 1/4, 1/16, ... of depth to distance from the z axis.
     rules: Vec<Vec<RulePoint>>,
     /// Number of points of the first rule.
     min_points: usize,
@@ -59,7 +56,6 @@ struct RulePoint {
     weight: f64,
 }
 
-/// Direction from the force to a point.
 struct Direction {
     phi: f64,
     cos: f64,
@@ -115,9 +111,8 @@ impl PointForceIntegral {
     ///
     /// The trapezoidal rule is applied in s. With the modulus k = √(1 - k'²) and the quarter period K, tan ψ = k' sc(K s, k) and
     /// θ = φ + π/2 + ψ. Here k' is approximately the ratio of depth to distance from the z axis. The poles near tan ψ = ±i k' and
-    /// ±i are then far from the real line. The number of points doubles until two conditions hold, or the largest rule is reached.
-    /// The last change is at most `change`, and the change before it is at most 10 √`change`. The second condition prevents false
-    /// convergence where the leading error, a wave in φ with as many periods as points, vanishes.
+    /// ±i are then far from the real line. The condition on the change before the last prevents false convergence where the leading
+    /// error, a wave in φ, vanishes.
     pub(super) fn integrate(&self, x: &Vector3<f64>, change: f64) -> (GreenTensor, f64) {
         let direction = Direction::new(x);
         let mut sums = [0.0; TERMS];
@@ -147,7 +142,6 @@ impl PointForceIntegral {
         }
     }
 
-    /// Adds the contributions of a batch of quadrature points.
     fn add(&self, direction: &Direction, points: &[RulePoint; LANES], sums: &mut [f64; TERMS]) {
         let [mut cos, mut sin] = [[0.0; LANES]; 2];
         let mut coupling = [[0.0; 3]; LANES];
@@ -205,7 +199,7 @@ impl PointForceIntegral {
     }
 }
 
-/// Terms of a batch of points from cos ψ, sin ψ, the weights, and A.
+/// `points`: cos ψ, sin ψ and the weights.
 fn weigh(
     integral: &PointForceIntegral,
     direction: &Direction,
@@ -282,7 +276,6 @@ fn arithmetic_geometric_mean(b: f64) -> f64 {
     }
 }
 
-/// Field at depth −`z` from the sums over `points` points.
 fn field(sums: &[f64; TERMS], z: f64, points: usize) -> GreenTensor {
     let factor = 1.0 / (2.0 * PI * points as f64);
     let part = |k: usize, factor: f64| Matrix3::from_row_slice(&sums[9 * k..9 * k + 9]) * factor;
@@ -296,7 +289,6 @@ struct Factor {
 }
 
 impl Factor {
-    /// Factorises the matrix with the entries xx, yx, yy, zx, zy, zz.
     #[inline(always)]
     fn new([xx, yx, yy, zx, zy, zz]: [f64; 6]) -> Self {
         let first = 1.0 / xx;
@@ -396,7 +388,6 @@ mod tests {
         assert!(fine < 1e-2 && (coarse / fine - 2.0).abs() < 0.1, "{coarse} {fine}");
     }
 
-    /// Truth: the tractions on a hemisphere around the force balance the force.
     #[test]
     fn tractions_balance_the_force() {
         let stiffness = cfrp(30.0);

@@ -17,7 +17,6 @@ pub(super) struct SurfacePointForce {
 }
 
 impl SurfacePointForce {
-    /// Field for a material and its surface Green's function `green`.
     pub(super) fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
         let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
         let factor = contract(2).cholesky().expect("C(e3, e3) is positive definite with the stiffness");
@@ -27,7 +26,6 @@ impl SurfacePointForce {
         }
     }
 
-    /// Field at (x, y, 0).
     pub(in crate::bem::half_space) fn at(&self, x: f64, y: f64) -> GreenTensor {
         let mut functions = [0.0; 18];
         self.table.add(x, y, 1.0, &mut functions);
