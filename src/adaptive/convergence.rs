@@ -7,10 +7,10 @@ const MIN_NOISY_ORDER: f64 = 1.0;
 /// Bounds on the ratios of successive differences of values that change steadily; sizes decrease by a factor of about 2/3.
 const STEADY: [f64; 2] = [0.55, 1.6];
 
-/// Assumed order if there are too few values to estimate one.
+/// Assumed order if there are too few values.
 const ASSUMED: f64 = 1.0;
 
-/// Numbers of last differences from which the order and the constant are determined.
+/// Numbers of last differences that determine the order and the constant.
 const MAX_FITTED_DIFFERENCES: usize = 4;
 const ENVELOPE_DIFFERENCES: usize = 3;
 
@@ -24,14 +24,13 @@ const MAX_ORDER_DIFFERENCE: f64 = 0.3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     order: f64,
-    /// Fitted order p; `None` if it is out of bounds or if there are too few values.
     observed_order: Option<f64>,
     constant: f64,
 }
 
 impl Convergence {
-    /// Estimate from at least two values at decreasing sizes. With five or more values, it decreases no faster than with order 2
-    /// from size to size, because smaller estimates are small by chance.
+    /// Estimate from at least two values at decreasing sizes. With five or more values, it decreases at most with order 2, because
+    /// smaller estimates are small by chance.
     pub fn estimate(sizes: &[f64], values: &[f64]) -> Self {
         let n = values.len();
         let found = Self::fit(sizes, values);
@@ -43,9 +42,11 @@ impl Convergence {
         Self { constant: found.constant.max(least / sizes[n - 1].powf(found.order)), ..found }
     }
 
-    /// Fits the order p to the last differences; p is 1 if there are too few. If they change steadily, p is limited to [1/2, 2].
-    /// Otherwise p is reduced by its standard error and limited to [1, 2]. Each of the last three differences gives a constant C.
-    /// The largest one is used, because contacts end between cells, so that single differences are small by chance.
+    /// Fits the order p to the last differences; p is 1 if there are too few. If they change steadily, p is limited to [1/2, 2];
+    /// otherwise p is reduced by its standard error and limited to [1, 2].
+    ///
+    /// C is the largest constant of the last three differences. Contacts end between cells, so that single differences are small by
+    /// chance.
     fn fit(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
         let first = differences.len().saturating_sub(MAX_FITTED_DIFFERENCES);
@@ -76,14 +77,12 @@ impl Convergence {
         self.observed_order
     }
 
-    /// Estimated error at `size`.
     pub fn error(&self, size: f64) -> f64 {
         self.constant * size.powf(self.order)
     }
 }
 
-/// Extrapolated limit of values at decreasing sizes; `None` unless the last three differences have one sign and about the same
-/// order.
+/// Extrapolated limit of values at decreasing sizes; `None` unless the last three differences have one sign and about one order.
 ///
 /// # Source
 /// Richardson 1911, "The approximate arithmetical solution by finite differences".
@@ -102,7 +101,7 @@ pub fn limit(sizes: &[f64], values: &[f64]) -> Option<f64> {
         .then(|| values[3] + d[2] / ((sizes[2] / sizes[3]).powf(last) - 1.0))
 }
 
-/// Order p for which the error C h^p explains both differences `d`, by bisection; `None` if p is outside of the search interval.
+/// Order p for which the error C h^p explains both differences `d`, by bisection.
 fn order_between(h: [f64; 3], d: [f64; 2]) -> Option<f64> {
     let excess = |p: f64| (h[0].powf(p) - h[1].powf(p)) / (h[1].powf(p) - h[2].powf(p)) - d[0] / d[1];
     let [mut low, mut high] = [0.5 * ORDERS[0], 1.5 * ORDERS[1]];
@@ -153,8 +152,8 @@ mod tests {
         }
     }
 
-    /// Truth: if the error changes its sign, there is no limit to extrapolate. The estimate exceeds 0.1 h², the amplitude of the
-    /// errors, even if a difference is small by chance.
+    /// Truth: errors that change sign have no limit to extrapolate. The estimate exceeds their amplitude 0.1 h², even if a
+    /// difference is small by chance.
     #[test]
     fn values_that_jump() {
         let signs = [1.0, -1.0, 1.0, 1.0, -0.4];
@@ -168,8 +167,7 @@ mod tests {
     }
 
     /// Truth: values have the error h (1 + a cos t) at phases t, as for a stick zone that ends between cells. At least 7 of 8
-    /// estimates exceed this error. Most of the other estimates use few values, which are close by chance. Without the reduction of
-    /// the order by its standard error, 3 of 10 estimates are too small.
+    /// estimates exceed it; the others use few values, which are close by chance.
     #[test]
     fn first_order_with_noise() {
         let sizes = [12.0, 18.0, 26.0, 40.0, 60.0, 90.0, 136.0, 200.0, 300.0, 450.0].map(|n: f64| 1.0 / n);
@@ -190,7 +188,7 @@ mod tests {
         }
     }
 
-    /// Truth: if the last two values are equal by chance, the estimate decreases at most by the squared ratio of the sizes.
+    /// Truth: with two equal last values, the estimate decreases at most by the squared ratio of the sizes.
     #[test]
     fn no_faster_than_second_order() {
         let values = [1.1, 1.06, 1.02, 1.01, 1.01];

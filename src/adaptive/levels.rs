@@ -8,26 +8,24 @@ use crate::simulation::build::contact_frame::contact_frame;
 use crate::simulation::build::near_field::choose_near_fields;
 use crate::simulation::failure::SceneError;
 
-/// Cells along the shorter side of the frame at each level, in ratios of about 1.5. The numbers are even, so that a border of cells
-/// always passes through the middle of the frame.
+/// Cells along the shorter side of the frame at each level. Even numbers put a border of cells through the middle of the frame.
 const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];
 
 /// Largest number of cells of a frame.
 const MOST: usize = 1_000_000;
 
-/// Largest number of refinement levels of the increments (`DOUBLINGS`) and of the jumps (`JUMP_LEVELS`). Each level doubles the
-/// number of increments. For the jumps, each level divides their tolerance by four or doubles their number.
+/// Largest number of levels of the increments (`DOUBLINGS`) and of the jumps (`JUMP_LEVELS`). Each level doubles the increments;
+/// for jumps, it divides their tolerance by four or doubles their number.
 const DOUBLINGS: usize = 9;
 const JUMP_LEVELS: usize = 7;
 
-/// If the finest level of increments or jumps does not reach the accuracy, later refinements restart from this level at most.
+/// Later refinements restart from this level at most, if the finest level of increments or jumps does not reach the accuracy.
 const FALLBACK_LEVEL: usize = 3;
 
-/// Increments of closed paths are refined until a stroke has this number. More would be too expensive, because all path points of a
-/// cycle are solved together.
+/// Closed paths are refined up to this number of increments per stroke. All path points of a cycle are solved together.
 const MAX_INCREMENTS_PER_STROKE: usize = 128;
 
-/// Least number of cells in contact with which values are expected to converge, for area contacts and for line contacts.
+/// Least number of cells in contact for values to converge, for area contacts and line contacts.
 const MIN_CONTACT_CELLS: usize = 40;
 const MIN_LINE_CONTACT_CELLS: usize = 6;
 
@@ -44,7 +42,6 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Levels with one more refinement of a parameter.
     pub(super) fn finer(self, knob: RefinementParameter) -> Self {
         match knob {
             RefinementParameter::Cells => Self { cells: self.cells + 1, ..self },
@@ -53,7 +50,7 @@ impl Levels {
         }
     }
 
-    /// Levels from which later parameters are refined if the finest level of `knob` did not reach the accuracy.
+    /// Levels from which later parameters start if the finest level of `knob` did not reach the accuracy.
     pub(super) fn coarser(self, knob: RefinementParameter) -> Self {
         match knob {
             RefinementParameter::Cells => self,
@@ -64,22 +61,20 @@ impl Levels {
         }
     }
 
-    /// Factor on the increments of the scene.
     pub(super) fn increments(self) -> usize {
         1 << self.increments
     }
 }
 
-/// Refinement parameters of a plan and the settings at each level.
 pub(super) struct RefinementLadder {
     relative: f64,
     /// Whether cells, increments and jumps are refined.
     is_refined: [bool; 3],
-    /// Cells along x and y, divided by those along the shorter side (see the function `aspect`); both `None` without a grid.
+    /// Cells along x and y relative to the shorter side (see the function `aspect`); both `None` without a grid.
     aspect: [Option<f64>; 2],
-    /// Largest number of increments per stroke of refinable closed paths; 0 if no path is refinable.
+    /// Largest number of increments per stroke of refinable closed paths; 0 without such paths.
     increments_per_stroke: usize,
-    /// Smallest number of cycles of any step, which limits the number of jumps; infinite without cycles.
+    /// Smallest number of cycles of any step, which limits the jumps.
     cycles: f64,
     /// Whether the scene prescribes the tolerances of the solver and of compressed operators.
     has_own_tolerances: [bool; 2],
@@ -108,14 +103,14 @@ impl RefinementLadder {
         };
         if let FramePlan::Grid { cells, half_width, periodic, .. } = &plan.frame {
             ladder.aspect = aspect(*cells, *half_width, *periodic);
-            // The cells stay if a body has a boundary-element mesh of its own, or if the gap is given at the scene's cells.
+            // The cells stay if a body has its own boundary-element mesh, or if the gap is given at the scene's cells.
             let own = plan.bodies.iter().any(|body| matches!(body, BodyPlan::Be(_)))
                 || matches!(&plan.gap.shape, GapShape::Heights(heights) if heights.spacing.is_none())
                 || matches!(plan.gap.shape, GapShape::PerCell(_));
             if ladder.aspect != [None; 2] && !own && !kept(RefinementParameter::Cells) {
                 ladder.is_refined[0] = true;
                 let coarse = ladder.plan(plan, &ladder.first());
-                // The cells stay if a body is condensed from its mesh, because cells finer than the faces resolve nothing more.
+                // Cells finer than the faces of a condensed mesh resolve nothing more.
                 ladder.is_refined[0] = !choose_near_fields(&coarse, &contact_frame(&coarse)?)?
                     .iter()
                     .any(|near| near.is_condensed());
@@ -132,7 +127,6 @@ impl RefinementLadder {
         Ok(ladder)
     }
 
-    /// Refinement parameters in the order of refinement, the cells last.
     pub fn knobs(&self) -> Vec<RefinementParameter> {
         let [cells, increments, jumps] = self.is_refined;
         let all = [
@@ -163,13 +157,11 @@ impl RefinementLadder {
         }
     }
 
-    /// Numbers of cells along x and y at a level.
     fn cells(&self, level: usize) -> [usize; 2] {
         let shorter = CELLS_BY_LEVEL[level.min(CELLS_BY_LEVEL.len() - 1)] as f64;
         self.aspect.map(|aspect| aspect.map_or(1, |aspect| even(aspect * shorter)))
     }
 
-    /// Returns whether this number of cells in contact resolves the contact.
     pub fn resolves(&self, cells: usize) -> bool {
         cells >= if self.aspect.contains(&None) { MIN_LINE_CONTACT_CELLS } else { MIN_CONTACT_CELLS }
     }
@@ -181,7 +173,7 @@ impl RefinementLadder {
                 1.0 / CELLS_BY_LEVEL[levels.cells.min(CELLS_BY_LEVEL.len() - 1)] as f64
             }
             RefinementParameter::Increments => 0.5f64.powi(levels.increments as i32),
-            // Each level divides the tolerance of the jumps by four, so an error proportional to the tolerance has order 2.
+            // The tolerance of jumps decreases by four per level, so an error proportional to it has order 2.
             RefinementParameter::Jumps => 0.5f64.powi(levels.jumps as i32),
         }
     }
@@ -212,7 +204,6 @@ impl RefinementLadder {
         cut.map(|cut| (1.0 + cut) * outline.area())
     }
 
-    /// Plan with the settings of these levels.
     pub fn plan(&self, plan: &Plan, levels: &Levels) -> Plan {
         let [cells, increments, jumps] = self.is_refined;
         let mut plan = Plan { accuracy: None, ..plan.clone() };
@@ -248,7 +239,7 @@ impl RefinementLadder {
                 if let StepKind::Fretting { path: ClosedPath { resolved_cycles: Some(used), .. }, .. } =
                     &mut step.kind
                 {
-                    // Resolved cycles do not warn about errors here, because the accuracy search estimates them itself.
+                    // The accuracy search estimates the errors of resolved cycles itself.
                     (used.tolerance, used.error_warning) = (share, f64::INFINITY);
                 }
             }
@@ -256,7 +247,6 @@ impl RefinementLadder {
         plan
     }
 
-    /// Description of the levels.
     pub fn describe(&self, levels: &Levels) -> String {
         let [cells, increments, jumps] = self.is_refined;
         let mut words = Vec::new();
@@ -281,14 +271,13 @@ impl RefinementLadder {
     }
 }
 
-/// Whether the increments of a closed path may be refined. With `increments = "auto"`, resolved cycles correct the wear instead.
+/// Whether the increments of a path may be refined. With `increments = "auto"`, resolved cycles correct the wear instead.
 fn is_refinable(path: &ClosedPath) -> bool {
     path.resolved_cycles.is_none_or(|used| used.correction != Correction::Always)
 }
 
-/// Numbers of cells along x and y in the scene, divided by the smaller number. If only one direction has a single cell and no
-/// direction is periodic, the side lengths replace the numbers. `None` for a periodic direction with a single cell, and for a frame
-/// of one cell.
+/// Numbers of cells along x and y, divided by the smaller number. Side lengths replace them if only one direction has a single cell
+/// and none is periodic. `None` for a periodic direction with a single cell, and for a frame of one cell.
 fn aspect(cells: [usize; 2], half_width: [f64; 2], periodic: [bool; 2]) -> [Option<f64>; 2] {
     let several = |axis: usize| cells[axis] > 1;
     let numbers = [0, 1].map(|axis| match (several(axis), periodic[axis]) {
@@ -305,7 +294,6 @@ fn even(n: f64) -> usize {
     2 * ((0.5 * n).round() as usize).max(1)
 }
 
-/// Numbers of cells of a grid frame along x and y; `None` for the frame of a mesh.
 pub(super) fn cells(plan: &Plan) -> Option<[usize; 2]> {
     match plan.frame {
         FramePlan::Grid { cells, .. } => Some(cells),

@@ -1,8 +1,7 @@
 //! Adaptive accuracy: runs of a plan are refined until the estimated errors of the requested results are small enough.
 //!
-//! [`AccuracySearch`] first refines increments and jumps on coarse cells, because their errors hardly depend on the cells. Then it
-//! refines the cells. The error of each parameter is estimated from the change of the values; the sum of these errors is compared
-//! with the accuracy. [`run()`] performs the runs.
+//! [`AccuracySearch`] first refines increments and jumps on coarse cells, because their errors hardly depend on the cells, and then
+//! the cells. The sum of the errors of the parameters is compared with the accuracy. [`run()`] performs the runs.
 
 mod convergence;
 mod levels;
@@ -33,22 +32,19 @@ const UNCHANGED_SHARE: f64 = 0.05;
 /// A value counts as divergent after this number of successive changes that do not decrease.
 const MAX_GROWING_CHANGES: usize = 3;
 
-/// Run with the values that the estimates need.
 #[derive(Debug, Clone)]
 struct MeasuredRun {
     levels: Levels,
     values: Vec<TargetValue>,
-    /// Relative error of the outline area due to the cells, see [`RefinementLadder::outline_area_error`].
+    /// See [`RefinementLadder::outline_area_error`].
     outline_area_error: Option<f64>,
     seconds: f64,
 }
 
-/// Relative error of the load of a punch, divided by the relative error of its area. Both errors come from the staircase
-/// approximation of its outline.
+/// Relative error of the load of a punch, divided by the relative error of its area in cells.
 const LOAD_ERROR_PER_AREA_ERROR: f64 = 0.5;
 
-/// A run writes files if its predicted errors are at most this multiple of the allowed ones. Writing files that a finer run
-/// replaces costs less than another run for the files alone.
+/// A run writes files if its predicted errors are at most this multiple of the allowed ones: files cost less than another run.
 const WRITE_FILES_FACTOR: f64 = 2.0;
 
 /// Next action of the search.
@@ -65,14 +61,12 @@ pub struct AccuracySearch<'p> {
     plan: &'p Plan,
     spec: &'p AccuracyPlan,
     ladder: RefinementLadder,
-    /// Refinement parameters, in the order of refinement.
     knobs: Vec<RefinementParameter>,
     samples: Vec<MeasuredRun>,
-    /// Indices into `samples` of the runs of each parameter refined so far.
+    /// For each parameter refined so far, indices of its runs in `samples`.
     refinements: Vec<Vec<usize>>,
     /// Levels at which the next parameter starts if the previous one did not reach the accuracy.
     base: Option<Levels>,
-    /// Reason why no finer run follows.
     stop_reason: Option<String>,
 }
 
@@ -147,7 +141,7 @@ impl<'p> AccuracySearch<'p> {
         {
             let index = self.refinements.len() - 1;
             if !self.meets_tolerance(index, &self.refinements[index]) {
-                // The accuracy cannot be reached, so later runs restart from coarser levels to save time.
+                // The accuracy is out of reach, so later runs restart from coarser levels to save time.
                 self.base = Some(levels.coarser(self.knobs[index]));
                 self.refinements.push(Vec::new());
                 break;
@@ -159,8 +153,7 @@ impl<'p> AccuracySearch<'p> {
         }
     }
 
-    /// Index of the value, if any, whose last [`MAX_GROWING_CHANGES`] changes have one direction, do not decrease and are larger
-    /// than allowed.
+    /// Index of a value whose last [`MAX_GROWING_CHANGES`] changes have one direction, do not decrease and are larger than allowed.
     fn diverging_value(&self) -> Option<usize> {
         let index = self.refinements.len().checked_sub(1)?;
         let refinement = &self.refinements[index];
@@ -206,7 +199,7 @@ impl<'p> AccuracySearch<'p> {
         )
     }
 
-    /// Message that the finest level does not reach the accuracy. `None` if it does, or if the search has not come to its end.
+    /// Message that the search ended at the finest level without the accuracy, if so.
     fn finest_level_message(&self) -> Option<String> {
         let knob = self.knobs[self.refinements.len().checked_sub(1)?];
         let last = self.samples.last()?;
@@ -239,7 +232,7 @@ impl<'p> AccuracySearch<'p> {
         ))
     }
 
-    /// Notes that a run failed, so that no finer runs follow. Returns false if there is no earlier result.
+    /// Stops the refinement after a failed run. Returns false if there is no earlier result.
     pub fn stop_refining(&mut self, why: String) -> bool {
         self.stop_reason = Some(why);
         !self.samples.is_empty()
@@ -269,20 +262,18 @@ impl<'p> AccuracySearch<'p> {
         NextRun::Run(levels, at_end && (likely || self.ladder.is_last(knob, &levels)))
     }
 
-    /// Returns whether the last run reaches the accuracy.
+    /// Whether the last run reaches the accuracy.
     pub fn is_met(&self) -> bool {
         self.refinements.len() == self.knobs.len()
             && self.refinements.iter().enumerate().all(|(index, turn)| self.meets_tolerance(index, turn))
     }
 
-    /// Returns whether a parameter is refined no further.
     fn is_finished(&self, index: usize, turn: &[usize]) -> bool {
         let last = turn.last().map(|&number| self.samples[number].levels);
         self.meets_tolerance(index, turn)
             || last.is_some_and(|levels| self.ladder.is_last(self.knobs[index], &levels))
     }
 
-    /// Returns whether the error of a parameter is small enough.
     fn meets_tolerance(&self, index: usize, turn: &[usize]) -> bool {
         let Some(&last) = turn.last() else { return false };
         let Some(errors) = self.errors(turn, self.knobs[index], &self.samples[last].levels) else {
@@ -309,12 +300,11 @@ impl<'p> AccuracySearch<'p> {
         }
         let before =
             (0..index).filter_map(|other| self.error_contribution(other)).map(|errors| errors[value]);
-        // Lower bound for the last parameter, so that it is refined even if others leave too large an error.
+        // The lower bound refines the last parameter even if the others leave too large an error.
         (whole - before.sum::<f64>())
             .max((1.0 - PATH_TOLERANCE_SHARE * (self.knobs.len() - 1) as f64) * whole)
     }
 
-    /// Relative errors of all values due to a parameter, at the levels of the last run.
     fn error_contribution(&self, index: usize) -> Option<Vec<f64>> {
         // The levels of the last run count, because a parameter that did not suffice may have been reset to a coarser level.
         self.errors(self.refinements.get(index)?, self.knobs[index], &self.samples.last()?.levels)
@@ -335,14 +325,14 @@ impl<'p> AccuracySearch<'p> {
         let relative = |(value, wanted): (usize, &TargetValue)| {
             let (sizes, values) = self.convergence_data(turn, knob, value);
             let error = Convergence::estimate(&sizes, &values).error(size);
-            // A value that is zero by symmetry is zero on any cells, so it has no error from the outline area.
+            // A value that is zero by symmetry has no error from the outline area.
             let stairs = if wanted.fills_outline && wanted.value != 0.0 { stairs } else { 0.0 };
             if wanted.scale > 0.0 { error / wanted.scale + stairs } else { 0.0 }
         };
         Some(last.values.iter().enumerate().map(relative).collect())
     }
 
-    /// Sizes and values of the samples of a parameter; values of a punch are corrected for the area of its cells.
+    /// Sizes and values of the runs of a parameter; values of a punch are corrected for the area of its cells.
     fn convergence_data(
         &self,
         turn: &[usize],

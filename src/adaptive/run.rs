@@ -34,15 +34,12 @@ pub fn run(
     }
 }
 
-/// Outcome of a run of the search.
 enum Ended {
     Converged,
     Interrupted,
-    /// Reason of the failure.
     Failed(String),
 }
 
-/// Runs of an accuracy search.
 struct AccuracyRun<'a, 'j, 'p> {
     search: AccuracySearch<'p>,
     base: Summary,
@@ -50,7 +47,6 @@ struct AccuracyRun<'a, 'j, 'p> {
     directory: Option<PathBuf>,
     summary: &'a mut Summary,
     job: RunOptions<'j>,
-    /// Levels of the run whose files are written.
     written: Option<Levels>,
 }
 
@@ -59,7 +55,7 @@ impl AccuracyRun<'_, '_, '_> {
         loop {
             match self.search.next_run() {
                 NextRun::Done(levels) if self.written == Some(levels) => return Ok(self.code()),
-                // The run at these levels wrote no files, so it is repeated with files.
+                // The run at these levels wrote no files.
                 NextRun::Done(levels) => return self.final_run(levels),
                 NextRun::Run(levels, false) => match self.trial_run(levels) {
                     Ended::Converged => {}
@@ -92,7 +88,6 @@ impl AccuracyRun<'_, '_, '_> {
         if self.summary.status == Status::Converged { exit::DONE } else { exit::NOT_CONVERGED }
     }
 
-    /// Runs a plan without output, for the estimates only.
     fn trial_run(&mut self, levels: Levels) -> Ended {
         let mut plan = self.search.plan(&levels);
         plan.output = Output { fields: Vec::new(), inside: Vec::new(), ..plan.output };
@@ -173,7 +168,6 @@ impl AccuracyRun<'_, '_, '_> {
         code
     }
 
-    /// Reports the estimated errors of the last run.
     fn show_estimate(&mut self) {
         if let Some(text) = self.search.round_message() {
             (self.job.on_progress)(ProgressEvent::Message(&text));
@@ -181,7 +175,6 @@ impl AccuracyRun<'_, '_, '_> {
     }
 }
 
-/// Reports an event of a run together with the description of the run.
 fn show_of_round(show: &mut (dyn FnMut(ProgressEvent) + Send), words: &str, event: ProgressEvent) {
     match event {
         ProgressEvent::Stage(stage, done, residual) => {
@@ -191,7 +184,6 @@ fn show_of_round(show: &mut (dyn FnMut(ProgressEvent) + Send), words: &str, even
     }
 }
 
-/// Area of a cell; `None` on frames without a grid.
 fn cell_area(summary: &Summary) -> Option<f64> {
     let frame = summary.frame.as_ref()?;
     let side = |k: usize| 2.0 * frame.half_width[k] / frame.cells[k] as f64;

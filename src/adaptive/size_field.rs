@@ -25,17 +25,17 @@ pub struct SizeField {
     pub nodal: Vec<f64>,
     /// Target of the relative stress error in the energy norm.
     pub error: f64,
-    /// Whether the target can be reached in one round. The bounds of the size ratio limit the reduction.
+    /// Whether one round can reach the target within the bounds of the size ratio.
     pub reaches_target: bool,
     /// Number of elements of the present mesh.
     pub elements: usize,
-    /// Expected number of elements of the next mesh, if it has the element types of the present mesh.
+    /// Expected number of elements of the next mesh, with the present element types.
     pub next_elements: f64,
     /// Bounds of the size field.
     pub bounds: SizeBounds,
 }
 
-/// Default least and largest size, relative to the least and largest present size.
+/// Default least and largest size, relative to the present ones.
 const BOUNDS: [f64; 2] = [SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1]];
 
 /// Size field that reduces the errors of all `estimates` of a body to the target.
@@ -81,7 +81,7 @@ pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementT
     Ok(SizeField { nodal, error, reaches_target, elements: cells.len(), next_elements, bounds })
 }
 
-/// Expected number of elements of a mesh with the sizes `nodal`. Each present element is replaced by (size / next size)³ elements.
+/// Each present element is replaced by (size / next size)³ elements.
 fn expected(mesh: &Mesh, nodal: &[f64], sizes: &[f64], volumes: &[f64]) -> f64 {
     let of_cell = |((cell, size), volume): ((crate::mesh::CellRef, &f64), &f64)| {
         let corners = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];

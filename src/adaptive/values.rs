@@ -6,24 +6,21 @@ use crate::laws::wear::WearLaw;
 use crate::scene::plan::Plan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
 
-/// Least reference value of a relative error, as a fraction of the largest reference value of the same quantity over all steps.
+/// Least reference value, as a fraction of the largest one of the same quantity over all steps.
 const LEAST: f64 = 0.01;
 
-/// Value at the end of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TargetValue {
-    /// Name of the step.
     pub step: String,
-    /// Name of the value, as in `summary.steps`.
+    /// Name as in `summary.steps`.
     pub name: &'static str,
-    /// Quantity that the value belongs to.
     pub quantity: AccuracyQuantity,
     pub value: f64,
     /// Reference value of the relative error; 0 if there is none.
     pub scale: f64,
-    /// Exponent k of a value that is proportional to the k-th power of the area within a punch's outline; 0 if unknown.
+    /// Exponent k of a value that is proportional to the k-th power of the area of a punch; 0 if unknown.
     pub area_power: f64,
-    /// Whether contact fills the outline, so that the error of the outline area matters.
+    /// Whether contact fills the outline, so that the error of its area matters.
     pub fills_outline: bool,
 }
 
@@ -34,15 +31,15 @@ impl TargetValue {
     }
 }
 
-/// Exponent of the punch area A. The load of a flat punch at a given displacement is proportional to A^0.5. The displacement under
-/// a given load is proportional to A^-0.5.
+/// Exponent of the area A of a flat punch: its load at a given displacement is proportional to A^0.5, its displacement under a
+/// given load to A^-0.5.
 ///
 /// # Source
 /// King 1987, "Elastic analysis of some punch problems for a layered medium": load / depth is 1.13 to 1.17 E* √A for circles,
 /// squares, triangles.
 const PUNCH_LOAD_AREA_POWER: f64 = 0.5;
 
-/// Whether a step prescribes the force along the normal and the force in the tangential plane.
+/// Whether a step prescribes the force along the normal and in the tangential plane.
 #[derive(Clone, Copy)]
 struct ForceControls {
     normal_force: bool,
@@ -60,8 +57,8 @@ impl ForceControls {
     }
 }
 
-/// Least number of cells in contact at the ends of the steps, for cells of the area `cell`. A step without contact counts as 0 if
-/// it prescribes no normal force and its approach is positive; otherwise it is skipped.
+/// Least number of cells in contact at the ends of the steps, for cells of the area `cell`. Steps without contact count as 0 under
+/// a positive approach without prescribed normal force; others are skipped.
 pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
     let mut held = ForceControls::NOTHING;
     let mut fewest = usize::MAX;
@@ -135,7 +132,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             .iter()
             .filter(|value| value.name == name)
             .fold(0.0, |most: f64, value| most.max(value.scale));
-        // Wear of earlier steps hardly matters compared with the wear at the end.
+        // Only the wear at the end matters.
         let least = if quantity == AccuracyQuantity::WornVolume { 1.0 } else { LEAST };
         let of_name = found.iter_mut().filter(|value| value.name == name && value.scale > 0.0);
         of_name.for_each(|value| value.scale = value.scale.max(least * largest));

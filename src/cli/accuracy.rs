@@ -3,10 +3,9 @@
 use super::table::{align_columns, counted, five_digits};
 use crate::output::accuracy::{AccuracyRecord, EstimatedResult};
 
-/// The table omits results whose estimated relative error is below this fraction of the requested accuracy.
+/// The table omits results below this fraction of the requested accuracy.
 const NEGLIGIBLE_ERROR_SHARE: f64 = 1e-4;
 
-/// Table of results with estimated errors, and whether the accuracy was reached.
 pub(super) fn describe(record: &AccuracyRecord) -> String {
     let mut rows = vec![
         ["step", "result", "value", "estimated error", "relative error", "extrapolated"]
@@ -34,7 +33,6 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     let times = times.map(|run| format!(", increments x {}", run.increment_factor)).unwrap_or_default();
     let reached = if record.met { "reached" } else { "NOT REACHED; last converged run" };
     let runs = counted(record.runs.len(), "run");
-    // Names of results are keys, such as "worn_volume".
     let in_words = |name: &str| name.replace("worn", "wear").replace('_', " ");
     let mut names: Vec<String> = Vec::new();
     for result in &record.results {
@@ -52,8 +50,7 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     )
 }
 
-/// Value rounded to the second significant digit of its estimated error, but at most to an integer. Five digits if the error is
-/// unknown or 0.
+/// Value rounded to the second significant digit of its estimated error, at most to an integer. Five digits without an error.
 fn value_with_reliable_digits(value: f64, result: &EstimatedResult) -> String {
     let Some(estimate) = result.estimate.filter(|estimate| *estimate > 0.0) else {
         return five_digits(value);

@@ -40,7 +40,6 @@ fn exit_if_null(place: *mut u8, bytes: usize) -> *mut u8 {
     place
 }
 
-/// Text buffer without heap allocation.
 struct StackText {
     bytes: [u8; 512],
     length: usize,
@@ -56,8 +55,7 @@ impl std::fmt::Write for StackText {
     }
 }
 
-/// Ends the program immediately, without waiting for other threads. Incomplete files have temporary names, so no result file is
-/// damaged.
+/// Ends the program without waiting for other threads. Incomplete files have temporary names, so no result is damaged.
 #[cold]
 fn exit_out_of_memory(bytes: usize) -> ! {
     let mut line = StackText { bytes: [0; 512], length: 0 };

@@ -1,5 +1,3 @@
-//! The command `orthowear check`.
-
 use serde_json::Value;
 
 use super::console::{print_diagnostics, to_stdout};
@@ -22,7 +20,6 @@ use crate::scene::schema::json_schema;
 use crate::scene::spec::frame::FramePoints;
 use crate::simulation::plan_bodies;
 
-/// Checks a scene with its meshes and prints the estimate of a run. Returns the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
     let mut plan = arguments.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     plan.flexibility_cache = flexibility_cache(false)?;
@@ -32,7 +29,6 @@ pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
     Ok(exit::DONE)
 }
 
-/// Text of the report on the plan.
 fn describe(plan: &Plan, forecast: &RunEstimate, search: Option<&AccuracySearch>) -> String {
     let mut rows: Vec<Vec<String>> = summary_rows(plan, forecast);
     if let Some((search, wanted)) = search.zip(plan.accuracy.as_ref()) {
@@ -70,7 +66,7 @@ fn describe(plan: &Plan, forecast: &RunEstimate, search: Option<&AccuracySearch>
     text
 }
 
-/// Omitted keys of the main sections of the scene, each with its default.
+/// Omitted keys of the main sections of the scene, with their defaults.
 fn defaults(plan: &Plan) -> Vec<(String, String)> {
     let schema = json_schema();
     let mut found = Vec::new();
@@ -98,7 +94,6 @@ fn defaults(plan: &Plan) -> Vec<(String, String)> {
     found
 }
 
-/// Text for a default of the schema.
 fn default_text(default: &Value) -> String {
     match default {
         Value::Object(entries) => {
@@ -213,7 +208,6 @@ fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
     plan.steps.iter().filter(first).map(row).collect()
 }
 
-/// Text on the loads and displacements that a step prescribes.
 fn describe_controls(step: &Step) -> String {
     let mut parts = Vec::new();
     match step.normal {
@@ -261,7 +255,6 @@ fn describe_controls(step: &Step) -> String {
     if parts.is_empty() { "unchanged".to_owned() } else { parts.join(", ") }
 }
 
-/// Text on `count` cycles on a closed path.
 fn describe_cycles(closed: &ClosedPath, count: f64) -> String {
     let [along, left] = closed.amplitude;
     let path = if left == 0.0 {
@@ -284,7 +277,6 @@ fn describe_cycles(closed: &ClosedPath, count: f64) -> String {
     text
 }
 
-/// Text on the increments or wear jumps of a step.
 fn describe_increments(step: &Step) -> String {
     let mut text = match step.kind.cycles() {
         Some(cycles) => match cycles.jumps {

@@ -1,5 +1,3 @@
-//! The command `orthowear compare`.
-
 use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,7 +25,6 @@ use crate::output::vtu::pvd_collection;
 use crate::scene::{Diagnostics, Plan};
 use crate::simulation::segments::{RunOptions, run_simulation};
 
-/// Runs the variants of a scene one after another and writes the differences between the variants. Returns the worst exit code.
 pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
@@ -89,7 +86,7 @@ pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     Ok(worst)
 }
 
-/// Plan of the scene with the user's cache of flexibility matrices. A scene with `accuracy` is refused. The error is the exit code.
+/// Plan of the scene with the user's cache, or the exit code. `accuracy` is refused.
 fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     if plan.accuracy.is_some() {
@@ -102,14 +99,12 @@ fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     Ok(plan)
 }
 
-/// Warning if there is only one variant and the user named no variants.
 fn single_variant_warning(variants: &[Variant], named: bool) -> Option<Warning> {
     (variants.len() == 1 && !named).then(|| {
         Warning::note("neither body has a mesh, so there is only one variant and nothing to compare")
     })
 }
 
-/// Data shared by the runs of the variants.
 struct VariantRunner<'a> {
     plan: &'a Plan,
     frame: &'a ContactFrame,
@@ -119,8 +114,7 @@ struct VariantRunner<'a> {
 }
 
 impl VariantRunner<'_> {
-    /// Runs a variant and writes its results into its folder. Returns the result, the states at the ends of the steps with the
-    /// warnings, and the exit code. A variant that is impossible for this scene does not run; its exit code is 0.
+    /// Runs a variant and writes its results into its folder. An impossible variant does not run; its exit code is 0.
     fn run_variant(
         &mut self,
         variant: &Variant,
@@ -203,7 +197,6 @@ fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Res
     write_atomically(&directory.join("compare.json"), json.as_bytes())
 }
 
-/// Text report with the number of computed variants, the time since `started`, and the path of the results.
 fn report_text(comparison: &Comparison, started: Instant, directory: &Path) -> String {
     let n_computed = comparison.variants.iter().filter(|variant| variant.status.is_some()).count();
     let variants = counted(comparison.variants.len(), "variant");
@@ -216,7 +209,6 @@ fn report_text(comparison: &Comparison, started: Instant, directory: &Path) -> S
     format!("{}\n{count} in {total}\nresults: {}\n", describe(comparison), place.display())
 }
 
-/// Text report: results by step and variant, then the outcome of each variant.
 fn describe(comparison: &Comparison) -> String {
     let mut text = format!("{}\n\n", comparison.title);
     if comparison.reference().is_some() {

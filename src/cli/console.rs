@@ -7,13 +7,11 @@ use super::render;
 use crate::error::{Error, exit};
 use crate::scene::Diagnostics;
 
-/// Prints the diagnostics of a scene. Returns the exit code.
 pub(super) fn print_diagnostics(mistakes: &Diagnostics) -> u8 {
     to_stderr(&render::render(mistakes));
     exit::INPUT
 }
 
-/// Prints an error. Returns its exit code.
 pub(super) fn print_error(error: &Error) -> u8 {
     to_stderr(&format!("error: {error}\n"));
     error.exit_code()
@@ -42,7 +40,6 @@ pub(super) fn is_lost(printed: &std::io::Result<()>) -> bool {
     lost
 }
 
-/// Prints to standard error. Failures are ignored.
 pub(super) fn to_stderr(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

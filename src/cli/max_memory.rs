@@ -1,5 +1,3 @@
-//! Value of the option `--max-memory`.
-
 use crate::linalg::memory::MemoryLimit;
 use crate::scene::spec::solver::MemorySize;
 
@@ -22,7 +20,6 @@ impl MaxMemory {
     }
 }
 
-/// Writes the limit in the syntax of the command line.
 impl std::fmt::Display for MaxMemory {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -57,7 +54,7 @@ pub fn parse_max_memory(text: &str) -> Result<MaxMemory, String> {
 mod tests {
     use super::*;
 
-    /// Truth: docs/command-line.md defines the accepted texts. In IEC 80000-13, kibi is 1024 and kilo 1000.
+    /// Truth: docs/command-line.md. In IEC 80000-13, kibi is 1024 and kilo 1000.
     #[test]
     fn sizes_and_percentages() {
         assert_eq!(parse_max_memory("4 GiB"), Ok(MaxMemory::Bytes(4 << 30)));

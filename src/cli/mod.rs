@@ -72,7 +72,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let command = match CommandLine::try_parse_from(arguments) {
         Ok(line) => line.command,
         Err(error) => {
-            // Help and version are no errors, and a closed pipe is no failure.
+            // Help and version are no errors; a closed pipe is no failure.
             let printed = error.print().and_then(|()| std::io::stdout().flush());
             let code = u8::try_from(error.exit_code()).unwrap_or(exit::INPUT);
             let lost = code == exit::DONE && is_lost(&printed);
@@ -102,7 +102,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     ExitCode::from(exit::worse(code, lost))
 }
 
-/// Makes a write beyond the file size limit (`ulimit -f`) an error of that file. Otherwise the signal SIGXFSZ ends the program.
+/// Without this, a write beyond the file size limit (`ulimit -f`) would end the program by SIGXFSZ.
 fn report_large_files_as_errors() {
     #[cfg(unix)]
     // SAFETY: an ignored signal runs no code of this program.
@@ -111,7 +111,6 @@ fn report_large_files_as_errors() {
     }
 }
 
-/// Prints an internal error.
 fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
     let what = info.payload_as_str().unwrap_or("no message");
     let place = info.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();
@@ -123,20 +122,19 @@ fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
     ));
 }
 
-/// Installs the signal handling before any threads start, then runs `work` like [`run_in_thread_pool`].
+/// Installs the signal handling before any threads start.
 fn run_interruptible(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     signal::install();
     run_in_thread_pool(threads, work)
 }
 
-/// Runs `work` on a thread of the global pool, which has `threads` threads (default: the number of cores). From outside the pool,
-/// each parallel operation would wait for a thread of the pool.
+/// Runs `work` on the global pool. From outside the pool, each parallel operation would wait for a thread of the pool.
 fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .spawn_handler(start_pool_thread)
         .build_global();
-    // An error without a cause means that the pool already exists, which is no failure.
+    // An error without a cause means that the pool already exists.
     if let Err(error) = pool
         && let Some(cause) = error.source()
     {

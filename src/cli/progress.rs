@@ -11,24 +11,20 @@ use crate::output::recorder::ProgressEvent;
 /// Without a terminal, only stages of at least this duration print a line.
 const MIN_REPORTED_STAGE: Duration = Duration::from_secs(1);
 
-/// Minimum time between two redraws.
 const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(60);
 
-/// Number of steps of the bar.
 const BAR_STEPS: u64 = 1000;
 
-/// Progress display of the stages of a run.
 pub(super) struct ProgressDisplay {
     bar: Option<ProgressBar>,
     lines: bool,
     stage: Option<(String, Instant)>,
-    /// Largest fraction of the stage so far, so that a restarted solve does not move the bar back.
+    /// Largest fraction so far, so that a restarted solve does not move the bar back.
     done: f64,
     drawn: Instant,
 }
 
 impl ProgressDisplay {
-    /// Display on standard error: a bar on a terminal, lines elsewhere, nothing if `quiet`.
     pub fn new(quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let bar = (!quiet && terminal).then(|| {
@@ -68,7 +64,6 @@ impl ProgressDisplay {
         bar.set_message(format!("{left}{residual}"));
     }
 
-    /// Shows a progress event of a run.
     pub fn on_event(&mut self, event: ProgressEvent) {
         match event {
             ProgressEvent::Stage(name, fraction, residual) => self.show(name, fraction, residual),
@@ -76,7 +71,6 @@ impl ProgressDisplay {
         }
     }
 
-    /// Prints a permanent line.
     pub fn message(&mut self, text: &str) {
         match &self.bar {
             Some(bar) => bar.println(text),
@@ -85,7 +79,6 @@ impl ProgressDisplay {
         }
     }
 
-    /// Ends the current stage. Prints a line on a terminal, or if the stage was long.
     fn end_stage(&mut self) {
         let Some((name, start)) = self.stage.take() else { return };
         let line = format!("{name:20} {}", format_duration(start.elapsed().as_secs_f64()));
@@ -94,7 +87,6 @@ impl ProgressDisplay {
         }
     }
 
-    /// Removes the display.
     pub fn end(&mut self) {
         self.end_stage();
         if let Some(bar) = self.bar.take() {
@@ -103,13 +95,12 @@ impl ProgressDisplay {
     }
 }
 
-/// Remaining time by linear extrapolation; `None` without a reliable estimate.
+/// Remaining time by linear extrapolation, if reliable.
 fn remaining(elapsed: Duration, fraction: f64) -> Option<String> {
     (fraction > 0.02 && fraction <= 1.0)
         .then(|| format_duration(elapsed.as_secs_f64() * (1.0 - fraction) / fraction))
 }
 
-/// Duration with a suitable unit.
 pub(super) fn format_duration(s: f64) -> String {
     if s < 10.0 {
         format!("{s:.1} s")

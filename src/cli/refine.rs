@@ -1,5 +1,3 @@
-//! The command `orthowear refine`: runs a scene and writes gmsh size fields for the next meshes.
-
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -70,7 +68,6 @@ fn parse_error_fraction(text: &str) -> std::result::Result<f64, String> {
         .ok_or_else(|| "it must lie between 0 and 1, e.g. 0.02".to_owned())
 }
 
-/// Records the tractions at the end of each step.
 struct StepTractions<'a> {
     tractions: Vec<(String, Vec<f64>)>,
     progress: ProgressDisplay,
@@ -95,7 +92,6 @@ impl Observer for StepTractions<'_> {
     }
 }
 
-/// Runs the first steps of a scene and writes the size fields of the next meshes. Returns the exit code.
 pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
     let stop = signal::install();
     let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
@@ -135,12 +131,10 @@ pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
     Ok(exit::DONE)
 }
 
-/// Prints an error, unless it is an interruption. Returns its exit code.
 fn print_unless_interrupted(error: &Error) -> u8 {
     if error.kind() == ErrorKind::Interrupted { error.exit_code() } else { print_error(error) }
 }
 
-/// Removes the steps after the last one to run.
 fn keep_steps_to_run(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
     let last = match &arguments.step {
         Some(name) => plan.steps.iter().rposition(|step| step.name == *name).ok_or_else(|| {
@@ -162,7 +156,6 @@ fn keep_steps_to_run(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
     Ok(())
 }
 
-/// Indices of the bodies to refine, with the files of their size fields.
 fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, PathBuf)>> {
     let meshed: Vec<usize> = (0..2).filter(|&index| plan.bodies[index].as_fe().is_some()).collect();
     let chosen: Vec<usize> = match arguments.body {
@@ -188,13 +181,12 @@ fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, P
     }
 }
 
-/// `<scene>_body1.pos` next to the scene.
 fn default_size_file(scene: &Path, index: usize) -> PathBuf {
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     scene.with_file_name(format!("{stem}_body{}.pos", index + 1))
 }
 
-/// Writes the size field of each body, unless the estimated error is at rounding level. Returns the text for the user.
+/// Writes the size field of each body, unless the error is at rounding level. Returns the text for the user.
 fn write_fields(
     plan: &Plan,
     study: &Simulation<'_>,
@@ -260,7 +252,7 @@ fn write_fields(
     Ok(text)
 }
 
-/// Options that prevent gmsh from mixing the sizes of the .geo file with the sizes of the field.
+/// These options keep gmsh from mixing the sizes of the .geo file with those of the field.
 const GMSH_SIZE_OPTIONS: &str = " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
 
 fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate> {

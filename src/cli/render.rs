@@ -10,16 +10,15 @@ use crate::error::{Severity, Warning};
 use crate::scene::document::Location;
 use crate::scene::{Diagnostic, Diagnostics};
 
-/// Maximum number of diagnostics shown.
 const MAX_SHOWN: usize = 40;
 
-/// Widths of the excerpts in columns: the first on a terminal, the second elsewhere. Longer lines are cut around the marked text.
+/// Widths of excerpts in columns, on a terminal and elsewhere. Longer lines are cut around the marked text.
 const EXCERPT_WIDTHS: [usize; 2] = [110, 1000];
 
 /// Text of the first `MAX_SHOWN` diagnostics with excerpts, followed by the notes and the number of all diagnostics.
 pub fn render(mistakes: &Diagnostics) -> String {
     let renderer = renderer(std::io::stderr().is_terminal());
-    // Carriage returns would be shown as separate characters, so blanks replace them; the byte positions stay the same.
+    // Blanks replace carriage returns, which would be shown; byte positions stay the same.
     let source = mistakes.text.replace('\r', " ");
     let mut text = String::new();
     for mistake in mistakes.list.iter().take(MAX_SHOWN) {
@@ -37,7 +36,7 @@ pub fn render(mistakes: &Diagnostics) -> String {
     text
 }
 
-/// Renderer with Unicode lines on a terminal, coloured unless the environment sets `NO_COLOR`; plain text elsewhere.
+/// Renderer with Unicode lines on a terminal, coloured unless `NO_COLOR` is set; plain text elsewhere.
 fn renderer(is_terminal: bool) -> Renderer {
     let [narrow, wide] = EXCERPT_WIDTHS;
     if !is_terminal {
@@ -48,7 +47,6 @@ fn renderer(is_terminal: bool) -> Renderer {
     renderer.decor_style(DecorStyle::Unicode).term_width(narrow)
 }
 
-/// One diagnostic with its excerpt of `source`, the text of `file`.
 fn report<'a>(mistake: &'a Diagnostic, file: &'a str, source: &'a str) -> Group<'a> {
     let mut title = match &mistake.location {
         Location::SetOption(option) => format!("--set {option}: "),
@@ -80,7 +78,7 @@ fn with_neighbours(text: &str, start: usize, end: usize) -> Range<usize> {
     before..after
 }
 
-/// Text of a warning with its severity, which the text of uncertain results already contains.
+/// The text of uncertain results already contains their severity.
 pub(super) fn with_severity(warning: &Warning) -> String {
     let text = &warning.text;
     if warning.severity == Severity::Uncertain { text.clone() } else { format!("note: {text}") }
@@ -109,8 +107,8 @@ mod tests {
         })
     }
 
-    /// Truth: positions are line and character numbers from 1. The mark is below the marked text. A Chinese character is two
-    /// columns wide, a tab four. One line before and one line after are shown.
+    /// Truth: positions are line and character numbers from 1. The mark is below the marked text, with one line before and after. A
+    /// Chinese character is two columns wide, a tab four.
     #[test]
     fn the_marked_text() {
         let text = "zero\none\r\n\té漢 = 3\r\nthree\nfour\n";
@@ -135,8 +133,7 @@ mod tests {
         );
     }
 
-    /// Truth: a diagnostic is shown for any location, which may be empty, at the end, on several lines, inside a character, or
-    /// beyond the text.
+    /// Truth: a diagnostic is shown for any location: empty, at the end, on several lines, inside a character, or beyond the text.
     #[test]
     fn any_place() {
         for text in ["", "\n", "a", "é\r\n\n漢 = [\n1,\n2]\n", "a = 1\r\nb\t= \"é\""] {

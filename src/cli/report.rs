@@ -1,5 +1,3 @@
-//! The command `orthowear report`.
-
 use std::path::PathBuf;
 
 use clap::Args;
@@ -20,7 +18,6 @@ pub(super) struct ReportArgs {
     out: Option<PathBuf>,
 }
 
-/// Writes the HTML report of a directory of results. Returns the exit code.
 pub(super) fn report(arguments: &ReportArgs) -> CommandResult {
     write_report(arguments).map_err(|error| print_error(&error))
 }

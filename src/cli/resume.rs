@@ -2,7 +2,7 @@
 
 use super::options::RunArgs;
 
-/// Command that resumes a run with the same settings. With `other_limit`, the user replaces SIZE by a larger limit of the memory.
+/// Command that resumes a run with the same settings. With `other_limit`, the user replaces SIZE by a larger limit.
 pub(super) fn resume_command(arguments: &RunArgs, other_limit: bool) -> String {
     let mut words = vec!["orthowear run".to_owned(), shell_quoted(&arguments.scene.scene.to_string_lossy())];
     words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))));
@@ -16,7 +16,6 @@ pub(super) fn resume_command(arguments: &RunArgs, other_limit: bool) -> String {
     words.join(" ")
 }
 
-/// Quotes a shell word if necessary.
 fn shell_quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

@@ -1,5 +1,3 @@
-//! The command `orthowear run`.
-
 use std::path::Path;
 use std::time::Instant;
 
@@ -25,7 +23,7 @@ use crate::simulation::job;
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
 use crate::simulation::segments::{NullObserver, RunOptions};
 
-/// Command that resumes a run that ended with `code`. If memory or disk space did not suffice under a limit, the user gives another.
+/// Command that resumes a run that ended with `code`, with another limit if resources did not suffice under the old one.
 fn resume_hint(arguments: &RunArgs, plan: &Plan, code: u8) -> String {
     let has_limit =
         arguments.scene.max_memory.is_some() || plan.document.get("solver.memory_limit").is_some();
@@ -38,7 +36,6 @@ fn resume_hint(arguments: &RunArgs, plan: &Plan, code: u8) -> String {
     }
 }
 
-/// Runs a scene and writes its results. Returns the exit code.
 pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
@@ -98,10 +95,6 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
 }
 
 /// Opens the output directory of a run, and determines its checkpoint settings. `None` if the run is already complete.
-///
-/// # Errors
-/// If the directory, its checkpoint or `--resume` is invalid (kind `Input`), or a file cannot be read or written (kind
-/// `Resources`).
 fn open_output(
     plan: &Plan,
     arguments: &RunArgs,
@@ -130,7 +123,6 @@ fn open_output(
     Ok(Some((output, checkpoints)))
 }
 
-/// Message for a run that is already complete.
 fn already_converged(summary: &Summary, directory: &Path) -> String {
     let results = directory.join(SUMMARY_FILE);
     format!(
@@ -140,8 +132,8 @@ fn already_converged(summary: &Summary, directory: &Path) -> String {
     )
 }
 
-/// Prints the diagnostics and returns the exit code. Writes a summary of the failure if the scene file could be read or an output
-/// directory is given.
+/// Prints the diagnostics and returns the exit code. Writes a summary if the scene file could be read or an output directory is
+/// given.
 fn reject_scene(mistakes: &Diagnostics, arguments: &RunArgs, directory: &Path) -> u8 {
     let code = print_diagnostics(mistakes);
     if !mistakes.sha256.is_empty() || arguments.out.is_some() {
@@ -154,7 +146,6 @@ fn reject_scene(mistakes: &Diagnostics, arguments: &RunArgs, directory: &Path) -
     code
 }
 
-/// Prints a failure with its location in the scene. Returns the exit code.
 pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
     let code = if failure.error.exit_code() == exit::INPUT && !failure.key.is_empty() {
         print_diagnostics(&Diagnostics::from_error(&plan.document, &failure.key, &failure.error))
@@ -207,7 +198,6 @@ fn final_report(summary: &Summary, directory: &Path, tolerance: f64, seconds: f6
 /// Residuals up to this value are called rounding error if the iterations do not reduce them.
 const ROUNDING_RESIDUAL: f64 = 1e-12;
 
-/// Explains why a run did not converge, with a remedy.
 fn explain_outcome(summary: &Summary, tolerance: f64) -> String {
     let residual = summary.steps.last().map(|record| record.certificate.natural_residual);
     match (summary.reason, residual) {
@@ -224,12 +214,10 @@ fn explain_outcome(summary: &Summary, tolerance: f64) -> String {
     }
 }
 
-/// Name of a reason in parentheses, as in `summary.json`.
 pub(super) fn reason_label(reason: Divergence) -> String {
     format!(" (reason \"{}\")", reason.name())
 }
 
-/// Explains a reason of non-convergence, with a remedy.
 pub(super) fn explain_divergence(reason: Divergence) -> &'static str {
     match reason {
         Divergence::Iterations => {

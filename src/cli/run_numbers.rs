@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// Ranges `[first, last]` of run numbers, which count from 1. A range includes both ends.
+/// Ranges `[first, last]` of run numbers from 1, with both ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct RunNumbers(Vec<[usize; 2]>);
 
@@ -52,7 +52,7 @@ impl fmt::Display for RunNumbers {
 mod tests {
     use super::*;
 
-    /// Truth: by docs/study.md, run numbers count from 1, a range includes both ends, and each run is selected once.
+    /// Truth (docs/study.md): run numbers count from 1, a range includes both ends, and each run is selected once.
     #[test]
     fn numbers_and_ranges() {
         let of = |text: &str, most| text.parse::<RunNumbers>().expect(text).indices(most);

@@ -1,12 +1,9 @@
-//! The command `orthowear schema`.
-
 use super::console::to_stdout;
 use super::options::CommandResult;
 use crate::error::exit;
 use crate::scene::schema::{json_schema, json_schema_of};
 use crate::sweep::spec::StudyFile;
 
-/// Prints the JSON Schema of a scene, or of a study.
 pub(super) fn schema(study: bool) -> CommandResult {
     let schema = if study { json_schema_of::<StudyFile>() } else { json_schema().clone() };
     to_stdout(&format!("{schema:#}\n"));

@@ -1,8 +1,8 @@
-//! Interruption by Ctrl-C. The run stops within about a second and keeps its results. Another signal after one second stops the run
-//! at once.
+//! Interruption by Ctrl-C. The run stops within about a second and keeps its results. Another signal after one second stops it at
+//! once.
 //!
-//! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable, because METIS installs
-//! handlers of its own while it runs. These handlers jump to a place that is valid only in the thread that called METIS.
+//! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable: METIS installs its own,
+//! which jump to a place that is valid only in the calling thread.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,21 +12,20 @@ use super::console::to_stderr;
 use crate::cancel;
 use crate::error::exit;
 
-/// Message on the first signal.
 const INTERRUPT_MESSAGE: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \
                      once, without writing)\n";
 
-/// Signals within this time after the first are ignored as duplicates: another program may signal a process and its group.
+/// Later signals within this time are ignored: another program may signal a process and its group.
 const DUPLICATE_SIGNAL_WINDOW: Duration = Duration::from_secs(1);
 
 static INSTALLED: Once = Once::new();
 
-/// Starts catching interrupt and termination signals. Returns the flag that a signal sets. The first call must come before other
-/// threads start, because a thread inherits the blocked signals of the thread that starts it.
+/// Starts catching signals, and returns the flag that they set. The first call must come before other threads start, because they
+/// inherit the blocked signals.
 pub(super) fn install() -> &'static AtomicBool {
     INSTALLED.call_once(|| {
         let signals = block();
-        // If the thread cannot be started, the signals end the program, as by default.
+        // Without the thread, signals end the program, as by default.
         if std::thread::Builder::new().name("signals".into()).spawn(move || wait(&signals)).is_err() {
             unblock(&signals);
         }
@@ -52,7 +51,6 @@ fn unblock(signals: &libc::sigset_t) {
     unsafe { libc::pthread_sigmask(libc::SIG_UNBLOCK, signals, std::ptr::null_mut()) };
 }
 
-/// Waits for signals and handles them.
 fn wait(signals: &libc::sigset_t) {
     let mut first: Option<Instant> = None;
     loop {
@@ -68,7 +66,7 @@ fn wait(signals: &libc::sigset_t) {
                 to_stderr(INTERRUPT_MESSAGE);
             }
             Some(at) if at.elapsed() < DUPLICATE_SIGNAL_WINDOW => {}
-            // The program ends at once, without cleanup that could take time. SAFETY: _exit has no preconditions.
+            // The program ends without cleanup, which could take time. SAFETY: _exit has no preconditions.
             Some(_) => unsafe { libc::_exit(libc::c_int::from(exit::INTERRUPTED)) },
         }
     }

@@ -6,19 +6,16 @@ use super::max_memory::MaxMemory;
 use super::options::StudyArgs;
 use crate::sweep::Sweep;
 
-/// Default limit for the jobs of an array: one below Slurm's default limit.
+/// One below Slurm's default limit.
 const MAX_ARRAY_JOBS: usize = 1000;
 
-/// Default number of threads of a job.
 const DEFAULT_THREADS_PER_JOB: u16 = 4;
 
-/// Ratio of the memory of a job to the memory that `check` estimates for the runs that the job computes at the same time.
+/// Ratio of the memory of a job to the estimate for the runs that it computes at the same time.
 const MEMORY_MARGIN_FACTOR: f64 = 1.5;
 
-/// Minimum memory of a job, MiB.
 const MIN_JOB_MEMORY_MIB: f64 = 1024.0;
 
-/// Quotes a text as one shell word.
 fn shell_quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }

@@ -1,5 +1,3 @@
-//! The command `orthowear study`.
-
 use std::time::Instant;
 
 use super::console::{print_diagnostics, print_error, to_stderr, to_stdout};
@@ -18,11 +16,9 @@ use crate::sweep::share::Concurrency;
 use crate::sweep::table::{StudyResult, StudyRun};
 use crate::sweep::{self, Sweep};
 
-/// Maximum number of rows in the printed table.
 const MAX_TABLE_ROWS: usize = 60;
 
-/// Runs a study, or collects the results of its runs, and reports them. With `--emit`, prints a script instead. Returns the worst
-/// exit code of the runs.
+/// Runs a study, or collects its results; with `--emit`, prints a script instead. Returns the worst exit code of the runs.
 pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();
@@ -75,7 +71,6 @@ pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     Ok(code)
 }
 
-/// Collects the results of finished runs (`--collect`), or computes the runs `wanted`. Also returns their concurrency.
 fn run_or_collect(
     job: &StudyRunner,
     arguments: &StudyArgs,
@@ -93,14 +88,12 @@ fn run_or_collect(
     (ended, Some(shared))
 }
 
-/// Description of computed runs: number of `reused` results, concurrency, and the time since `started`.
 fn describe_execution(shared: Concurrency, reused: usize, started: Instant) -> String {
     let kept = if reused > 0 { format!(", {reused} kept from an earlier run") } else { String::new() };
     let total = format_duration(started.elapsed().as_secs_f64());
     format!("{kept}, {}, in {total}", describe_concurrency(shared))
 }
 
-/// Description of the parallel runs.
 fn describe_concurrency(shared: Concurrency) -> String {
     match (shared.parallel_runs, shared.threads_per_run) {
         (1, _) => "one after the other".to_owned(),
@@ -109,7 +102,6 @@ fn describe_concurrency(shared: Concurrency) -> String {
     }
 }
 
-/// Indices of the selected runs, from 0.
 fn selected_runs(arguments: &StudyArgs, sweep: &Sweep) -> Result<Vec<usize>> {
     let n = sweep.runs.len();
     let Some(only) = &arguments.only else { return Ok((0..n).collect()) };
@@ -117,7 +109,6 @@ fn selected_runs(arguments: &StudyArgs, sweep: &Sweep) -> Result<Vec<usize>> {
         .ok_or_else(|| Error::input(format!("--only {only} is out of range; the study has runs 1 to {n}")))
 }
 
-/// One line for each run that did not converge.
 fn unconverged_lines(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
     let line = |run: &StudyRun| {
         let words = run.reason.as_deref();
@@ -133,7 +124,6 @@ fn unconverged_lines(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
     wanted.iter().filter_map(|&number| line(&result.runs[number])).collect()
 }
 
-/// Text report: one row per run, runs that did not converge, warnings.
 fn describe(sweep: &Sweep, result: &StudyResult, wanted: &[usize]) -> String {
     let heads = sweep.axes.iter().map(|axis| axis.name.clone());
     let paths = result.collect.iter().cloned();

@@ -1,12 +1,10 @@
-//! Tables for terminal output.
-
 use crate::evolution::records::IncrementRecord;
 use crate::output::body_peaks::Peak;
 pub(super) use crate::output::number_format::five_digits;
 use crate::output::number_format::five_digits_of_small;
 use crate::output::summary::{Status, Summary, Units};
 
-/// Aligns the columns of a table. The first column is left-aligned, the others right-aligned.
+/// Aligns the columns of a table, the first to the left, the others to the right.
 pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
@@ -30,7 +28,7 @@ pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
     text
 }
 
-/// Label of the outcome of a run in tables; `absent` if the run was not computed.
+/// Outcome of a run in tables; `absent` if the run was not computed.
 pub(super) fn status_label(status: Option<Status>, absent: &'static str) -> &'static str {
     match status {
         None => absent,
@@ -51,17 +49,14 @@ pub(super) fn without_round_off(force: f64, load: f64) -> f64 {
     if force.abs() < 1e-7 * load { 0.0 } else { force }
 }
 
-/// Note on the values in the row of a step with cycles.
 const REVERSAL_NOTE: &str = "steps with cycles: values at the + reversal point of the last cycle (approach: mean of both reversal points)\n";
 
-/// Optional columns of the table of results.
 #[derive(Clone, Copy)]
 struct OptionalColumns {
     cycles: bool,
     rotations: bool,
 }
 
-/// Table of the last increment or jump of each step.
 pub(super) fn results(summary: &Summary) -> String {
     let mut last: Vec<&IncrementRecord> = Vec::new();
     for record in &summary.steps {
@@ -83,7 +78,6 @@ pub(super) fn results(summary: &Summary) -> String {
     align_columns(&rows) + note
 }
 
-/// Peak stresses of each body in its last record, and where to refine. Empty if no stress was recovered.
 pub(super) fn body_peak_lines(summary: &Summary) -> String {
     let mut text = String::new();
     for name in ["body1", "body2"] {
@@ -109,7 +103,6 @@ pub(super) fn body_peak_lines(summary: &Summary) -> String {
     text
 }
 
-/// Two header rows: quantities and units.
 fn header_rows(units: &Units, optional: OptionalColumns) -> Vec<Vec<String>> {
     let (length, force) = (&units.length, &units.force);
     let mut columns = vec![

@@ -72,18 +72,18 @@ pub struct StepResult {
     pub natural_residual: f64,
     /// Computing time of all increments of the step, s.
     pub seconds: f64,
-    /// Differences from the first computed variant. `None` for the first variant itself, and where the first variant lacks the step
-    /// or ended it after a different number of cycles.
+    /// Differences from the reference variant; `None` for the reference itself, and where it lacks the step or ended it after
+    /// another number of cycles.
     pub difference: Option<Difference>,
 }
 
-/// Differences from the first computed variant, percent of the first variant's value; `None` if this value is 0.
+/// Differences from the reference variant, percent of its value; `None` if this value is 0.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[allow(missing_docs)]
 pub struct Difference {
     pub approach: Option<f64>,
     pub normal_force: Option<f64>,
-    /// Magnitude of the difference of the two force vectors. `None` also if the first variant's force is only rounding error.
+    /// Magnitude of the difference of the two force vectors; `None` also if the reference force is only rounding error.
     pub tangential_force: Option<f64>,
     pub contact_area: Option<f64>,
     pub stick_area: Option<f64>,
@@ -108,8 +108,7 @@ impl VariantResult {
 }
 
 impl Comparison {
-    /// Adds the warnings of variants, given as (variant, warning), each warning once. Its text is preceded by the names of its
-    /// variants, unless all computed variants share it. Warnings that the comparison contains are not added again.
+    /// Adds each warning of the variants once. The names of its variants precede its text, unless all computed variants share it.
     pub fn add_variant_warnings(&mut self, told: Vec<(String, Warning)>) {
         let mut said: Vec<(Warning, Vec<String>)> = Vec::new();
         for (variant, warning) in told.into_iter().filter(|(_, warning)| !self.warnings.contains(warning)) {
@@ -125,7 +124,7 @@ impl Comparison {
         self.warnings.extend(said.into_iter().map(named));
     }
 
-    /// Lists the available differences: names of the step, of the variant and of the reference variant.
+    /// Steps with differences: names of the step, the variant and the reference variant.
     pub fn compared_steps(&self) -> Vec<(String, String, String)> {
         let Some(reference) = self.reference().map(|index| &self.variants[index].name) else {
             return Vec::new();
@@ -142,9 +141,8 @@ impl Comparison {
         self.variants.iter().position(|variant| !variant.steps.is_empty())
     }
 
-    /// Computes the differences of each variant from the reference variant, for steps with the same number of completed cycles in
-    /// both variants. Adds a warning for each step with different numbers, and a note if the scene's first variant was not
-    /// computed.
+    /// Computes the differences of steps with equal numbers of cycles. Adds a warning for each other step, and a note if the
+    /// scene's first variant was not computed.
     pub fn compute_differences(&mut self) {
         let Some(first) = self.reference() else { return };
         if first > 0 {
@@ -201,7 +199,6 @@ impl Comparison {
     }
 }
 
-/// Columns of `compare.csv`.
 const COLUMNS: [&str; 20] = [
     "variant",
     "step",
@@ -226,7 +223,7 @@ const COLUMNS: [&str; 20] = [
 ];
 
 impl StepResult {
-    /// Results of the last increment of each step of a run, with the computing time of all increments of the step.
+    /// Results of the last increment of each step of a run; `seconds` covers all its increments.
     pub fn last_entries(summary: &Summary) -> Vec<Self> {
         let mut steps: Vec<Self> = Vec::new();
         for record in &summary.steps {
@@ -275,7 +272,7 @@ impl StepResult {
     fn difference_from(&self, first: &Self) -> Difference {
         let percent = |a: f64, b: f64| (b != 0.0).then(|| 100.0 * (a - b) / b.abs());
         let [[qx, qy], [rx, ry]] = [self.tangential_force, first.tangential_force];
-        // A tangential force of at most 1e-7 of the normal force is rounding error, and its relative difference is undefined.
+        // A tangential force of at most 1e-7 of the normal force is rounding error.
         let sideways = rx.hypot(ry);
         let sideways = if sideways > 1e-7 * first.normal_force { sideways } else { 0.0 };
         Difference {
@@ -314,7 +311,7 @@ mod tests {
         StepResult::new(&record)
     }
 
-    /// Truth: differences in percent of the first variant's value, computed by hand.
+    /// Truth: differences in percent, computed by hand.
     #[test]
     fn differences_are_percent_of_the_first() {
         let difference = step(110.0, [3.0, 0.0]).difference_from(&step(100.0, [0.0, 4.0]));

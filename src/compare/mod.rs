@@ -1,8 +1,8 @@
 //! Variants of a scene: the same contact problem on the same frame, with other discretisations of the bodies.
 //!
 //! [`variants()`] builds a [`Variant`] for each pair of discretisations. [`comparison::Comparison`] contains results a and their
-//! differences in percent from the results b of the first computed variant, 100 (a - b) / |b|. [`step_ends::VariantStates`]
-//! provides fields and pressure profiles at the ends of steps.
+//! differences 100 (a - b) / |b| percent from the results b of the first computed variant. [`step_ends::VariantStates`] provides
+//! fields and pressure profiles at the ends of steps.
 
 pub mod comparison;
 pub mod step_ends;
@@ -22,8 +22,7 @@ use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, face_map};
 
 use Discretisation::{BoundaryElements, FiniteElements, HalfSpace, TruncatedHalfSpace};
 
-/// Default pairs of discretisations for two meshed bodies. If the scene names no variants, these pairs are compared with the scene
-/// as it is.
+/// Pairs that are compared with the scene as it is, if the scene names no variants.
 const DEFAULT_PAIRS: [[Discretisation; 2]; 4] = [
     [FiniteElements, FiniteElements],
     [BoundaryElements, BoundaryElements],
@@ -50,9 +49,9 @@ impl Variant {
 
 /// Builds the contact frame of `plan` and the variants on it.
 ///
-/// The variants are `wanted`. If `wanted` is empty, the scene names the variants. If the scene names none, the variants are the
-/// unchanged scene and the default variants. A variant that cannot be computed has the reason in place of a plan. The unchanged
-/// scene always has its plan: if this plan cannot be computed, its run reports the reason.
+/// The variants are `wanted`, or those of the scene if `wanted` is empty. If the scene names none, they are the unchanged scene and
+/// the default variants. A variant that cannot be computed has the reason in place of a plan. Only the unchanged scene always has
+/// its plan; its run reports the reason.
 ///
 /// # Errors
 /// If the frame cannot be built, or the gap between two meshes cannot be computed on it.
@@ -89,13 +88,12 @@ pub fn variants(
     Ok((frame, variants))
 }
 
-/// Discretisations of the bodies in the scene.
 fn own(plan: &Plan) -> DiscretisationPair {
     DiscretisationPair(plan.bodies.each_ref().map(BodyPlan::discretisation))
 }
 
-/// The scene's own pair of discretisations and the default pairs. Bodies without a mesh keep their discretisation, but a truncated
-/// half-space becomes an exact one where the default pair has a half-space.
+/// The scene's own pair and the default pairs. Bodies without a mesh keep their discretisation, but a truncated half-space becomes
+/// exact where the default pair has a half-space.
 fn usual(own: DiscretisationPair) -> Vec<DiscretisationPair> {
     let kind = |own: Discretisation, usual: Discretisation| match (own, usual) {
         (FiniteElements | BoundaryElements, _) | (TruncatedHalfSpace, HalfSpace) => usual,
@@ -111,10 +109,7 @@ fn usual(own: DiscretisationPair) -> Vec<DiscretisationPair> {
     pairs
 }
 
-/// Plan with the discretisations `pair` of the bodies. Adds notes for the user to `notes`.
-///
-/// # Errors
-/// If a body cannot have its discretisation, or the changed plan cannot be computed on `frame`.
+/// Plan with the discretisations `pair` of the bodies.
 fn variant_plan(
     plan: &Plan,
     frame: &ContactFrame,
@@ -155,8 +150,7 @@ fn variant_plan(
     Ok(changed)
 }
 
-/// Distance of the scene's meshed surfaces per cell. All variants with other discretisations use it, because their bodies may not
-/// have these meshes.
+/// Distance of the scene's meshed surfaces per cell, for variants whose bodies may not have these meshes.
 fn mesh_gap(plan: &Plan, frame: &ContactFrame) -> std::result::Result<GapShape, SceneError> {
     let mut heights = [None, None];
     for (index, (heights, body)) in heights.iter_mut().zip(&plan.bodies).enumerate() {

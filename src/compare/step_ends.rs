@@ -19,7 +19,7 @@ pub struct StepEndStates {
 }
 
 impl StepEndStates {
-    /// State at the end of a step; `None` if the run did not compute the step.
+    /// State at the end of a step, if the run computed the step.
     pub fn state(&self, step: &str) -> Option<&FrameState> {
         self.steps.iter().find(|(name, _)| name == step).map(|(_, state)| state)
     }
@@ -50,7 +50,7 @@ pub struct VariantStates<'a> {
     pub frame: &'a ContactFrame,
     /// Name of each variant, and its states at the ends of steps.
     pub ends: &'a [(String, StepEndStates)],
-    /// Differences to compute: names of the step, of the variant and of the reference variant.
+    /// Differences to compute: names of the step, the variant and the reference variant.
     pub differences: &'a [(String, String, String)],
 }
 
@@ -61,7 +61,7 @@ impl VariantStates<'_> {
         longest.iter().flat_map(|(_, ends)| ends.names()).collect()
     }
 
-    /// Pressure profiles along the frame's x and y at the end of each step, as one SVG picture. Each panel shows all variants.
+    /// Pressure profiles of all variants along the frame's x and y at the end of each step, as one SVG picture.
     pub fn profiles_svg(&self, units: &Units) -> String {
         let n = self.frame.n_cells();
         let axes = [("x", 0.0), ("y", std::f64::consts::FRAC_PI_2)];
@@ -135,14 +135,12 @@ mod tests {
         let tractions = (0..24).map(|k| pressure * if k < 16 { 0.5 } else { (k - 16) as f64 }).collect();
         let state = FrameState { tractions, wear_depth: vec![0.25 * pressure; 8], ..FrameState::default() };
         let record = IncrementRecord { name: "a".into(), ..Default::default() };
-        // Only the last increment of a step counts.
         ends.increment_done(&record, &FrameState::default()).unwrap();
         ends.increment_done(&record, &state).unwrap();
         ends
     }
 
-    /// Truth: each difference is the value of a variant minus the value of the first variant. A variant without the step is
-    /// omitted.
+    /// Truth: each difference is the value of a variant minus that of the first. A variant without the step is omitted.
     #[test]
     fn differences_are_from_the_first() {
         let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();

@@ -18,17 +18,13 @@ use crate::simulation::plan_bodies::{BODY_KEYS, free_motions};
 /// Largest angle, degrees, between material axes under the frame and the axes of the half-space that replaces the body.
 const MAX_AXES_SPREAD_DEG: f64 = 5.0;
 
-/// Maximum relative difference of a group of faces between two meshes. It limits both |A2 / A1 - 1| (areas A) and |c2 - c1| / √A1
-/// (centroids c).
+/// Maximum difference of a group of faces between two meshes: |A2 / A1 - 1| (areas A) and |c2 - c1| / √A1 (centroids c).
 const ALIKE: f64 = 0.05;
 
 /// Largest angle between material axes, degrees, that counts as rounding.
 const ROUNDING_SPREAD_DEG: f64 = 1e-6;
 
-/// Body `index` of the plan with the discretisation `kind`. Adds notes for the user to `notes`.
-///
-/// # Errors
-/// If the body cannot have this discretisation.
+/// Body `index` of the plan with the discretisation `kind`, if it can have it.
 pub(super) fn replace_body(
     plan: &Plan,
     index: usize,
@@ -66,7 +62,6 @@ pub(super) fn replace_body(
     }
 }
 
-/// Whether all cells lie in one plane, as a half-space requires.
 pub(super) fn is_plane(frame: &ContactFrame) -> bool {
     let (Some(axes), Some(first)) = (frame.triads.first(), frame.centers.first()) else { return false };
     let size = frame.areas.iter().sum::<f64>().sqrt();
@@ -74,11 +69,8 @@ pub(super) fn is_plane(frame: &ContactFrame) -> bool {
     level && frame.centers.iter().all(|centre| axes.normal().dot(&(centre - first)).abs() < 1e-6 * size)
 }
 
-/// The only material of `found`. The error message contains the names of the body, of the `place` of the material and of the model
-/// (`what`).
-///
-/// # Errors
-/// If there are several materials, or the material axes vary by more than `most` degrees.
+/// The only material of `found`, with axes that vary by at most `most` degrees. `place` and `what` describe the material's place
+/// and the model in messages.
 fn single(found: MeanMaterial, body: &str, place: &str, what: &str, most: f64) -> Result<BodyMaterial> {
     if found.materials.len() > 1 {
         let names = found.materials.join(", ");
@@ -99,11 +91,7 @@ fn single(found: MeanMaterial, body: &str, place: &str, what: &str, most: f64) -
     Ok(found.material)
 }
 
-/// Half-space of the material that a meshed body has under the frame. Adds notes about loads, foundations, displacements and
-/// materials that the half-space omits.
-///
-/// # Errors
-/// If the body is unconstrained or has no uniform material under the frame.
+/// Half-space of the uniform material that a constrained meshed body has under the frame, with notes on what it omits.
 fn half_space(
     plan: &Plan,
     meshed: &MeshedBodyPlan,
@@ -151,11 +139,7 @@ fn half_space(
     Ok(BodyPlan::HalfSpace(Box::new(elastic)))
 }
 
-/// Boundary-element body that replaces a body of finite elements.
-///
-/// # Errors
-/// If the body has foundations or no uniform material. If a group of the body does not consist of outer faces, or the boundary
-/// surface of the solids cannot be oriented.
+/// Boundary-element body of one material that replaces a body of finite elements.
 fn boundary_elements(
     plan: &Plan,
     fe: &MeshedBodyPlan,
@@ -188,7 +172,7 @@ fn boundary_elements(
     Ok(BodyPlan::Be(Box::new(BeBodyPlan { meshed, solids, interpolation: other.interpolation })))
 }
 
-/// Area (mm²) and centroid of a group of faces; `None` if [`group_faces`] fails.
+/// Area (mm²) and centroid of a group of faces.
 fn area_and_centroid(mesh: &Mesh, group: &str) -> Option<(f64, Point)> {
     let faces = group_faces(mesh, group).ok()?;
     let (mut area, mut sum) = (0.0, Point::zeros());
@@ -201,8 +185,7 @@ fn area_and_centroid(mesh: &Mesh, group: &str) -> Option<(f64, Point)> {
     Some((area, sum / area))
 }
 
-/// Warnings about groups whose area or position differs between two meshes of a body. The contact group may differ unless loads or
-/// supports act on it.
+/// Warnings about groups whose area or position differs between two meshes. The contact group counts only under loads or supports.
 fn group_mismatch_warnings(meshed: &MeshedBodyPlan, own: &Mesh, other: &Mesh, body: &str) -> Vec<Warning> {
     let mut told: Vec<&str> = Vec::new();
     let mut notes = Vec::new();
@@ -233,10 +216,7 @@ fn skin(mesh: &Mesh) -> Result<Mesh> {
     closed_surface::orient_outward(&closed_surface::boundary_surface(mesh)).map(|(mesh, _)| mesh)
 }
 
-/// Finite-element body that replaces a body of boundary elements.
-///
-/// # Errors
-/// If the body has no solid mesh.
+/// Finite-element body that replaces a body of boundary elements, which needs a solid mesh.
 fn finite_elements(plan: &Plan, be: &BeBodyPlan, index: usize, notes: &mut Vec<Warning>) -> Result<BodyPlan> {
     let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
     let Some(mesh) = other.solids.as_ref().or(be.solids.as_ref()) else {

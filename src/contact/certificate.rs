@@ -1,5 +1,4 @@
-//! Independent checks of a solved state, computed from its tractions and rigid motions alone (docs/theory-contact.md). They do not
-//! depend on the solution method.
+//! Independent checks of a solved state, computed from its tractions and rigid motions alone (docs/theory-contact.md).
 
 use super::{ContactState, Increment};
 use crate::linalg::vector::nan_max;
@@ -14,17 +13,16 @@ pub struct StateChecks {
     /// Largest max(|q|_μ - p, 0), divided by the largest pressure. |q|_μ is the magnitude of the scaled tangential traction.
     pub max_cone_violation: f64,
     /// Σ A |p g_n| / E with the elastic energy E. If E <= 1e-12 E_0, E_0 replaces E, where E_0 = ½ Σ A p² S_nn is the energy of
-    /// cells that deform independently. E is zero, for example, if flat surfaces touch everywhere on a frame that is periodic in
-    /// both directions: the uniform pressure causes no deformation.
+    /// cells that deform independently. E is zero, for example, under uniform pressure on a frame that is periodic in both
+    /// directions.
     pub normal_gap_energy: f64,
     /// Σ A (p |Δg|*_μ + q·Δg), divided by the denominator of `normal_gap_energy`. |Δg|*_μ is the slip scaled by the friction
     /// coefficients.
     pub tangential_gap_energy: f64,
     /// Elastic energy ½ Pᵀ A S P, summed over the path points, N mm.
     pub elastic_energy: f64,
-    /// Largest difference between S P and a reference in the checked cells, relative to the largest reference value in these cells.
-    /// The reference is direct summation, or a direct solve of the bodies' equations. `None` without tractions, without reference,
-    /// or if the comparison was omitted.
+    /// Largest difference between S P and a reference in the checked cells, relative to the largest reference value. The reference
+    /// is direct summation, or a direct solve of the bodies' equations. `None` without tractions, reference or comparison.
     pub operator_defect: Option<f64>,
     /// Friction dissipation -Σ A q·Δg of one pass through the path points, N mm.
     pub dissipation: f64,
@@ -49,8 +47,8 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     a.into_iter().chain(b).reduce(nan_max)
 }
 
-/// Ratio of the elastic energy to the energy of cells that deform independently, up to which the elastic energy counts as zero. A
-/// smaller elastic energy comes from errors of the tractions alone.
+/// Ratio E / E_0 (see [`StateChecks::normal_gap_energy`]) up to which E counts as zero. A smaller E comes from errors of the
+/// tractions alone.
 const MIN_ELASTIC_ENERGY_SHARE: f64 = 1e-12;
 
 /// Largest number of kernels integrated for the direct sums of one path point.
@@ -58,7 +56,6 @@ const MAX_DIRECT_SUM_KERNELS: usize = 2000;
 /// Bounds on the number of checked cells of one path point. The lower bound takes precedence over the limit on kernels.
 const DIRECT_SUM_CELL_BOUNDS: [usize; 2] = [1, 50];
 
-/// Compares S P with direct sums in some of the loaded cells, evenly distributed. Returns the largest relative difference.
 fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
     let n = problem.n();
     let normal_only = problem.normal_only();
@@ -93,9 +90,9 @@ fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
 /// Treatment of the tangential gap if only pressures are unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TangentialGap {
-    /// The tangential gap includes the displacement caused by the pressures.
+    /// Includes the displacement caused by the pressures.
     Complete,
-    /// The tangential gap omits the displacement caused by the pressures: no output uses it, or wear has removed the pressures.
+    /// Omits the displacement caused by the pressures: no output uses it, or wear has removed the pressures.
     Skip,
 }
 
@@ -116,8 +113,7 @@ pub fn check(
     sums: OperatorCheck,
 ) -> StateChecks {
     if problem.normal_only() {
-        // Remove tangential displacements left by earlier solutions. A resumed run starts without them, and must give the same
-        // result.
+        // A resumed run has no tangential displacements of earlier solutions, and must give the same result.
         let n = problem.n();
         it.elastic.chunks_exact_mut(3 * n).for_each(|planes| planes[..2 * n].fill(0.0));
     }
@@ -128,7 +124,7 @@ pub fn check(
     }
     let n = problem.n();
     let residual = problem.natural_residual(it);
-    // The residual is infinite if a solve stopped at its start, before any traction existed. It then counts as 1.
+    // The residual is infinite if a solve stopped before any traction existed.
     let natural_residual = if residual == f64::INFINITY { 1.0 } else { residual };
     let mut checks = StateChecks { natural_residual, ..StateChecks::default() };
     checks.min_gap = f64::INFINITY;
@@ -176,8 +172,6 @@ pub fn check(
     checks
 }
 
-/// Adds the tangential displacement and slip caused by the pressures. If only pressures are unknown, the iterations compute only
-/// normal components.
 fn fill_tangential(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     for end in 0..problem.path_points.len() {

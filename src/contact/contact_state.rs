@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::balance::MAX_RIGID_MODES;
 
-/// Unknowns from which all other fields of a state follow.
+/// Unknowns of a contact increment.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Unknowns {
-    /// Scaled (hatted) tractions, `[3, N]` per path point, MPa.
+    /// Scaled tractions, `[3, N]` per path point, MPa.
     pub scaled: Vec<f64>,
     /// Rigid motion of body 2 along the frame's (x, y, n), per path point.
     pub rigid_motion: Vec<[f64; 3]>,
@@ -40,14 +40,14 @@ impl Unknowns {
     }
 }
 
-/// Tractions, rigid motions and the fields derived from them. The buffers are allocated once and reused.
+/// Tractions, rigid motions and the fields derived from them.
 #[derive(Debug, Clone)]
 pub struct ContactState {
-    /// Scaled (hatted) tractions, `[3, N]` per path point, MPa.
+    /// Scaled tractions, `[3, N]` per path point, MPa.
     pub scaled: Vec<f64>,
     /// Rigid motion of body 2 along the frame's (x, y, n), per path point.
     pub rigid_motion: Vec<[f64; 3]>,
-    /// Amplitude of each additional rigid mode, per path point; zero beyond the number of modes.
+    /// Amplitude of each additional rigid mode, per path point.
     pub mode_amplitudes: Vec<[f64; MAX_RIGID_MODES]>,
     /// Physical tractions, `[3, N]` per path point, MPa.
     pub tractions: Vec<f64>,
@@ -60,14 +60,14 @@ pub struct ContactState {
     /// Wear path |Δg|_i, `[N]` per path point, mm/MPa: wear depth per pressure. Wear adds `implicit_passes` times this path to the
     /// diagonal of S_nn.
     pub wear_path: Vec<f64>,
-    /// Wear depth of one pass through the path points, `[N]`, mm, before multiplication by `implicit_passes`.
+    /// Wear depth of one pass through the path points, `[N]`, mm.
     pub wear_per_pass: Vec<f64>,
     /// Scaled slip and normal gap, `[3, N]` per path point, mm.
     pub gradient: Vec<f64>,
 }
 
 impl From<&Unknowns> for ContactState {
-    /// Creates a state from unknowns. The state must be evaluated afterwards.
+    /// The state must be evaluated afterwards.
     fn from(unknowns: &Unknowns) -> Self {
         let ends = unknowns.rigid_motion.len();
         let mut it = Self::new(unknowns.scaled.len() / (3 * ends), unknowns.rigid_motion.clone());
@@ -101,7 +101,7 @@ impl ContactState {
         }
     }
 
-    /// Copies the unknowns of another state of the same size. The state must be evaluated afterwards.
+    /// Copies the unknowns of `other`. The state must be evaluated afterwards.
     pub(crate) fn copy_unknowns(&mut self, other: &Self) {
         self.scaled.copy_from_slice(&other.scaled);
         self.rigid_motion.copy_from_slice(&other.rigid_motion);

@@ -7,7 +7,7 @@ use super::balance::Balance;
 pub enum NormalControl {
     /// The normal rigid motion is given.
     Approach,
-    /// The normal force is given (N, compression positive). The approach is unknown.
+    /// The normal force is given (N, compression positive).
     Force(f64),
 }
 
@@ -16,14 +16,14 @@ pub enum NormalControl {
 pub enum TangentialControl {
     /// The tangential rigid motion is given.
     Shift,
-    /// The tangential force on body 2 along the frame's (x, y) is given (N). The tangential displacement is unknown.
+    /// The tangential force on body 2 along the frame's (x, y) is given (N).
     Force([f64; 2]),
 }
 
 /// Whether the pressures of an increment are unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pressures {
-    /// Pressures are unknown, together with all other quantities.
+    /// Pressures are unknown.
     Unknown,
     /// Pressures are fixed at their values in the state, and only tangential tractions are unknown. Requires an operator with a
     /// tangential part.
@@ -45,7 +45,7 @@ pub enum SlipReference {
     },
     /// Steady sliding: prescribed slip, `[2, N]`, mm per mm of sliding, independent of the tractions.
     Prescribed(Vec<f64>),
-    /// Steady rolling: slip relative to the upstream cell, from which the material comes.
+    /// Steady rolling: slip relative to the upstream cell.
     Upstream(Upstream),
 }
 
@@ -60,7 +60,7 @@ pub struct Upstream {
 }
 
 impl SlipReference {
-    /// Slip reference of the linearised equations for `n` cells: all constant terms are zero.
+    /// The same kind of reference for `n` cells, with zero constant terms.
     pub(super) fn linearised(&self, n: usize) -> Self {
         match self {
             Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
@@ -76,15 +76,15 @@ impl SlipReference {
     }
 }
 
-/// One path point of an increment, with its prescribed quantities.
+/// One path point of an increment.
 #[derive(Debug, Clone)]
 pub struct PathPoint {
     /// Normal control.
     pub normal: NormalControl,
     /// Tangential control.
     pub tangential: TangentialControl,
-    /// Balance that determines the unknown rigid motions, in place of the forces of both controls. `None` if the controls suffice:
-    /// without forces, or for forces along axes that all cells of a flat frame share.
+    /// Balance that determines the unknown rigid motions, in place of the forces of both controls. `None` without forces, or for
+    /// forces along axes that all cells of a flat frame share.
     pub balance: Option<Balance>,
     /// Reference from which slip is measured.
     pub reference: SlipReference,

@@ -1,5 +1,4 @@
-//! Scaling of tangential tractions by the friction coefficients, which turns the friction ellipse into a circle. One ellipse holds
-//! for the whole frame.
+//! Scaling of tangential tractions by the friction coefficients, which turns the friction ellipse into a circle.
 
 use crate::laws::friction::FrictionEllipse;
 

@@ -13,8 +13,7 @@ use crate::laws::friction::FrictionEllipse;
 use crate::laws::wear::SpecificWearRate;
 use crate::omitted::{AllowedOmissions, OmittableWork};
 
-/// Relative margin of the stick condition: cells with |q|_μ < p (1 - margin) stick, the other cells in contact slip. |q|_μ is the
-/// magnitude of the scaled tangential traction.
+/// Relative margin of the stick condition |q|_μ < p (1 - margin). |q|_μ is the magnitude of the scaled tangential traction.
 const STICK_MARGIN: f64 = 1e-6;
 
 /// Data and equations of one contact increment.
@@ -28,26 +27,26 @@ pub struct Increment<'a> {
     /// Matrix per cell, `[N]`, from a translation of body 2 along the frame's x, y, n to components along the cell's axes. `None`
     /// if every matrix is the identity.
     pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
-    /// Gap per unit of each additional rigid mode, `[3, N]` each: rigid-body modes of unconstrained bodies, or rotations of body 2.
+    /// Gap per unit of each additional rigid mode, `[3, N]` each.
     pub mode_gaps: &'a [Vec<f64>],
     /// Friction ellipse, `None` without friction.
     pub friction: Option<FrictionEllipse>,
     /// Specific wear rate, `None` without wear.
     pub wear: Option<SpecificWearRate>,
-    /// Factors on the wear path of each cell, `[N]`. They correct the wear between the path points of a cycle. `None` stands for 1.
+    /// Factors on the wear path of each cell, `[N]`, that correct the wear between the path points of a cycle. `None` stands for 1.
     pub wear_path_factors: Option<&'a [f64]>,
     /// Local stiffnesses and largest eigenvalues for this operator and this friction ellipse.
     pub scales: Arc<ContactScales>,
     /// Wear depth at the start, `[N]`, mm.
     pub wear_depth: &'a [f64],
-    /// Ratio of the gap opened by wear to the wear depth of one pass through the path points: 1, or the number of cycles of an
-    /// implicit stage. 0 if wear does not change the gap.
+    /// Number of passes through the path points whose wear opens the gap: 1, or the cycles of an implicit stage. 0 if wear does not
+    /// change the gap.
     pub implicit_passes: f64,
     /// Whether the pressures are unknown.
     pub pressures: Pressures,
     /// Work that the solver may omit.
     pub skip: AllowedOmissions,
-    /// Path points of the increment, which are solved together.
+    /// Path points, which are solved together.
     pub path_points: Vec<PathPoint>,
 }
 
@@ -61,8 +60,7 @@ impl Increment<'_> {
         self.friction.as_ref().map(FrictionScaling::new)
     }
 
-    /// Computes the scaled tractions from physical ones, per path point `[3, N]`. Without friction the scaled tangential tractions
-    /// are zero.
+    /// Computes the scaled tractions, `[3, N]` per path point. Without friction the scaled tangential tractions are zero.
     pub fn scale_tractions(&self, tractions: &[f64], hatted: &mut [f64]) {
         let (n, hat) = (self.n(), self.friction_scaling());
         for (physical, out) in tractions.chunks(3 * n).zip(hatted.chunks_mut(3 * n)) {
@@ -75,8 +73,7 @@ impl Increment<'_> {
         }
     }
 
-    /// Returns whether the iterations compute only normal components. This requires that `skip` allows it, that there is no
-    /// friction, and that wear, if any, depends on prescribed slip alone.
+    /// Returns whether the iterations compute only normal components.
     pub fn normal_only(&self) -> bool {
         let given = |end: &PathPoint| matches!(end.reference, SlipReference::Prescribed(_));
         self.skip.allows(OmittableWork::TangentialUnknowns)
@@ -84,14 +81,12 @@ impl Increment<'_> {
             && (self.wear.is_none() || self.path_points.iter().all(given))
     }
 
-    /// Tangential part of the operator if the pressures are given and the operator has such a part.
     pub(super) fn tangential_operator(&self) -> Option<&dyn TangentialFlexibility> {
         if self.pressures == Pressures::Given { self.flexibility.tangential() } else { None }
     }
 
-    /// Linear equations for changes of tractions and motions: this increment without initial gap, wear and constant terms of the
-    /// slip. Newton's tangent adds the change of the wear. `flexibility` may be less accurate than the operator of the increment.
-    /// `nothing` contains zeros, `[3, N]`.
+    /// Linear equations for changes of tractions and motions. Newton's tangent adds the change of the wear. `flexibility` may be
+    /// less accurate than the operator of the increment. `nothing` contains zeros, `[3, N]`.
     pub(super) fn linearised<'b>(
         &'b self,
         flexibility: &'b dyn Flexibility,
@@ -125,8 +120,7 @@ impl Increment<'_> {
         self.fill_from_elastic(it);
     }
 
-    /// Computes the normal gap of the path point `end` from S P, rigid motion and wear depth. If only pressures are unknown and
-    /// nothing wears, pressures depend on no other field.
+    /// Computes the normal gap of the path point `end` from S P, rigid motion and initial wear depth.
     pub(super) fn fill_normal_gap(&self, it: &mut ContactState, end: usize) {
         let n = self.n();
         let normal = end * 3 * n + 2 * n..end * 3 * n + 3 * n;
@@ -215,8 +209,7 @@ impl Increment<'_> {
         }
     }
 
-    /// Computes the gap from the initial gap, the rigid motion and the elastic displacement. [`Self::fill_wear`] adds the wear
-    /// depth.
+    /// Gap without the wear depth, which [`Self::fill_wear`] adds.
     fn fill_gap(&self, it: &mut ContactState) {
         let n = self.n();
         for end in 0..self.path_points.len() {
@@ -232,7 +225,7 @@ impl Increment<'_> {
         }
     }
 
-    /// Local gap in cell `i` from a rigid motion along x, y, n and from the amplitudes `floating` of the additional modes.
+    /// Local gap in cell `i` from a rigid motion along x, y, n and the amplitudes `floating` of the additional modes.
     pub fn rigid_gap(&self, i: usize, motion: [f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
         let mut local = match self.rigid_axes {
             None => motion,
@@ -245,7 +238,6 @@ impl Increment<'_> {
         local
     }
 
-    /// Areas and friction scaling of the cells, for force balances.
     pub(super) fn cells(&self) -> BalanceCells<'_> {
         BalanceCells { areas: self.areas, hat: self.friction_scaling() }
     }
@@ -287,18 +279,15 @@ impl Increment<'_> {
         }
     }
 
-    /// Index of the previous path point in a closed cycle.
     pub(super) fn previous_path_point(&self, end: usize) -> usize {
         (end + self.path_points.len() - 1) % self.path_points.len()
     }
 
     /// Computes the wear depth dw = Σ p |Δg|_i of one pass through the path points. |Δg|_i is the slip, weighted with the specific
     /// wear rates and the wear path factor of the cell. Adds the wear depth at the start and `implicit_passes` dw to the normal gap
-    /// (docs/theory-wear.md). dw follows from the unknown pressure and slip, so that wear is implicit. In rolling `implicit_passes`
-    /// is 0: the wear is spread over a track of unknown length and does not enter the gap.
+    /// (docs/theory-wear.md). In rolling `implicit_passes` is 0, because the wear is spread over a track of unknown length.
     ///
-    /// [`Self::fill_normal_gap`] adds the depth at the start where only pressures are unknown. The derivative with respect to the
-    /// pressures is in `residual`, `solver::newton::unknowns` and `solver::newton::tangent`.
+    /// The derivative with respect to the pressures is in `residual`, `solver::newton::unknowns` and `solver::newton::tangent`.
     fn fill_wear(&self, it: &mut ContactState) {
         let n = self.n();
         it.wear_per_pass.fill(0.0);
@@ -321,7 +310,6 @@ impl Increment<'_> {
         }
     }
 
-    /// Factor on the wear path of cell `i`.
     pub(super) fn path_factor(&self, i: usize) -> f64 {
         self.wear_path_factors.map_or(1.0, |factors| factors[i])
     }

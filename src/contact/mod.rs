@@ -6,7 +6,7 @@
 //! conjugate gap is ĝ = [μ1 Δg1, μ2 Δg2, g_n].
 //!
 //! An [`Increment`] has one path point, or all path points of a fretting cycle, which are solved together. The slips between these
-//! points and their common wear depth couple their equations. [`solver::solve`] finds the [`ContactState`].
+//! points and their common wear depth couple their equations.
 
 pub mod balance;
 pub mod certificate;

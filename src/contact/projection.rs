@@ -1,8 +1,7 @@
 //! Projection of scaled tractions onto the admissible set: p >= 0, |q̂| <= p and, under force control, the prescribed resultants.
 //!
-//! A prescribed force enters through the Lagrange multiplier of the projection. The multiplier is the rigid motion for which the
-//! projected tractions have the prescribed resultant. Force control therefore needs no more operator applications than displacement
-//! control.
+//! The Lagrange multiplier of a prescribed force is the rigid motion for which the projected tractions have the prescribed
+//! resultant.
 
 use super::balance::{self, Balance, LossOfEquilibrium, MAX_RIGID_MODES, ProjectionStart, StepSizes};
 use super::friction_scaling::FrictionScaling;
@@ -27,7 +26,7 @@ pub struct RigidMotions<'a> {
 }
 
 /// Computes `out = proj(hatted - step * gradient)` for every path point. Under force control, adds to `motions` the rigid motion
-/// that balances the force. Does not allocate.
+/// that balances the force.
 pub fn project(
     problem: &Increment,
     steps: StepSizes,
@@ -92,8 +91,8 @@ pub fn project(
     equilibrium
 }
 
-/// Takes a step of size `step` and projects the pressures onto p >= 0. Under a prescribed force, all values are first shifted
-/// uniformly so that the projected pressures carry the force. Returns this shift, MPa.
+/// Takes a step and projects the pressures onto p >= 0. Under a prescribed force, all values are first shifted uniformly so that
+/// the projected pressures carry the force. Returns this shift, MPa.
 fn project_pressures(
     problem: &Increment,
     end: &PathPoint,
@@ -111,8 +110,6 @@ fn project_pressures(
     lift
 }
 
-/// Projects the tractions of a path point onto the set that satisfies its balance. Adds the multipliers of the balance to the rigid
-/// motion and the mode amplitudes.
 fn balanced(
     problem: &Increment,
     balance: &Balance,
@@ -127,7 +124,6 @@ fn balanced(
     failure
 }
 
-/// Sets every scaled tangential traction to its friction limit along `direction`.
 fn saturate_friction(planes: &mut [f64], n: usize, direction: [f64; 2]) {
     let norm = direction[0].hypot(direction[1]);
     for i in 0..n {
@@ -136,7 +132,6 @@ fn saturate_friction(planes: &mut [f64], n: usize, direction: [f64; 2]) {
     }
 }
 
-/// Radial return of every tangential traction to the disc of radius p.
 fn project_to_friction_disc(planes: &mut [f64], n: usize) {
     for i in 0..n {
         let (a, b, p) = (planes[i], planes[n + i], planes[2 * n + i]);
@@ -151,9 +146,8 @@ fn project_to_friction_disc(planes: &mut [f64], n: usize) {
 
 /// Shifts `z` by τ so that Σ A max(z + τ, 0) = force, and returns τ.
 ///
-/// Newton's method finds the root of a convex, increasing, piecewise linear function. It starts to the right of the root and
-/// reaches the exact root after finitely many steps. `z` is measured from its largest value, so that rounding does not affect the
-/// smallest forces.
+/// Newton's method starts to the right of the root of this convex function and reaches it after finitely many steps. `z` is
+/// measured from its largest value, so that rounding does not affect the smallest forces.
 fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     let mut top = 0;
     for i in 0..z.len() {
@@ -163,7 +157,7 @@ fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     }
     let highest = z[top];
     z.iter_mut().for_each(|value| *value -= highest);
-    // With this shift, the cell with the largest value carries the force alone, so that the sum is at least the force.
+    // With this shift, the cell with the largest value carries the force alone.
     let mut lift = force.max(0.0) / areas[top];
     for _ in 0..200 {
         let (mut sum, mut slope) = (0.0, 0.0);
@@ -186,7 +180,6 @@ fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     lift - highest
 }
 
-/// Rounding error of a potential, relative to its value.
 const POTENTIAL_ROUNDING: f64 = 1e-12;
 
 /// Newton step for the force defect `defect`: (J + floor I)⁻¹ defect, with J given by its components (11, 12, 22).
@@ -200,8 +193,8 @@ fn newton_step([a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
 /// predictors ẑ and the pressures p. a is the step size `step`, and clip(·; p) is the radial return to the disc of radius p. If f
 /// reaches the friction limit, returns the loss of equilibrium and v = 0.
 ///
-/// v minimises the convex potential Σ A h(ẑ - a M Rᵀ v; p) + a f·v with Huber's function h, and is found by damped Newton steps.
-/// `wanted` is the scaled force f̂ = M⁻¹ Rᵀ f. R and M are the matrices of [`FrictionScaling`].
+/// v minimises the convex potential Σ A h(ẑ - a M Rᵀ v; p) + a f·v with Huber's function h. `wanted` is the scaled force f̂ = M⁻¹ Rᵀ
+/// f. R and M are the matrices of [`FrictionScaling`].
 fn shift_for_force(
     planes: &[f64],
     areas: &[f64],
@@ -243,8 +236,8 @@ fn shift_for_force(
             let next = clipped_sum(planes, areas, trial);
             let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
             let next_error = (next.sum[0] - wanted[0]).hypot(next.sum[1] - wanted[1]);
-            // If rounding hides the change of the potential, the force error decides. The force error alone would allow ever longer
-            // steps across the root if all tractions are far beyond their limits in one direction.
+            // If rounding hides the change of the potential, the force error decides. Alone, it would allow ever longer steps
+            // across the root.
             let level = next_value <= value + POTENTIAL_ROUNDING * value.abs();
             let falls = next_value <= value - 1e-4 * damping * slope;
             let accepted = falls || (level && next_error < 0.5 * error);
@@ -308,7 +301,6 @@ mod tests {
     use super::*;
     use crate::laws::friction::FrictionEllipse;
 
-    /// Pseudo-random numbers from -0.5 to 0.5, from the golden section.
     struct Numbers(usize);
 
     impl Numbers {
@@ -318,8 +310,7 @@ mod tests {
         }
     }
 
-    /// Scaled tractions `[3, n]`: tangential predictors and irregular pressures. Many predictors exceed their limits, some of them
-    /// by far and in one direction.
+    /// Scaled tractions `[3, n]`; many tangential predictors exceed their limits.
     fn planes(numbers: &mut Numbers, n: usize, size: f64) -> Vec<f64> {
         let pressures: Vec<f64> = (0..n).map(|_| 500.0 * (numbers.next() + 0.5).sqrt()).collect();
         let way = [1.0, -1.0, 0.0][(3.0 * (numbers.next() + 0.5)) as usize];

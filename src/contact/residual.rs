@@ -54,7 +54,7 @@ impl Increment<'_> {
             parts[0] = 0.0;
         }
         for part in &mut parts {
-            // If no cell carries pressure, a change of 0 stays 0 and any other change becomes infinite.
+            // If no cell carries pressure, any change other than 0 becomes infinite.
             *part = if *part == 0.0 { 0.0 } else { *part / p_max };
         }
         (0..self.path_points.len()).fold(parts, |[normal, tangential], end| {
@@ -63,7 +63,6 @@ impl Increment<'_> {
         })
     }
 
-    /// Returns whether the largest overlap is within the rounding error of the gap values.
     fn overlap_is_rounding(&self, it: &ContactState) -> bool {
         let n = self.n();
         let mut normal = it.gap.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
@@ -96,7 +95,6 @@ impl Increment<'_> {
         }
         if let TangentialControl::Force(wanted) = self.path_points[end].tangential {
             let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
-            // The defect is relative to the larger of the prescribed force and μ times the normal force, with μ = min(μ1, μ2, 1).
             // The factor μ keeps the check strict for small forces at very small friction.
             let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
             residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));

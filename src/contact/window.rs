@@ -1,7 +1,6 @@
 //! Window: restricts an increment to a rectangle of cells of a grid frame, or to coarser cells.
 //!
-//! Cells outside the window carry no traction. On coarser cells, gaps and depths are means over the fine cells that each coarse
-//! cell consists of. A solution on coarser cells is therefore only a start for the solution on fine cells.
+//! Cells outside the window carry no traction. On coarser cells, gaps and depths are means over the fine cells.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,17 +18,14 @@ pub(super) struct Window {
     pub origin: [usize; 2],
     /// Number of window cells along x and y.
     pub cells: [usize; 2],
-    /// Number of frame cells along one side of a window cell.
     pub factor: usize,
 }
 
 impl Window {
-    /// Number of window cells.
     pub fn n(&self) -> usize {
         self.cells[0] * self.cells[1]
     }
 
-    /// Range of the frame cells along `axis` in the window cell with index `index`.
     fn span(&self, axis: usize, index: usize) -> Range<usize> {
         let first = self.origin[axis] + index * self.factor;
         first..first + self.factor
@@ -106,11 +102,9 @@ impl Window {
     }
 }
 
-/// Flexibility operator of a window.
 pub(super) enum WindowOperator<'a> {
-    /// The operator of the frame, if the window covers the whole frame.
+    /// The operator of the frame, if the window covers it.
     Frame(&'a dyn Flexibility),
-    /// A separate operator, restricted to the window.
     Own(Arc<dyn Flexibility>),
 }
 
@@ -123,7 +117,6 @@ impl WindowOperator<'_> {
     }
 }
 
-/// Data of the increment on a window.
 pub(super) struct WindowProblem<'a> {
     pub window: Window,
     operator: WindowOperator<'a>,
@@ -138,8 +131,7 @@ pub(super) struct WindowProblem<'a> {
 }
 
 impl<'a> WindowProblem<'a> {
-    /// Restricts `problem` to `window`, with the window's operator. Returns `None` if the slip reference of a path point cannot be
-    /// restricted to coarser cells.
+    /// `None` if the slip reference of a path point cannot be restricted to coarser cells.
     pub fn new(problem: &Increment, window: Window, operator: WindowOperator<'a>) -> Option<Self> {
         let scales = match &operator {
             WindowOperator::Frame(_) => problem.scales.clone(),
@@ -165,7 +157,6 @@ impl<'a> WindowProblem<'a> {
         })
     }
 
-    /// Equations of the increment `whole` on the window.
     pub fn problem<'b>(&'b self, whole: &'b Increment) -> Increment<'b> {
         Increment {
             flexibility: self.operator.flexibility(),
@@ -181,7 +172,6 @@ impl<'a> WindowProblem<'a> {
         }
     }
 
-    /// State on the window: restricted tractions and the motions of the state `whole` on the frame.
     pub fn state(&self, whole: &ContactState) -> ContactState {
         let mut it = ContactState::new(self.window.n(), whole.rigid_motion.clone());
         it.mode_amplitudes.clone_from(&whole.mode_amplitudes);
@@ -189,7 +179,7 @@ impl<'a> WindowProblem<'a> {
         it
     }
 
-    /// Writes tractions and motions to the state `whole` on the frame. Tractions outside the window become zero.
+    /// Writes tractions and motions to `whole`. Tractions outside the window become zero.
     pub fn write_back(&self, it: &ContactState, whole: &mut ContactState) {
         self.window.prolong(&it.scaled, &mut whole.scaled);
         whole.rigid_motion.clone_from(&it.rigid_motion);
@@ -210,7 +200,6 @@ fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
     Upstream { source_cell, rigid_slip }
 }
 
-/// Restricts the prescribed quantities of a path point to a window.
 fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     let reference = match &end.reference {
         SlipReference::Previous(at) => SlipReference::Previous(window.restrict(at)),

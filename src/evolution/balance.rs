@@ -19,10 +19,6 @@ use crate::geometry::{Side, format_short};
 const MIN_DIRECTION_NORM: f64 = 1e-6;
 
 impl Run<'_> {
-    /// Path point of an increment under the given loads, with the force balance that they require.
-    ///
-    /// # Errors
-    /// If a load acts along a motion that nothing resists.
     pub(super) fn path_point(
         &mut self,
         loads: &PrescribedLoads,
@@ -160,7 +156,6 @@ impl PreparedModel<'_> {
         six
     }
 
-    /// Describes a motion in the frame's axes.
     fn motion_name(&self, motion: &RigidMotion) -> String {
         let six = self.six(motion);
         let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
@@ -171,7 +166,6 @@ impl PreparedModel<'_> {
         }
     }
 
-    /// Message on why no motion balances the prescribed forces.
     pub(super) fn loss_of_equilibrium_message(
         &self,
         step: &str,
@@ -216,7 +210,6 @@ impl PreparedModel<'_> {
     }
 }
 
-/// Rotation of body 2 about an axis through the frame's centre, with the work that the tractions must do on this rotation.
 fn rotation_constraint(axis: &Vector3<f64>, work: f64) -> BalanceConstraint {
     let mut motion = [0.0; MOTION_COMPONENTS];
     motion[3..6].copy_from_slice(axis.as_slice());
@@ -237,7 +230,6 @@ fn sign_of_largest(direction: Vector3<f64>) -> f64 {
     direction[direction.iamax()].signum()
 }
 
-/// Name of an axis, or the components of any other direction.
 fn direction_name(direction: Vector3<f64>) -> String {
     let unit = direction.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     for (axis, name) in ["x", "y", "n"].into_iter().enumerate() {

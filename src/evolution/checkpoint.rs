@@ -17,29 +17,23 @@ pub struct RunCheckpoint {
     pub(super) progress: StepProgress,
     pub(super) state: RunState,
     pub(super) controls: ActiveControls,
-    /// Groups of cells whose flexibility the run had formed, in order.
     pub(super) formed_cells: Vec<Vec<usize>>,
     pub(super) records: Vec<IncrementRecord>,
     pub(super) warnings: Vec<String>,
     pub(super) given_warnings: GivenWarnings,
     pub(super) timings: Vec<(String, f64)>,
     pub(super) fretting_loops: Vec<FrettingLoop>,
-    /// Work of jumps that were not taken on earlier, smaller frames. The next record of a jump includes it.
+    /// Work of jumps that were not taken on smaller frames.
     pub(super) discarded_work: SolveWork,
 }
 
-/// Progress of a step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) enum StepProgress {
-    /// The step has not begun.
     NotStarted,
-    /// Some increments are done.
     Monotone(Box<MonotoneProgress>),
-    /// Some cycles are done.
     WearStep(Box<WearStepState>),
 }
 
-/// Progress of a monotone step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct MonotoneProgress {
     pub(super) load_path: LoadPath,

@@ -7,7 +7,7 @@ use crate::contact::{NormalControl, TangentialControl};
 use crate::evolution::model::PreparedModel;
 use crate::evolution::step::{Normal, Spin, Step, Tangential, Tilt};
 
-/// Controls that act at present. A quantity that a step does not prescribe keeps its control (approach or force, for example).
+/// Controls that act at present. A quantity that a step does not prescribe keeps its control.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct ActiveControls {
     pub normal: Normal,
@@ -17,7 +17,6 @@ pub(super) struct ActiveControls {
 }
 
 impl ActiveControls {
-    /// Controls before the first step: no tangential displacement, no rotation.
     pub fn at_rest(normal: Normal) -> Self {
         Self {
             normal,
@@ -27,7 +26,6 @@ impl ActiveControls {
         }
     }
 
-    /// Controls at the end of `step`.
     fn after(self, step: &Step) -> Self {
         Self {
             normal: step.normal.unwrap_or(self.normal),
@@ -71,20 +69,17 @@ pub(super) struct PrescribedLoads {
 }
 
 impl PrescribedLoads {
-    /// Returns whether a force or a moment is prescribed.
     pub fn any(&self) -> bool {
         let forced = matches!(self.normal, NormalControl::Force(_))
             || matches!(self.tangential, TangentialControl::Force(_));
         forced || self.prescribes_moment()
     }
 
-    /// Returns whether a moment is prescribed.
     pub fn prescribes_moment(&self) -> bool {
         self.moment.iter().any(Option::is_some)
     }
 }
 
-/// Controls of one increment, and the rigid motion from which its solution starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct IncrementControls {
     /// Displacement of body 2 along x, y, n, mm.
@@ -103,15 +98,12 @@ pub(super) struct LoadPathStart {
     pub moment: [f64; 3],
 }
 
-/// Path of a step from its initial state to its prescribed totals.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct LoadPath {
     /// Initial state. The force on body 1 is the contact force. Along unconstrained directions, where the contact also carries the
     /// bodies' own loads, it is the force prescribed before.
     start: LoadPathStart,
-    /// Approach at which the first cell closes, mm.
     first_touch: f64,
-    /// Controls at the end.
     pub end: ActiveControls,
 }
 
@@ -135,8 +127,7 @@ impl LoadPath {
         self
     }
 
-    /// Controls at `fraction` of the path. The initial guess for unknown motions is the present rigid motion: translation `rigid`
-    /// along x, y, n and rotation `turn` about x, y, n.
+    /// Controls at `fraction` of the path. Translation `rigid` and rotation `turn` are the initial guess for unknown motions.
     pub fn at(&self, fraction: f64, mut rigid: [f64; 3], mut turn: [f64; 3]) -> IncrementControls {
         // At the end, the prescribed values are exact.
         let between = |from: f64, to: f64| if fraction == 1.0 { to } else { from + fraction * (to - from) };

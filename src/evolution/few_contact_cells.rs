@@ -4,12 +4,10 @@ use super::records::IncrementRecord;
 use crate::error::warning;
 use crate::frame::ContactFrame;
 
-/// Fewest cells in contact for an error of the peak pressure near 3 %. Measured on Hertz contact of a sphere: the error is 45 % or
-/// more with 4 cells, 3 % with 12 to 24 cells, and 1 % with 40 cells.
+/// Fewest cells in contact for an error of the peak pressure near 3 %, measured on Hertz contact of a sphere.
 const MIN_CONTACT_CELLS: usize = 12;
 
-/// Fewest cells across a line contact. Measured on Hertz contact of a cylinder: the error is 26 % with 2 cells, and 3 % or less
-/// with 4.
+/// Fewest cells across a line contact for an error of at most 3 %, measured on Hertz contact of a cylinder.
 const MIN_CELLS_ACROSS_LINE: usize = 4;
 
 /// Sorted coordinates of cells along an axis of the frame, without repetitions.
@@ -32,7 +30,6 @@ impl Coordinates {
         self.values.len()
     }
 
-    /// Returns whether the coordinates have the same smallest and largest value as `all`.
     fn span(&self, all: &Self) -> bool {
         let ends = |values: &[f64]| [values[0], values[values.len() - 1]];
         let pairs = ends(&self.values).into_iter().zip(ends(&all.values));
@@ -43,7 +40,7 @@ impl Coordinates {
 /// Warning about a step whose contact has too few cells at its end and was not larger before. `None` without contact, and for a
 /// contact of the whole frame, whose boundary is given.
 ///
-/// `records` are the records of the step. `pressures` are the pressures at its end, `[N]`, MPa.
+/// `pressures` `[N]` act at the end of the step, MPa.
 pub(super) fn few_contact_cells_warning(
     frame: &ContactFrame,
     records: &[IncrementRecord],
@@ -84,8 +81,8 @@ pub(super) fn few_contact_cells_warning(
 mod tests {
     use super::*;
 
-    /// Truth: the pressures are chosen, so the numbers of cells in contact and across a line contact are known. The warning appears
-    /// below 12 or 4 cells. It does not appear if the contact was larger before, covers the frame, or is absent.
+    /// Truth: the chosen pressures give the numbers of cells. The warning appears below 12 cells in contact or 4 across a line
+    /// contact. It does not appear if the contact was larger before, covers the frame, or is absent.
     #[test]
     fn contacts_of_few_cells() {
         let frame = ContactFrame::grid([1.0, 0.5], [20, 4], [0.0; 2], 0.0).unwrap();

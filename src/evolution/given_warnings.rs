@@ -2,22 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Warning that is given at most once per step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StepWarning {
-    /// The bodies are not in contact.
     NoContact,
     /// The bodies are not in contact, although body 2 has moved past the first touch.
     NoContactPastFirstTouch,
     /// Contact reaches an edge of the frame beyond which the bodies continue.
     FrameEdge,
-    /// The tangential displacement is large compared with the contact.
     LargeSliding,
     /// Nothing resists a motion of an unconstrained body, and no load drives it.
     UnresistedMotion,
     /// A jump exceeds the allowed error after the maximum number of trials.
     JumpError,
-    /// An explicit jump exceeds the stability limit.
     UnstableJump,
 }
 
@@ -35,12 +31,10 @@ impl GivenWarnings {
         first
     }
 
-    /// Number of warnings.
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// The first `n` warnings.
     pub fn first(&self, n: usize) -> Self {
         Self(self.0[..n].to_vec())
     }

@@ -1,4 +1,4 @@
-//! Records of increments and jumps: values, convergence and warnings, and delivery to the observer.
+//! Records of increments and jumps, and their delivery to the observer.
 
 use std::time::Instant;
 
@@ -16,16 +16,13 @@ use crate::evolution::state;
 /// Grids with fewer cells across may be too coarse to show the gap between the contact and the edge of the frame.
 const MIN_CELLS_ACROSS: usize = 12;
 
-/// Solved increment or jump that a record describes.
 pub(super) struct SolvedState<'s> {
     /// Number of the increment or jump in its step, from 1.
     pub number: usize,
-    /// Approach, mm.
     pub approach: f64,
     pub values: &'s Resultants,
     pub contact: &'s ContactState,
     pub certificate: Certificate,
-    /// Start of the computation.
     pub clock: Instant,
 }
 
@@ -44,7 +41,7 @@ impl Run<'_> {
         record.with_resultants(solved.values)
     }
 
-    /// Fills wear, work and convergence of a record, and adds warnings. `Err` if the run ends with this record.
+    /// `Err` if the run ends with this record.
     pub(super) fn complete_record(
         &mut self,
         record: &mut IncrementRecord,
@@ -93,7 +90,6 @@ impl Run<'_> {
         }
     }
 
-    /// Warning that the contact of `record` reaches an edge of the frame beyond which the bodies continue.
     fn frame_edge_warning(&self, record: &IncrementRecord) -> String {
         let frame = &self.prepared.model.frame;
         let fewest = frame.grid.and_then(|grid| grid.cells.into_iter().filter(|n| *n > 1).min());
@@ -117,7 +113,6 @@ impl Run<'_> {
         ))
     }
 
-    /// Passes a record to the observer and stores it.
     pub(super) fn deliver(&mut self, record: IncrementRecord, fields: FrameState) -> Result<()> {
         self.observer.increment_done(&record, &fields)?;
         if let Some(note) = large_sliding_warning(&self.prepared.model.frame, &record, &fields) {

@@ -1,4 +1,4 @@
-//! Solution of one increment: its equations, the solve with progress, and the checks of the solution.
+//! Solution of one increment.
 
 use crate::contact::certificate::{self, OperatorCheck, StateChecks, TangentialGap};
 use crate::contact::solver::{self, SolveReport, SolverOptions, StopReason};
@@ -9,14 +9,11 @@ use crate::evolution::observer::Observer;
 use crate::evolution::step::Step;
 use crate::omitted::OmittableWork;
 
-/// Laws that act in an increment, and how its wear opens the gap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ActiveLaws<'f> {
     pub friction: bool,
     pub wear: bool,
-    /// Passes through the path points whose wear opens the gap in this increment ([`Increment::implicit_passes`]).
     pub implicit_passes: f64,
-    /// Factors on the wear path of each cell, `[N]`; `None` stands for 1.
     pub wear_path_factors: Option<&'f [f64]>,
 }
 
@@ -27,7 +24,6 @@ impl ActiveLaws<'_> {
     }
 }
 
-/// Equations of an increment that starts with the wear depth `wear_depth`.
 pub(super) fn increment_problem<'b>(
     prepared: &'b PreparedModel,
     options: &SolverOptions,
@@ -54,17 +50,13 @@ pub(super) fn increment_problem<'b>(
     }
 }
 
-/// Part of a stage of the run that one solve covers, for the observer: name of the stage, fractions done before and after.
+/// Name of a stage of the run, and the fractions done before and after a solve.
 pub(super) struct ProgressSpan<'s> {
     pub name: &'s str,
     pub from: f64,
     pub to: f64,
 }
 
-/// Solves an increment and reports the progress of the residual to the observer, on a logarithmic scale.
-///
-/// # Errors
-/// If a number becomes non-finite, or pressures are so small that their squares underflow.
 fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -93,10 +85,6 @@ fn solve(
 /// Smallest allowed peak pressure. Below it the squares of smaller pressures underflow, and the friction law fails.
 const MIN_PEAK_PRESSURE_MPA: f64 = 1e-140;
 
-/// Refuses nonzero pressures so small that their squares underflow.
-///
-/// # Errors
-/// If the largest pressure is positive and below [`MIN_PEAK_PRESSURE_MPA`].
 fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &str) -> Result<()> {
     let n = problem.n();
     let pressures = it.tractions.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
@@ -109,11 +97,7 @@ fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &s
     Ok(())
 }
 
-/// Solves and checks the increment `problem`. If the bodies overlap in cells whose flexibility is not formed, it forms the
-/// flexibility of these cells and continues.
-///
-/// # Errors
-/// As [`solve`], and if a body cannot be solved or memory does not suffice.
+/// If the bodies overlap in cells whose flexibility is not formed, forms the flexibility of these cells and continues.
 pub(super) fn solve_and_check(
     prepared: &PreparedModel,
     problem: &mut Increment,

@@ -2,8 +2,7 @@
 //!
 //! [`run`] computes the steps of a [`Model`] in order. A monotone step consists of increments. Each increment is one contact
 //! problem, whose slip refers to the end of the previous increment (docs/theory-contact.md). A wear step consists of jumps over
-//! many cycles (see `fretting`). `run.rs` lists how a run ends. A [`observer::Observer`] receives progress, records and
-//! checkpoints.
+//! many cycles (see `fretting`). `run.rs` lists how a run ends.
 
 mod balance;
 mod checkpoint;
@@ -55,8 +54,7 @@ use crate::evolution::warnings::{large_friction_warning, path_dependence_warning
 
 /// Runs the steps in order, starting from the checkpoint `from` of an earlier run if there is one.
 ///
-/// The run ends early if a step does not converge, the observer cancels it or requests other operators, or contact reaches the edge
-/// of the frame in a wear step. [`RunResult::outcome`] and [`RunResult::suspended`] tell which.
+/// [`RunResult::outcome`] and [`RunResult::suspended`] tell whether the run ends early.
 ///
 /// # Errors
 /// If the model, a step or `from` is invalid, a body cannot be solved, or memory does not suffice. If a number underflows or
@@ -156,7 +154,6 @@ impl Run<'_> {
         self.result.warnings.extend(note);
     }
 
-    /// Runs the remaining steps.
     fn run_steps(&mut self) -> Result<()> {
         while let Some(step) = self.steps.get(self.step_index) {
             let started = Instant::now();

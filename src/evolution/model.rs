@@ -34,7 +34,6 @@ pub struct Model {
     pub wear_share: f64,
 }
 
-/// Model with its derived quantities.
 pub(super) struct PreparedModel<'a> {
     pub model: &'a Model,
     pub ellipse: Option<FrictionEllipse>,
@@ -46,15 +45,14 @@ pub(super) struct PreparedModel<'a> {
     pub axes: Triad,
     pub edge: Vec<bool>,
     pub rigid_axes: Option<Vec<Matrix3<f64>>>,
-    /// Initial gap, `[3, N]`, with `first_touch` subtracted from its normal part. Otherwise the gaps of cells under small loads
-    /// would be lost in rounding.
+    /// Initial gap, `[3, N]`, minus `first_touch` in its normal part. Otherwise the gaps of cells under small loads would be lost
+    /// in rounding.
     pub initial_gap: Vec<f64>,
     /// Approach at which the first cell closes, mm; 0 on curved frames.
     pub first_touch: f64,
-    /// Gap per unit of each additional mode, `[3, N]`: rigid-body modes of unconstrained bodies, or rotations of body 2 about the
-    /// frame's x, y, n if steps control them.
+    /// Gap per unit of each additional mode, `[3, N]`.
     pub mode_gaps: Vec<Vec<f64>>,
-    /// Motions of the additional modes: translation and rotation of body 2 relative to body 1 in the frame's axes.
+    /// Translation and rotation of body 2 relative to body 1 in the frame's axes, for each additional mode.
     pub mode_motions: Vec<[f64; 6]>,
     /// Whether the additional modes are rotations of body 2 that steps control.
     pub controls_rotation: bool,
@@ -66,7 +64,6 @@ pub(super) struct PreparedModel<'a> {
     pub free_translations: Vec<Vector3<f64>>,
 }
 
-/// Refuses a model without cells, with fields of wrong sizes, or with a gap that is not finite.
 fn check_sizes(model: &Model) -> Result<()> {
     let n = model.frame.n_cells();
     if n == 0 {
@@ -85,10 +82,6 @@ fn check_sizes(model: &Model) -> Result<()> {
     Ok(())
 }
 
-/// Scales of the unknowns.
-///
-/// # Errors
-/// If a friction coefficient is too small, or the normal flexibility of a cell is not positive.
 fn contact_scales(model: &Model, ellipse: Option<&FrictionEllipse>) -> Result<ContactScales> {
     if let Some(mu) = ellipse.into_iter().flat_map(|e| e.mu).find(|mu| !(1.0 / mu).is_finite()) {
         return Err(Error::input(format!(
@@ -106,7 +99,6 @@ fn contact_scales(model: &Model, ellipse: Option<&FrictionEllipse>) -> Result<Co
 }
 
 impl<'a> PreparedModel<'a> {
-    /// Checks sizes and values, and computes the quantities that `steps` need.
     pub fn new(model: &'a Model, steps: &[Step]) -> Result<Self> {
         check_sizes(model)?;
         let n = model.frame.n_cells();
@@ -189,15 +181,13 @@ impl<'a> PreparedModel<'a> {
         now
     }
 
-    /// Approach at a path point.
     pub fn approach(&self, it: &ContactState, end: usize) -> f64 {
         self.approach_of(&it.rigid_motion[end], &it.mode_amplitudes[end])
     }
 
-    /// Approach for a rigid motion and mode amplitudes.
     pub fn approach_of(&self, rigid: &[f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> f64 {
         let approach = self.first_touch - self.motion(rigid, floating)[2];
-        // A difference of nearly equal numbers that is this small is rounding error.
+        // A difference this small is rounding error.
         if approach.abs() <= 2.0 * f64::EPSILON * self.first_touch.abs() { 0.0 } else { approach }
     }
 
@@ -206,25 +196,19 @@ impl<'a> PreparedModel<'a> {
         self.free_translations.iter().map(|free| free * free.dot(&direction)).sum()
     }
 
-    /// Returns whether the bodies are unconstrained along n.
     pub fn normal_is_free(&self) -> bool {
         (self.free_part(Vector3::z()) - Vector3::z()).norm() < 1e-6
     }
 
-    /// Scales of the current operator.
     pub fn scales(&self) -> Arc<ContactScales> {
         self.scales.lock().expect("no panic while the scales are held").clone()
     }
 
-    /// Groups of cells whose flexibility the run has formed, in order.
     pub fn formed_cells(&self) -> Vec<Vec<usize>> {
         self.formed_cells.lock().expect("no panic while the list is held").clone()
     }
 
     /// Forms the flexibility of additional cells and returns the scales of the extended operator.
-    ///
-    /// # Errors
-    /// If a body cannot be solved, or memory does not suffice.
     pub fn form_flexibility(&self, cells: &[usize]) -> Result<Arc<ContactScales>> {
         self.model.flexibility.form_rows(cells)?;
         self.formed_cells.lock().expect("no panic while the list is held").push(cells.to_vec());
@@ -253,7 +237,6 @@ impl<'a> PreparedModel<'a> {
     }
 }
 
-/// Approach at which the first cell closes, from the normal part of the initial gap, `[N]`; 0 on curved frames.
 pub(super) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {
     if level { normal_gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 }
 }
@@ -273,8 +256,7 @@ fn rotation_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
     gap
 }
 
-/// Matrix per cell from a rigid motion in the frame's axes to the cell's axes, without components across planes of symmetry. `None`
-/// if every matrix is the identity.
+/// Matrix per cell from a rigid motion in the frame's axes to the cell's axes, without components across planes of symmetry.
 fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
     let projectors = frame.symmetry_projectors();
     if frame.has_uniform_axes() && projectors.is_empty() {

@@ -16,7 +16,6 @@ use crate::evolution::step::{HistoryRow, Spin, Tangential};
 use crate::omitted::OmittableWork;
 
 impl Run<'_> {
-    /// Load path of the current step from the present state.
     pub(super) fn load_path(&self) -> LoadPath {
         let (force, moment) = self.prepared.resultants(&self.state.tractions);
         let turn = self.prepared.rotation(&self.state.mode_amplitudes);
@@ -24,7 +23,6 @@ impl Run<'_> {
         LoadPath::new(self.step(), self.controls, start, &self.prepared)
     }
 
-    /// Runs the remaining increments of a monotone or rolling step.
     pub(super) fn run_increments(&mut self) -> Advance {
         let step = self.step();
         let mut ramp = match &self.progress {
@@ -143,14 +141,12 @@ impl Run<'_> {
         )))
     }
 
-    /// Returns whether friction acts in the current step.
     pub(super) fn has_friction(&self) -> bool {
         self.step().friction && self.prepared.ellipse.is_some()
     }
 
-    /// Replaces tangential force and spin moment by fixed motions if friction does not act or the step rolls. Without friction the
-    /// prescribed values are zero, and any position satisfies them. A spin moment on inclined cells stays prescribed without
-    /// friction, because their pressures carry it.
+    /// Replaces tangential force and spin moment by fixed motions if friction does not act or the step rolls. A spin moment on
+    /// inclined cells stays prescribed without friction, because their pressures carry it.
     pub(super) fn effective_loads(&self, mut loads: PrescribedLoads) -> PrescribedLoads {
         if !self.has_friction() {
             loads.tangential = TangentialControl::Shift;

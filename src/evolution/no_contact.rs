@@ -7,8 +7,7 @@ use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::Normal;
 
 impl PreparedModel<'_> {
-    /// Kind and text of the warning that nothing is in contact although `record` converged. `left` is the smallest gap, in the
-    /// length unit of the scene.
+    /// Warning that nothing is in contact. `left` is the smallest gap, in the length unit of the scene.
     ///
     /// A cell touches when its mean gap closes: the model does not resolve smaller overlaps of the surfaces. `None` under zero
     /// force, because no contact is then the correct solution.

@@ -1,4 +1,4 @@
-//! Observer of a run: what the caller of a run implements to receive progress, records and checkpoints.
+//! Observer of a run.
 
 use crate::evolution::checkpoint::RunCheckpoint;
 use crate::evolution::records::{FrameState, IncrementRecord};
@@ -13,12 +13,11 @@ pub enum CheckpointEvent {
     StepEnd,
     /// The run is interrupted, or a contact problem did not converge.
     Aborted,
-    /// The run ends here and resumes with other operators. Contact reaches the edge of the frame in the next jump, or the observer
-    /// requests a rebuild.
+    /// The run ends here and resumes with other operators.
     Suspended,
 }
 
-/// Observer of a run, which receives progress, fields and checkpoints.
+/// Receives progress, records and checkpoints of a run.
 pub trait Observer: Send {
     /// Called during a stage with its name, the fraction done in 0..=1, and the current natural residual.
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
@@ -44,7 +43,7 @@ pub trait Observer: Send {
         Ok(())
     }
 
-    /// Returns whether the run should stop so that the caller can rebuild the operators for the wear depth `wear_depth` of both
+    /// Returns whether the run should stop, so that the caller can rebuild the operators for the wear depth `wear_depth` of both
     /// bodies (`[N]`, mm). Called before each step, and before jumps of a step in progress.
     fn wants_rebuild(&self, _wear_depth: &[f64]) -> bool {
         false

@@ -101,7 +101,6 @@ fn jumps(step: &Step) -> bool {
         if cycles.expected_solves(step.wear) as f64 <= 0.5 * cycles.count)
 }
 
-/// Names of steps in quotes, separated by commas.
 pub(super) fn quoted_names(names: &[&str]) -> String {
     names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
 }

@@ -6,20 +6,17 @@ use crate::contact::balance::MAX_RIGID_MODES;
 use crate::contact::{ContactState, Increment};
 use crate::evolution::state::RunState;
 
-/// Extrapolates from the last two increments of a step. Increments are similar, so the last change predicts the next one.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Predictor {
     /// Tractions `[3, N]` and motions at the start of the previous increment.
     previous_start: Option<(Vec<f64>, [f64; 3], [f64; MAX_RIGID_MODES])>,
 }
 
-/// Linear extrapolation from `before` and `now` by one more increment.
 fn beyond(now: f64, before: f64) -> f64 {
     2.0 * now - before
 }
 
 impl Predictor {
-    /// Stores the state at the start of an increment.
     pub fn note(&mut self, state: &RunState) {
         let (rigid, floating) = (state.rigid_motion, state.mode_amplitudes);
         match &mut self.previous_start {
@@ -31,7 +28,6 @@ impl Predictor {
         }
     }
 
-    /// Initial guess of rigid motion and mode amplitudes for the next increment.
     pub fn motions(&self, state: &RunState) -> ([f64; 3], [f64; MAX_RIGID_MODES]) {
         let Some((_, rigid, floating)) = &self.previous_start else {
             return (state.rigid_motion, state.mode_amplitudes);

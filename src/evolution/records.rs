@@ -57,9 +57,9 @@ pub struct Resultants {
     pub peak_pressure: f64,
 }
 
-/// One entry of `summary.steps`: an increment or a cycle jump. For a jump, displacements, rotations, areas, peak and normal force
-/// are means of the two reversal points. Tangential force and moment belong to the + reversal point. Forces and moments act on
-/// body 1. All components are along the frame's axes.
+/// One entry of `summary.steps`: an increment or a jump. For a jump, displacements, rotations, areas, peak and normal force are
+/// means of the two reversal points. Tangential force and moment belong to the + reversal point. Forces and moments act on body 1.
+/// All components are along the frame's axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, Default)]
 pub struct IncrementRecord {
     /// Name of the step.
@@ -82,7 +82,7 @@ pub struct IncrementRecord {
     pub moment: [f64; 3],
     /// Area of the cells with p > 0, mm2.
     pub contact_area: f64,
-    /// Area of the cells that stick, |q|_μ < p (1 - 1e-6), mm2; 0 without friction.
+    /// Area of the cells that stick, mm2 (see [`Resultants`]).
     pub stick_area: f64,
     /// Largest cell pressure, MPa.
     pub peak_pressure: f64,
@@ -90,9 +90,9 @@ pub struct IncrementRecord {
     pub contact_touches_edge: bool,
     /// Wear volume of both bodies since the start, mm3.
     pub worn_volume: f64,
-    /// Wear volumes of body 1 and body 2, mm3.
+    /// Wear volumes of body 1 and body 2 since the start, mm3.
     pub worn_volume_by_body: [f64; 2],
-    /// Estimated error of the wear volume caused by jumps and by the path between reversal points, mm3.
+    /// Estimated error of the wear volume by jumps and by the path between reversal points, mm3.
     pub worn_volume_error: f64,
     /// Wear volume computed from the friction energy, mm3; `None` if wear does not follow friction.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -109,7 +109,7 @@ pub struct IncrementRecord {
     pub dissipation: f64,
     /// Independent checks; for a jump, the worst of its stages.
     pub certificate: Certificate,
-    /// Method of the contact solver, with the methods that it replaced; for a jump, the method of the last stage.
+    /// Method of the contact solver, with the methods that it replaced; for a jump, of the last stage.
     pub method: String,
     /// Iterations of the contact solver.
     pub iterations: usize,
@@ -131,7 +131,7 @@ pub struct IncrementRecord {
 }
 
 impl IncrementRecord {
-    /// Replaces the resultants of the record by `values`.
+    /// The record with the resultants `values`.
     pub fn with_resultants(self, values: &Resultants) -> Self {
         Self {
             shift: values.shift,
@@ -147,7 +147,7 @@ impl IncrementRecord {
         }
     }
 
-    /// The record with displacement, rotation, forces, areas and peak at the + reversal point. The approach stays the mean.
+    /// The record with the resultants of the + reversal point. The approach stays the mean.
     pub fn at_plus_reversal(&self) -> Self {
         let entry = self.clone();
         if let Some([plus, _]) = self.stroke_ends { entry.with_resultants(&plus) } else { entry }
@@ -181,15 +181,15 @@ pub struct JumpRecord {
     pub depth_error: f64,
     /// Estimated error of the wear volume, mm3.
     pub volume_error: f64,
-    /// Longest stable explicit jump: cycles, or mm of sliding.
+    /// Longest stable explicit jump, cycles or mm of sliding.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub critical_length: Option<f64>,
-    /// Increments per stroke of the cycle resolved before the jump; `None` if no cycle was resolved.
+    /// Increments per stroke of the cycle resolved before the jump, if any.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub resolved: Option<usize>,
 }
 
-/// Reason why a run did not converge. The summary has its name in kebab case.
+/// Reason why a run did not converge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Divergence {
@@ -199,13 +199,13 @@ pub enum Divergence {
     GrossSliding,
     /// The bodies separated under prescribed forces.
     ContactLost,
-    /// The jump in which contact reaches the edge of the frame was not taken. Set by `Run::end`.
+    /// The jump in which contact reaches the edge of the frame was not taken.
     FrameEdge,
     /// The stick zone of a cycle did not converge.
     StickZone,
-    /// The linear equations of a body were not solved. Set by `Summary`.
+    /// The linear equations of a body were not solved.
     LinearSolver,
-    /// The requested accuracy was not reached. Set by `adaptive`.
+    /// The requested accuracy was not reached.
     Accuracy,
 }
 
@@ -241,8 +241,7 @@ pub enum Outcome {
     Interrupted,
 }
 
-/// Fields on the frame after an increment, for output. All lists have N values per component (x, y, n) in the axes of the cells;
-/// tractions act on body 2.
+/// Fields on the frame after an increment, in the axes of the cells.
 #[derive(Debug, Clone, Default)]
 pub struct FrameState {
     /// Tractions on body 2, `[3, N]` by components, MPa.

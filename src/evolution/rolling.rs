@@ -18,9 +18,8 @@ impl Rolling {
         frame.grid.map_or(0.0, |grid| grid.spacing[self.axis().0])
     }
 
-    /// Returns the upstream cells, and the rigid slip during the passage through a cell for the fraction `share` of creepages and
-    /// spin. The material of a cell comes from its neighbour on the leading side. The rigid slip is evaluated halfway between both
-    /// centres.
+    /// Upstream cells, and the rigid slip during the passage through a cell for the fraction `share` of creepages and spin. The
+    /// material of a cell comes from its neighbour on the leading side. The rigid slip is evaluated halfway between both centres.
     fn upstream(&self, frame: &ContactFrame, share: f64) -> Result<Upstream> {
         let grid = frame.grid.ok_or_else(|| {
             Error::input("rolling needs cells in rows along its direction: use frame.kind = \"grid\"")
@@ -67,7 +66,7 @@ impl Rolling {
 }
 
 impl Run<'_> {
-    /// Runs the remaining increments of a rolling step. Later steps continue from the tangential displacement at its end.
+    /// Later steps continue from the tangential displacement at the end of the rolling step.
     pub(super) fn run_rolling_step(&mut self) -> Advance {
         self.run_increments()?;
         self.controls.tangential =
@@ -75,7 +74,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Upstream cells and rigid slip of increment `number` of a rolling step.
     pub(super) fn upstream(&self, rolling: &Rolling, number: usize) -> Result<Upstream> {
         rolling.upstream(&self.prepared.model.frame, number as f64 / self.step().increments as f64)
     }
@@ -116,7 +114,6 @@ impl Run<'_> {
         })
     }
 
-    /// Converts the slip during the passage through a cell to slip per rolled distance.
     pub(super) fn per_distance(&self, rolling: &Rolling, slip: &mut [f64]) {
         let passage = rolling.passage(&self.prepared.model.frame);
         slip.iter_mut().for_each(|slip| *slip /= passage);

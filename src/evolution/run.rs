@@ -7,9 +7,8 @@
 //! | contact at the edge of the frame | `fretting::next_jump` | [`FRAME_EDGE`] | [`Suspended::FrameEdge`] |
 //! | rebuild requested by the observer | before each step and jump | that so far | [`Suspended::Rebuild`] |
 //!
-//! Contact at the edge ends a run only in a jump that begins inside the frame; other increments warn. `simulation::rebuild` decides
-//! what follows a suspended run: a larger frame if the frame can grow, or moved meshes. Errors end a run without a result. An
-//! interruption that a body detects is such an error; the run reports its checkpoint first.
+//! Contact at the edge ends a run only in a jump that begins inside the frame; other increments warn. Errors end a run without a
+//! result. An interruption that a body detects is such an error; the run reports its checkpoint first.
 
 use crate::contact::SolverOptions;
 use crate::error::{Error, ErrorKind, Result};
@@ -27,20 +26,15 @@ use crate::omitted::OmittedWork;
 /// Outcome of a run that ends before a jump in which wear brings the contact to the edge of the frame.
 pub const FRAME_EDGE: Outcome = Outcome::NotConverged(Divergence::FrameEdge);
 
-/// Reason why a run ends before its last step is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum RunEnd {
-    /// The observer cancelled the run.
     Interrupted,
-    /// A contact problem did not converge.
     Diverged(Divergence),
     /// Contact reaches the edge of the frame in the next jump, which is not taken. Contains the work of this jump.
     FrameEdge(SolveWork),
-    /// The observer requests a rebuild of the operators.
     Rebuild,
 }
 
-/// What ends a step early: the end of the run, or an error.
 pub(super) enum Stop {
     End(RunEnd),
     Error(Error),
@@ -58,7 +52,6 @@ impl From<Error> for Stop {
     }
 }
 
-/// Result of a part of a step, which may end the run.
 pub(super) type Advance<T = ()> = std::result::Result<T, Stop>;
 
 /// Result of a run.
@@ -78,16 +71,16 @@ pub struct RunResult {
     pub fretting_loops: Vec<FrettingLoop>,
     /// Fields at the end.
     pub state: FrameState,
-    /// State from which the run resumes after a change of the model, if it ends for this.
+    /// State from which the run resumes after a change of the model, if any.
     pub suspended: Option<Suspended>,
 }
 
 /// State of a run that ends before its last step and resumes after a change of the model ([`RunCheckpoint::transfer_to`]).
 #[derive(Debug, Clone)]
 pub enum Suspended {
-    /// Contact reaches the edge of the frame: the run resumes on a larger frame. The outcome is [`FRAME_EDGE`].
+    /// Contact reaches the edge of the frame: the run resumes on a larger frame.
     FrameEdge(Box<RunCheckpoint>),
-    /// The observer requested other operators ([`Observer::wants_rebuild`]). The outcome is that of the steps so far.
+    /// The observer requested other operators ([`Observer::wants_rebuild`]).
     Rebuild(Box<RunCheckpoint>),
 }
 
@@ -119,21 +112,17 @@ impl RunResult {
     }
 }
 
-/// Run in progress: model, state and results so far.
 pub(super) struct Run<'a> {
     pub(super) observer: &'a mut dyn Observer,
     pub(super) prepared: PreparedModel<'a>,
     pub(super) options: SolverOptions,
     pub(super) steps: &'a [Step],
-    /// Index of the current step. `progress` is the progress of this step.
     pub(super) step_index: usize,
     pub(super) progress: StepProgress,
     pub(super) state: RunState,
     pub(super) controls: ActiveControls,
     pub(super) result: RunResult,
-    /// Warnings that are given once per step.
     pub(super) given_warnings: GivenWarnings,
-    /// Rollback point at the end of the last record.
     pub(super) rollback_point: RollbackPoint,
     /// Work of jumps that were not taken on earlier, smaller frames. The next record of a jump includes it.
     pub(super) discarded_work: SolveWork,
@@ -160,7 +149,6 @@ impl<'a> Run<'a> {
         self.step().kind.cycles().expect("a wear step has cycles")
     }
 
-    /// Adds a warning unless the current step has one of this kind already.
     pub(super) fn warn_once(&mut self, kind: StepWarning, text: impl FnOnce(&Self) -> String) {
         if self.is_first_in_step(kind) {
             let text = text(self);
@@ -168,7 +156,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Records a warning of the current step, and returns whether it is the first one of its kind.
+    /// Records a warning. Returns whether it is the first one of its kind in the current step.
     pub(super) fn is_first_in_step(&mut self, kind: StepWarning) -> bool {
         let name = &self.step().name;
         let step = self.steps.iter().position(|step| step.name == *name).unwrap_or(self.step_index);
@@ -196,13 +184,11 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Makes the present state the rollback point and reports a checkpoint.
     pub(super) fn record_rollback_point(&mut self, moment: CheckpointEvent) -> Result<()> {
         self.set_rollback_point();
         self.report_checkpoint(moment)
     }
 
-    /// Makes the present state the rollback point.
     pub(super) fn set_rollback_point(&mut self) {
         self.rollback_point.state.clone_from(&self.state);
         self.rollback_point.held = self.controls;
@@ -213,13 +199,11 @@ impl<'a> Run<'a> {
         self.rollback_point.loops = self.result.fretting_loops.len();
     }
 
-    /// Notifies the observer that the run can resume from the rollback point.
     pub(super) fn report_checkpoint(&mut self, moment: CheckpointEvent) -> Result<()> {
         let (observer, checkpoint) = self.observer_and_checkpoint();
         observer.on_checkpoint(moment, &checkpoint)
     }
 
-    /// Checkpoint of the rollback point.
     pub(super) fn checkpoint(&mut self) -> RunCheckpoint {
         self.observer_and_checkpoint().1()
     }
@@ -271,7 +255,6 @@ impl<'a> Run<'a> {
         (*observer, checkpoint)
     }
 
-    /// Resumes from the checkpoint of an earlier run.
     pub(super) fn restore(&mut self, snapshot: RunCheckpoint) -> Result<()> {
         let (n, steps) = (self.prepared.n(), self.steps);
         if snapshot.n_cells() != n || snapshot.step_index > steps.len() {

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::solver::SolveReport;
 
-/// Numbers of solves, iterations and operator applications.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub(super) struct SolveWork {
     pub solves: usize,
@@ -15,7 +14,6 @@ pub(super) struct SolveWork {
 }
 
 impl SolveWork {
-    /// Work of one solve.
     pub fn of(report: &SolveReport) -> Self {
         Self { solves: 1, iterations: report.iterations, applications: report.applications }
     }

@@ -8,7 +8,6 @@ use crate::contact::{ContactState, Increment};
 use crate::evolution::model::PreparedModel;
 use crate::evolution::records::{Certificate, FrameState, Resultants};
 
-/// State at the end of an increment.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RunState {
     /// Tractions on body 2, `[3, N]`, MPa.
@@ -21,13 +20,11 @@ pub(super) struct RunState {
     pub wear_depth: Vec<f64>,
     /// Rigid motion of body 2 along the frame's x, y, n, mm (n = first touch - approach).
     pub rigid_motion: [f64; 3],
-    /// Amplitudes of the additional rigid modes.
     pub mode_amplitudes: [f64; MAX_RIGID_MODES],
     /// Cumulative friction dissipation, N mm.
     pub dissipation: f64,
     /// Wear volume by rolling, mm3.
     pub rolling_wear_volume: f64,
-    /// Cumulative number of cycles.
     pub cycles_done: u64,
     /// Cumulative distance of steady sliding, mm.
     pub distance_slid: f64,
@@ -35,12 +32,11 @@ pub(super) struct RunState {
     pub wear_dissipation: Option<f64>,
     /// Estimated error of the wear depth caused by jumps and unresolved paths, sum of magnitudes, `[N]`, mm.
     pub depth_errors: Vec<f64>,
-    /// Estimated error of the wear volume caused by jumps and unresolved paths, sum of magnitudes, mm3.
+    /// Estimated error of the wear volume from the same sources, mm3.
     pub volume_error: f64,
 }
 
 impl RunState {
-    /// Undeformed bodies at first touch.
     pub fn undeformed(prepared: &PreparedModel) -> Self {
         let n = prepared.n();
         Self {
@@ -60,12 +56,10 @@ impl RunState {
         }
     }
 
-    /// Adds the dissipation of an increment with wear. If friction does not act, `wear_dissipation` becomes `None`.
     pub fn add_wear_dissipation(&mut self, dissipation: f64, friction: bool) {
         self.wear_dissipation = self.wear_dissipation.filter(|_| friction).map(|energy| energy + dissipation);
     }
 
-    /// Takes tractions, elastic displacement, tangential gap and motions from one path point of a solved increment.
     pub fn set_from(&mut self, it: &ContactState, end: usize) {
         let n = self.wear_depth.len();
         let planes = end * 3 * n..(end + 1) * 3 * n;
@@ -77,7 +71,6 @@ impl RunState {
     }
 }
 
-/// Resultants and areas at one path point.
 pub(super) fn resultants(
     prepared: &PreparedModel,
     problem: &Increment,
@@ -113,8 +106,8 @@ pub(super) fn resultants(
     result
 }
 
-/// Returns whether a cell carries pressure, at any path point, at an edge of the frame beyond which the bodies continue.
-/// `scaled` contains the scaled tractions, `[3, N]` per path point.
+/// Returns whether a cell carries pressure at an edge of the frame beyond which the bodies continue. `scaled` is `[3, N]` per path
+/// point.
 pub(super) fn touches_edge(prepared: &PreparedModel, scaled: &[f64]) -> bool {
     let n = prepared.n();
     scaled
@@ -122,7 +115,6 @@ pub(super) fn touches_edge(prepared: &PreparedModel, scaled: &[f64]) -> bool {
         .any(|planes| planes[2 * n..].iter().zip(&prepared.edge).any(|(p, edge)| *edge && *p > 0.0))
 }
 
-/// Fields at one path point, for output.
 pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, worn: &[f64]) -> FrameState {
     let n = worn.len();
     let base = end * 3 * n;

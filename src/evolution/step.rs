@@ -26,7 +26,7 @@ pub enum Tangential {
 pub enum Tilt {
     /// Small rotation about x, y, radians.
     Rotation([f64; 2]),
-    /// Moment on body 1 about x, y, N mm; the rotation is unknown.
+    /// Moment on body 1 about x, y, N mm.
     Moment([f64; 2]),
 }
 
@@ -35,7 +35,7 @@ pub enum Tilt {
 pub enum Spin {
     /// Small rotation, radians.
     Twist(f64),
-    /// Moment on body 1, N mm; the twist is unknown.
+    /// Moment on body 1, N mm.
     Moment(f64),
 }
 
@@ -50,8 +50,8 @@ pub struct Cycles {
     pub integrator: Integrator,
 }
 
-/// Closed path of displacements or tangential forces about their values at the start of the step: back and forth on a line, or
-/// around an ellipse. It starts at the + reversal point.
+/// Closed path of displacements or tangential forces about their values at the start of the step: a line or an ellipse. It starts
+/// at the + reversal point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedPath {
     /// Quantity that follows the path.
@@ -60,13 +60,13 @@ pub struct ClosedPath {
     pub amplitude: [f64; 2],
     /// Angle from the frame's x to the first half-axis, radians.
     pub angle: f64,
-    /// Number of increments per stroke (half a cycle). Their ends are the path points that are solved together.
+    /// Number of increments per stroke (half a cycle).
     pub increments: usize,
-    /// Settings of resolved cycles, which determine the wear between the reversal points; `None` without resolved cycles.
+    /// Settings of resolved cycles; `None` without resolved cycles.
     pub resolved_cycles: Option<ResolvedCycleSettings>,
 }
 
-/// Settings of resolved cycles, which supplement the coupled path points. Their strokes are solved one increment after the other.
+/// Settings of resolved cycles, which supplement the coupled path points. Their strokes are solved increment by increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedCycleSettings {
     /// Relative tolerance of the wear of a cycle. Refinement ends when the root-mean-square wear depth changes by less, or when the
@@ -100,11 +100,10 @@ pub enum Drive {
     Force,
 }
 
-/// Typical number of jumps with error control.
 const TYPICAL_CONTROLLED_JUMPS: usize = 6;
 
 impl Cycles {
-    /// Expected number of contact solutions: all stages of all jumps, and the first strokes before them.
+    /// Expected number of contact solutions, first strokes included.
     pub fn expected_solves(&self, wear: bool) -> usize {
         let jumps = match self.jumps {
             JumpPolicy::Number(jumps) => jumps,
@@ -122,18 +121,16 @@ impl ClosedPath {
         self.offsets_at(|part| part)
     }
 
-    /// Offsets with graded increments on a line with prescribed displacement: increment k of K ends at (k/K)^m of its stroke.
-    /// Increments are then short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is the share of
-    /// the stroke in which slip spreads. With m = log2(1/transition), the first of two increments ends at this share; m is at
-    /// least 2. Other paths have equal increments.
+    /// As [`Self::offsets`], but increment k of K ends at (k/K)^m of its stroke on a line with prescribed displacement. Increments
+    /// are then short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is the share of the stroke in
+    /// which slip spreads: m = max(log2(1/transition), 2).
     pub fn graded_offsets(&self, transition: f64) -> Vec<[f64; 2]> {
         let graded = self.drive == Drive::Shift && self.amplitude[1] == 0.0;
         let exponent = transition.recip().log2().max(2.0);
         self.offsets_at(|part| if graded { part.powf(exponent) } else { part })
     }
 
-    /// Offsets at the fractions `of(k/K)`, k = 1..K, of both strokes, with K increments per stroke; the + reversal point comes
-    /// first.
+    /// Offsets at the fractions `of(k/K)`, k = 1..K, of both strokes.
     fn offsets_at(&self, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
         let k = self.increments as f64;
         let (s, c) = self.angle.sin_cos();
@@ -263,18 +260,18 @@ pub struct HistoryRow {
     pub count: usize,
 }
 
-/// One load step.
+/// One load step. A control of `None` keeps the previous control.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// Name of the step in results.
     pub name: String,
-    /// Normal control; `None` keeps the previous one.
+    /// Normal control.
     pub normal: Option<Normal>,
-    /// Tangential control; `None` keeps the previous one.
+    /// Tangential control.
     pub tangential: Option<Tangential>,
-    /// Rotation about x, y or its moment; `None` keeps the previous control.
+    /// Rotation about x, y or its moment.
     pub tilt: Option<Tilt>,
-    /// Rotation about n or its moment; `None` keeps the previous control.
+    /// Rotation about n or its moment.
     pub spin: Option<Spin>,
     /// Number of load increments.
     pub increments: usize,
@@ -284,7 +281,7 @@ pub struct Step {
     pub wear: bool,
     /// Kind of the step.
     pub kind: StepKind,
-    /// Load point of a history; numbers of increments continue from the previous load point.
+    /// Load point of a history. Numbers of increments continue from the previous load point.
     pub history_row: Option<HistoryRow>,
 }
 

@@ -7,35 +7,31 @@ use serde::{Deserialize, Serialize};
 
 use crate::evolution::step::{Cycles, JumpPolicy};
 
-/// Settings of [`StepController`]. An error ratio is the estimated error of a jump divided by the allowed error. No measurement is
-/// recorded that chose the values.
+/// Settings of [`StepController`]. An error ratio is the estimated error of a jump divided by the allowed error. No measurement
+/// that chose the values is recorded.
 pub(super) struct StepControllerSettings {
     /// Safety factor on the length of the next jump.
     error_target: f64,
-    /// Exponent of the present error: the next length is proportional to (present error ratio)^(-exponent / order). Gustafsson 1991.
+    /// The next length is proportional to (present error ratio)^(-exponent / order).
     current_error_exponent: f64,
-    /// Exponent of the last error: the next length is also proportional to (last error ratio)^(exponent / order), with the accepted
-    /// jump before. For the first jump, and after a rejected jump, the present error ratio is used instead. Gustafsson 1991.
+    /// The next length is also proportional to (error ratio of the last accepted jump)^(exponent / order). Without an accepted jump
+    /// directly before, the present error ratio is used instead.
     last_error_exponent: f64,
     /// Largest ratio of the next length to the length of the jump just computed.
     max_length_growth: f64,
-    /// Smallest ratio of the next length to the length of the jump just computed.
     min_length_growth: f64,
-    /// Largest length of controlled explicit jumps, relative to the longest stable jump. The estimate of the longest stable
-    /// jump may be a few percent too large.
+    /// Largest length of controlled explicit jumps, relative to the longest stable jump, whose estimate may be a few percent too
+    /// large.
     explicit_length_share: f64,
-    /// Largest growth of the contact radius, and largest change of the stick-zone radius, in a jump, in cells. The larger of this
-    /// limit and `max_radius_growth_share` counts.
+    /// Largest growth of the contact radius, and largest change of the stick-zone radius, in a jump, in cells.
     max_radius_growth_cells: f64,
-    /// The same limit as a share of the contact radius.
+    /// The same limit as a share of the contact radius; the larger limit counts.
     max_radius_growth_share: f64,
-    /// Largest number of rejected trials of a jump. Twelve halvings shorten a jump 4096 times.
     pub max_trials: usize,
     /// Iterations per stage after which a shorter jump is tried, if one is possible.
     max_trial_iterations: usize,
 }
 
-/// Settings that all runs use.
 pub(super) const STEP_CONTROLLER: StepControllerSettings = StepControllerSettings {
     error_target: 0.9,
     current_error_exponent: 0.7,
@@ -49,51 +45,40 @@ pub(super) const STEP_CONTROLLER: StepControllerSettings = StepControllerSetting
     max_trial_iterations: 2000,
 };
 
-/// Controller of the lengths of jumps: cycles, or mm of sliding.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct StepController {
-    /// Aimed length of the next jump.
     next_length: f64,
     /// Error ratio of the last accepted jump; `None` before the first one, and after a rejected trial.
     last_error_ratio: Option<f64>,
-    /// Order p of the integrator. The error of a jump grows as length^(p + 1), so the error divided by the length grows as length^p.
+    /// The error of a jump, divided by its length, grows as length^order.
     order: f64,
     /// Length of the last trial if it was rejected.
     rejected_length: Option<f64>,
-    /// Number of rejected trials of the next jump.
     pub rejected_trials: usize,
 }
 
-/// Position in a wear step before a jump.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepPosition {
     /// Completed cycles, or mm of sliding.
     pub completed: f64,
-    /// Number of completed jumps.
     pub jumps_done: usize,
-    /// Whether jumps consist of whole cycles.
     pub whole_cycles: bool,
     /// Longest stable jump of an explicit integrator.
     pub critical_length: Option<f64>,
 }
 
-/// Trial of a jump that the controller asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PlannedTrial {
     pub length: f64,
-    /// Whether a shorter jump is possible.
     pub can_be_shorter: bool,
     /// Largest number of solver iterations per stage.
     pub max_iterations: usize,
 }
 
-/// Measures by which a trial is accepted or rejected.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TrialMeasures {
     pub converged: bool,
-    /// Whether too many cells lost contact.
     pub lost_contact: bool,
-    /// Estimated error divided by the allowed error.
     pub error_ratio: f64,
     /// Radius of the contact before and after the jump, mm.
     pub contact_radius: [f64; 2],
@@ -103,26 +88,20 @@ pub(super) struct TrialMeasures {
     pub cell_side: f64,
 }
 
-/// Reason to try a shorter jump.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Rejection {
-    /// The solver did not converge.
     NotConverged,
-    /// Too many cells lost contact.
     LostContact,
-    /// The error ratio exceeds 1 and has this value.
+    /// Error ratio above 1.
     Error(f64),
-    /// The radius of the contact or of the stick zone changes too much.
     RadiusChange,
 }
 
 impl StepController {
-    /// Controller with a first length. `order` is the order of the integrator.
     pub fn new(first: f64, order: f64) -> Self {
         Self { next_length: first, last_error_ratio: None, order, rejected_length: None, rejected_trials: 0 }
     }
 
-    /// Next trial of the jump from `position`. `max_iterations` is the iteration limit of the solver.
     pub fn plan(&self, cycles: &Cycles, position: StepPosition, max_iterations: usize) -> PlannedTrial {
         let StepPosition { completed, jumps_done, whole_cycles, critical_length } = position;
         match cycles.jumps {
@@ -147,14 +126,12 @@ impl StepController {
         }
     }
 
-    /// Returns whether a trial may be rejected: a shorter jump is possible, and trials are left.
     fn may_reject(&self, trial: &PlannedTrial) -> bool {
         trial.can_be_shorter && self.rejected_trials < STEP_CONTROLLER.max_trials
     }
 
-    /// Length of a jump: the remaining length `left`, divided into equal jumps that exceed `aim` by at most 1 %. If `unit` is
-    /// positive, `left` must be a multiple of it. The length is then rounded up to a multiple of `unit`. After a rejected trial it
-    /// is shorter than that trial, but never below `unit`.
+    /// Length of a jump: `left` divided into equal jumps that exceed `aim` by at most 1 %. It is rounded up to a multiple of a
+    /// positive `unit`. After a rejected trial it is shorter than that trial, but never below `unit`.
     fn length(&self, aim: f64, left: f64, unit: f64) -> f64 {
         let parts = (left / aim - 1e-2).ceil().max(1.0);
         let even = left / parts;
@@ -168,7 +145,6 @@ impl StepController {
         }
     }
 
-    /// Reason to reject a trial, if any.
     pub fn judge(&self, trial: &PlannedTrial, measures: &TrialMeasures) -> Option<Rejection> {
         if !self.may_reject(trial) {
             return None;
@@ -192,7 +168,6 @@ impl StepController {
         }
     }
 
-    /// Sets the next length after an accepted jump with the given error ratio.
     pub fn accept(&mut self, length: f64, error_ratio: f64) {
         let ratio = error_ratio.max(1e-10);
         let last = self.last_error_ratio.unwrap_or(ratio);
@@ -204,7 +179,6 @@ impl StepController {
         (self.last_error_ratio, self.rejected_length, self.rejected_trials) = (Some(ratio), None, 0);
     }
 
-    /// Sets the next length after a rejected trial: by its error, or half of its length.
     pub fn reject(&mut self, length: f64, reason: Rejection) {
         self.next_length = match reason {
             Rejection::Error(ratio) => {
@@ -269,7 +243,7 @@ mod tests {
         }
     }
 
-    /// Truth: 1000 remaining cycles and a next length of 300 give four equal jumps of 250 cycles, without a short last jump.
+    /// Truth: 1000 remaining cycles and a next length of 300 give four equal jumps of 250 cycles.
     #[test]
     fn the_rest_is_shared_out() {
         let control = StepController::new(300.0, 2.0);
@@ -291,7 +265,7 @@ mod tests {
         StepPosition { completed, jumps_done, whole_cycles: true, critical_length: None }
     }
 
-    /// Truth: 3 jumps over 10 cycles end at the rounded multiples of 10/3: 3, 7, 10. They cannot be shorter.
+    /// Truth: 3 jumps over 10 cycles end at the rounded multiples of 10/3: 3, 7, 10.
     #[test]
     fn prescribed_jumps_consist_of_whole_cycles() {
         let control = StepController::new(10.0, 2.0);

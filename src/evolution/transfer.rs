@@ -1,5 +1,4 @@
-//! Transfer of a checkpoint to other operators: to a frame with more cells if contact has outgrown the present one, or to bodies
-//! that have changed.
+//! Transfer of a checkpoint to a frame with more cells, or to bodies that have changed.
 
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::error::{Error, Result};
@@ -30,8 +29,7 @@ impl PreviousModel {
         }
     }
 
-    /// Tangential gap, `[2, N]`, for elastic displacements `elastic` and mode amplitudes `floating`. It excludes the prescribed
-    /// motion of body 2, which does not depend on the bodies.
+    /// Tangential gap, `[2, N]`, without the prescribed motion of body 2, which does not depend on the bodies.
     fn tangential_gap(&self, elastic: &[f64], floating: &[f64; MAX_RIGID_MODES]) -> Vec<f64> {
         let gap = |k: usize| {
             let moved = self.floating.iter().zip(floating).map(|(motion, amount)| amount * motion[k]);
@@ -49,10 +47,9 @@ impl RunCheckpoint {
     /// Transfers the checkpoint to the operators of `model`. `new_cell_indices` contains the new index of each cell, `[N]`.
     /// `previous` contains the gaps of the previous model if the bodies have changed.
     ///
-    /// Tractions and depths stay identical to the last bit. If the bodies are unchanged, elastic displacement and gap also stay
-    /// identical. On changed bodies the elastic displacement is recomputed from the tractions. The slip reference changes with the
-    /// tangential gap, so that no cell slips. New cells have no wear and no tractions; their slip refers to their present
-    /// tangential gap.
+    /// Tractions and depths stay identical to the last bit, and so do elastic displacement and gap of unchanged bodies. On changed
+    /// bodies the elastic displacement is recomputed from the tractions. The slip reference changes with the tangential gap, so
+    /// that no cell slips. New cells have no wear and no tractions.
     ///
     /// # Errors
     /// If the model is invalid, the checkpoint is within a monotone step, or the frames do not match. If a body cannot be solved or
@@ -101,14 +98,12 @@ impl RunCheckpoint {
     }
 }
 
-/// Transfer of a state to the operators of `prepared`.
 struct StateTransfer<'a> {
     new_cell_indices: &'a [usize],
     prepared: &'a PreparedModel<'a>,
     previous: Option<&'a PreviousModel>,
 }
 
-/// Changes of the gap that result from changed bodies.
 struct OperatorChange {
     /// Change of the tangential gap in the cells of the previous frame, `[2, N]`, mm.
     gap: Vec<f64>,
@@ -167,7 +162,7 @@ impl StateTransfer<'_> {
         Ok((state, change))
     }
 
-    /// Transfers a wear step in progress. `reference` is the tangential gap with the new operators, `[2, N]`, mm.
+    /// `reference` is the tangential gap with the new operators, `[2, N]`, mm.
     fn transfer_wear_step(
         &self,
         mut wear_step: WearStepState,
@@ -188,7 +183,7 @@ impl StateTransfer<'_> {
         wear_step.wear_rate = extend_field(&wear_step.wear_rate, places, n, |_| 0.0);
         wear_step.path_correction = wear_step.path_correction.map(|resolved| resolved.transfer_to(places, n));
         if let (SlipSource::Sliding(slip), true) = (&mut wear_step.slip_source, n > places.len()) {
-            // The slip per length is uniform, because all cells of the frame have the same axes.
+            // All cells of the frame have the same axes.
             let along = [slip[0], slip[places.len()]];
             *slip = extend_field(slip, places, n, |k| along[k / n]);
         }

@@ -5,12 +5,11 @@ use crate::evolution::step::{Step, StepKind};
 use crate::flexibility::Flexibility;
 use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 
-/// Friction coefficient from which friction counts as large.
 const LARGE_FRICTION_COEFFICIENT: f64 = 1.0;
 
 /// Warning that large friction may admit several solutions (Klarbring 1990: "Examples of non-uniqueness and non-existence of
-/// solutions to quasistatic contact problems with friction"). `None` for coefficients below [`LARGE_FRICTION_COEFFICIENT`]. `None`
-/// also if tangential tractions do not change the pressures, because the solution is then unique.
+/// solutions to quasistatic contact problems with friction"). `None` also if tangential tractions do not change the pressures,
+/// because the solution is then unique.
 pub(super) fn large_friction_warning(
     ellipse: Option<FrictionEllipse>,
     operator: &dyn Flexibility,

@@ -1,10 +1,9 @@
 //! Friction laws: each gives one ellipse of admissible tangential tractions for the whole frame, in the local axes of each cell.
 
-/// Friction ellipse of a cell: semi-axes `mu` (per unit pressure) along axes turned by `angle` (radians) from the
-/// cell's local x towards y.
+/// Friction ellipse of a cell, with semi-axes `mu` per unit pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionEllipse {
-    /// Coefficients along the principal axes (mu1, mu2).
+    /// Coefficients (mu1, mu2) along the principal axes.
     pub mu: [f64; 2],
     /// Angle of the first principal axis from local x, radians.
     pub angle: f64,
@@ -49,7 +48,7 @@ pub enum FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// Friction ellipse, common to all cells, or `None` if frictionless (no law, or both coefficients zero).
+    /// Friction ellipse, common to all cells; `None` without friction, or with zero coefficients.
     pub fn ellipse(&self) -> Option<FrictionEllipse> {
         let ellipse = match *self {
             Self::None => None,

@@ -3,7 +3,7 @@
 
 use crate::laws::friction::{FrictionEllipse, tilt_interpolation};
 
-/// Specific wear rate of a cell, 1/MPa, along principal axes turned by `angle` (radians) from local x.
+/// Orthotropic specific wear rate of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpecificWearRate {
     /// Specific wear rates (i1, i2) along the principal axes, 1/MPa.

@@ -1,8 +1,8 @@
 //! Two-level additive Schwarz preconditioner for a symmetric positive definite matrix A, the discretisation of a smooth kernel.
 //!
 //! `B = Σ_g R_gᵀ A_g⁻¹ R_g + Wᵀ A_c⁻¹ W` with `A_c = W A Wᵀ`. A_g is the diagonal block of a group of neighbouring points, selected
-//! by R_g. A row of W contains the weights of the points of one coarse group. A⁻¹ is nearly local. The local blocks approximate its
-//! effect on short waves, and the coarse groups approximate its effect on long waves. B is symmetric and positive definite.
+//! by R_g. A row of W contains the weights of the points of one coarse group. The local blocks approximate A⁻¹ for short waves, the
+//! coarse groups for long waves.
 //!
 //! # Source
 //! Mund, Stephan and Weiße 1998, "Two-level methods for the single layer potential in R³".
@@ -19,22 +19,18 @@ use rayon::prelude::*;
 use super::hierarchical::{ComponentProduct, HierarchicalMatrix};
 use super::vector::dot8;
 
-/// Maximum number of points in a local group.
 const MAX_BLOCK_CELLS: usize = 64;
 
-/// Coarse groups have at most max([`MAX_BLOCK_CELLS`], N / `MAX_COARSE_GROUPS`) of the N points. Hence there are at most about 2 ×
-/// `MAX_COARSE_GROUPS` groups.
+/// Coarse groups have at most max([`MAX_BLOCK_CELLS`], N / `MAX_COARSE_GROUPS`) of the N points.
 const MAX_COARSE_GROUPS: usize = 384;
 
-/// Rows of the coarse inverse that one parallel task multiplies.
 const ROWS_PER_TASK: usize = 64;
 
-/// Inverses of the local blocks and of the coarse matrix: the preconditioner of [`AdditiveSchwarz::apply`].
+/// The preconditioner B of [`AdditiveSchwarz::apply`].
 pub struct AdditiveSchwarz {
     n: usize,
     planes: usize,
     groups: Vec<LocalBlock>,
-    /// Groups of the coarse level as ranges of points.
     coarse_groups: Vec<Range<usize>>,
     /// A_c⁻¹, a square matrix with rows `[planes, coarse groups]`.
     coarse_inverse: Vec<f64>,
@@ -52,8 +48,7 @@ struct LocalBlock {
 impl AdditiveSchwarz {
     /// Builds the preconditioner for the matrix A that the terms `uses` assemble from components of `matrix`.
     ///
-    /// A acts on vectors `[planes, N]`. `weights` `[N]` are the weights of the points in the coarse sums: the vector that
-    /// represents a constant field.
+    /// A acts on vectors `[planes, N]`. `weights` `[N]` is the vector that represents a constant field.
     pub fn new(
         matrix: &HierarchicalMatrix,
         uses: &[ComponentProduct],
@@ -95,7 +90,7 @@ impl AdditiveSchwarz {
         of_groups + size_of_val(self.coarse_inverse.as_slice()) + size_of_val(self.weights.as_slice())
     }
 
-    /// Computes `y = B x ≈ A⁻¹ x`, both `[planes, N]`; overwrites `y`. Does not allocate.
+    /// Computes `y = B x ≈ A⁻¹ x`, both `[planes, N]`; overwrites `y`.
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
         let (n, planes) = (self.n, self.planes);
         for group in &self.groups {
@@ -136,8 +131,7 @@ impl AdditiveSchwarz {
     }
 }
 
-/// Assembles the square matrix with rows `[planes, m]`: each term of `uses` adds one of the matrices `components` `[m, m]` to a
-/// block.
+/// Assembles the square matrix with rows `[planes, m]`: each term of `uses` adds one of `components` `[m, m]` to a block.
 fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], planes: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; (planes * m).pow(2)];
     for one in uses {

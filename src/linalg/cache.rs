@@ -23,11 +23,9 @@ const MAGIC: &[u8; 8] = b"ORTHOLST";
 const FORMAT: u64 = 1;
 const HEADER_BYTES: usize = 24;
 const CHECKSUM_BYTES: usize = 32;
-/// Number of values that are converted to or from bytes at a time.
 const VALUES_PER_CHUNK: usize = 1 << 13;
-/// Age at which unfinished files of killed runs are removed: one day.
+/// Age at which unfinished files of killed runs are removed.
 const UNFINISHED_FILE_LIFETIME: Duration = Duration::from_secs(86_400);
-/// Default limit of the total size, MiB.
 const DEFAULT_LIMIT_MIB: u64 = 2048;
 
 /// Cache directory and the limit of its total size in bytes.
@@ -37,11 +35,11 @@ pub struct Cache {
     limit_bytes: u64,
 }
 
-/// Cache key, which names a file: the SHA-256 of everything that determines the content, hexadecimal.
+/// Name of a file without its extension: the SHA-256 of everything that determines the content, hexadecimal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CacheKey(String);
 
-/// Hash of the data that determine a file; data are added piece by piece.
+/// Hash of the data that determine a file.
 pub(crate) struct CacheKeyBuilder(Sha256);
 
 /// Result of a lookup in the cache.
@@ -56,9 +54,7 @@ pub enum CacheLookup<T> {
 }
 
 impl CacheKeyBuilder {
-    /// Starts the hash with the kind of content (`kind`), the program version and the instruction set.
-    ///
-    /// The instruction set is part of the key because results for other instruction sets differ by rounding.
+    /// Starts the hash with the kind of content (`kind`), the program version and the instruction set, on which rounding depends.
     pub(crate) fn new(kind: &str) -> Self {
         let version = env!("CARGO_PKG_VERSION");
         Self(Sha256::new_with_prefix(format!("orthowear {version} {kind} {}", instruction_set())))
@@ -77,7 +73,7 @@ impl CacheKeyBuilder {
     }
 }
 
-/// Name of the instruction set that numerical libraries use on this processor. Instruction sets differ in the rounding of results.
+/// Instruction set that numerical libraries use on this processor.
 fn instruction_set() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
@@ -133,12 +129,12 @@ impl Cache {
         self.limit_bytes
     }
 
-    /// Whether a list exists under a key, judged by header and file size only; the checksum is not verified.
+    /// Whether a list exists under a key, judged by header and file size only.
     pub fn has_list(&self, key: &CacheKey, ending: &str) -> bool {
         self.peek_list::<0>(key, ending).is_some()
     }
 
-    /// Number of values of the list under a key, and its first `K` values; the other values are not read.
+    /// Number of values of the list under a key, and its first `K` values.
     ///
     /// `None` if no list exists or if header and file size do not match. The checksum is not verified.
     pub fn peek_list<const K: usize>(&self, key: &CacheKey, ending: &str) -> Option<(u64, [f64; K])> {
@@ -173,7 +169,7 @@ impl Cache {
         let mut values = try_zeroed(n as usize)?;
         Ok(match read_values(&mut file, &mut values) {
             Ok(true) => {
-                // A failure is harmless: the modification time only determines the order of removal.
+                // A failure only affects the order of removal.
                 let _ = file.set_modified(SystemTime::now());
                 CacheLookup::Hit(values)
             }
@@ -182,9 +178,7 @@ impl Cache {
         })
     }
 
-    /// Writes a list, and removes the least recently used files if the total size exceeds the limit.
-    ///
-    /// A list that is larger than the limit is not written.
+    /// Writes a list, unless it is larger than the limit of the cache.
     ///
     /// # Errors
     /// If the directory cannot be created, read or written.
@@ -192,7 +186,7 @@ impl Cache {
         self.write_values(key, ending, values.len(), values.iter().copied())
     }
 
-    /// Writes a list of `n` values from an iterator; otherwise like [`Self::write_list`].
+    /// As [`Self::write_list`], for `n` values of an iterator.
     ///
     /// # Errors
     /// If the directory cannot be created, read or written.
@@ -209,11 +203,6 @@ impl Cache {
         self.write_atomically(key, ending, |path| write_values(path, n, values))
     }
 
-    /// Creates a file by `write` under a temporary name and renames it. Then removes the least recently used files until the total
-    /// size is within the limit.
-    ///
-    /// # Errors
-    /// If the directory cannot be created, read or written.
     fn write_atomically(
         &self,
         key: &CacheKey,
@@ -235,8 +224,7 @@ impl Cache {
         self.remove_oldest().map_err(failed)
     }
 
-    /// Removes the least recently used entries until the total size is within the limit. Also removes unfinished files older than a
-    /// day.
+    /// Removes unfinished files older than a day, and the least recently used entries beyond the limit.
     fn remove_oldest(&self) -> io::Result<()> {
         let mut entries = Vec::new();
         for item in fs::read_dir(&self.directory)? {
@@ -265,8 +253,7 @@ impl Cache {
     }
 }
 
-/// Whether a file name without its extension is a cache key (64 hexadecimal digits). Besides files with these names, only old
-/// unfinished files are removed from the directory.
+/// Whether a file name without its extension is a cache key. Other files are not removed, except old unfinished files.
 fn is_named_by_key(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     stem.len() == 64 && stem.bytes().all(|byte| byte.is_ascii_hexdigit())
@@ -281,7 +268,7 @@ fn head(n: usize) -> Vec<u8> {
     [&MAGIC[..], &FORMAT.to_le_bytes(), &(n as u64).to_le_bytes()].concat()
 }
 
-/// Number of values from the header; `None` if the bytes are not a list header.
+/// Number of values from the header; `None` if it is not a list header.
 fn read_head(file: &mut File) -> io::Result<Option<u64>> {
     let mut head = [0; HEADER_BYTES];
     file.read_exact(&mut head)?;

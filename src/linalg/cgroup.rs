@@ -6,7 +6,6 @@
 use std::fs;
 use std::path::Path;
 
-/// File names of one version of the control group interface.
 struct InterfaceFiles {
     limit: &'static str,
     usage: &'static str,
@@ -27,7 +26,7 @@ pub(super) fn available_bytes(root: &Path) -> Option<u64> {
     available_in_groups(root, &fs::read_to_string("/proc/self/cgroup").ok()?)
 }
 
-/// Bytes that the control groups listed in `groups` still allow; `groups` has the format of `/proc/self/cgroup`.
+/// `groups` has the format of `/proc/self/cgroup`.
 fn available_in_groups(root: &Path, groups: &str) -> Option<u64> {
     let rooms = groups.lines().filter_map(|line| {
         let mut parts = line.splitn(3, ':').skip(1);
@@ -45,8 +44,7 @@ fn available_in_groups(root: &Path, groups: &str) -> Option<u64> {
 
 /// Smallest available memory among the group at `path` and all groups above it, bytes.
 ///
-/// Groups without files are skipped, because a container may see its own group at `root`, but not the path of the group on the
-/// host.
+/// Groups without files are skipped: a container may see its own group at `root`, but not its path on the host.
 fn available_along_path(root: &Path, path: &str, names: &InterfaceFiles) -> Option<u64> {
     let folder = root.join(path.trim_start_matches('/'));
     let folders = folder.ancestors().take_while(|folder| folder.starts_with(root));

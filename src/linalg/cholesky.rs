@@ -1,7 +1,6 @@
 //! Sparse Cholesky factorisation K = L Lᵀ in a given order (supernodal, by faer), with a check of its residual.
 //!
-//! [`SymbolicCholesky`] analyses the pattern of K, [`CholeskyFactor`] holds L and solves K x = f. The trailing block of L also
-//! gives the dense block (K⁻¹)_cc of the trailing rows c, the inverse of their Schur complement.
+//! The trailing block of L also gives the dense block (K⁻¹)_cc of the trailing rows c, the inverse of their Schur complement.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
@@ -20,15 +19,14 @@ use super::vector::norm;
 use crate::cancel;
 use crate::error::{Error, Result};
 
-/// Maximum relative residual of a correct factor. A larger residual is not rounding: the factor is wrong.
+/// Maximum relative residual of a correct factor.
 const RESIDUAL_LIMIT: f64 = 1e-8;
-/// Minimum of L_jj² / K_jj for a regular matrix K. A smaller ratio consists of rounding errors only: K is singular.
+/// Minimum of L_jj² / K_jj for a regular matrix K. Smaller ratios consist of rounding errors only.
 const PIVOT_LIMIT: f64 = 1e-14;
 
 /// Limits for merging neighbouring supernodes: maximum number of merged columns, and maximum share of zeros in the merged block.
 ///
-/// The overhead of small supernodes costs more time than the additional zeros of merged supernodes. For a block of 32 x 32 x 32
-/// elements, L has 5 % more entries with the default limits of faer than with these.
+/// The overhead of small supernodes costs more time than the additional zeros of merged supernodes.
 const RELAXATION_LIMITS: [(usize, f64); 4] = [(12, 0.8), (36, 0.25), (144, 0.05), (usize::MAX, 0.01)];
 
 /// Solver for a symmetric positive definite matrix K: a factorisation or an iterative method.
@@ -44,7 +42,7 @@ pub trait SymmetricSolver: Send + Sync {
     fn solve_in_place(&self, rhs: &mut [f64], n_rhs: usize) -> Result<()>;
 }
 
-/// Symbolic factorisation: the structure of L for a matrix in a given order, computed without the values of the matrix.
+/// Structure of L for a matrix in a given order.
 #[derive(Debug)]
 pub struct SymbolicCholesky {
     structure: Structure,
@@ -59,7 +57,6 @@ pub struct CholeskyFactor {
     residual: f64,
 }
 
-/// Symbolic factorisation of faer with access to its supernodes.
 #[derive(Debug)]
 struct Structure {
     symbolic: cholesky::SymbolicCholesky<usize>,
@@ -78,7 +75,6 @@ impl Structure {
         self.symbolic.perm().map_or(place, |order| order.arrays().0[place])
     }
 
-    /// Number of entries of L, including the zeros inside supernodes.
     fn n_entries(&self) -> usize {
         let entries = |(n_columns, n_rows): (usize, usize)| {
             n_columns * n_rows - n_columns * n_columns.saturating_sub(1) / 2
@@ -102,7 +98,7 @@ fn sparse_view(matrix: &SymmetricSparse) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, offsets, None, rows), values)
 }
 
-/// Parallelism for dense blocks: all threads of the current pool. Results have the same bits for any number of threads.
+/// Results have the same bits for any number of threads.
 fn parallelism() -> Par {
     if rayon::current_num_threads() == 1 { Par::Seq } else { Par::rayon(0) }
 }
@@ -161,15 +157,13 @@ impl SymbolicCholesky {
         self.structure.shapes().map(flops).sum()
     }
 
-    /// Peak memory of the numeric factorisation (L and the workspace), bytes. It is the same for any number of threads.
+    /// Peak memory of the numeric factorisation (L and the workspace), bytes.
     pub fn memory_bytes(&self) -> usize {
         8 * self.n_values() + self.scratch(Par::Seq).unaligned_bytes_required()
     }
 
-    /// Peak memory of [`CholeskyFactor::trailing_inverse`], bytes.
-    ///
-    /// It counts the inverse of the block and the inverse of its triangular factor. If several supernodes share the trailing block,
-    /// a copy of this block is added.
+    /// Peak memory of [`CholeskyFactor::trailing_inverse`], bytes: two matrices of the block. If several supernodes share the
+    /// block, a copy is added.
     pub fn trailing_inverse_bytes(&self) -> usize {
         let supernodes = self.structure.supernodes();
         let is_within_last = supernodes
@@ -233,7 +227,7 @@ impl SymbolicCholesky {
         Ok((factor.residual < RESIDUAL_LIMIT).then_some(factor))
     }
 
-    /// Computes L without any check. The inner error is the row of a pivot that is not positive.
+    /// The inner error is the row of a pivot that is not positive.
     fn factorise_unchecked(
         self,
         matrix: &SymmetricSparse,
@@ -265,7 +259,7 @@ fn not_positive(row: &str) -> Error {
     ))
 }
 
-/// Pseudo-random vector with entries in [-1, 1), identical in every run (linear congruential generator).
+/// Pseudo-random vector with entries in [-1, 1), identical in every run.
 fn random_vector(n: usize) -> Vec<f64> {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     (0..n)
@@ -282,7 +276,7 @@ impl CholeskyFactor {
         self.residual
     }
 
-    /// Number of entries of L, including the zeros inside supernodes.
+    /// As [`SymbolicCholesky::n_factor_entries`].
     pub fn n_factor_entries(&self) -> usize {
         self.structure.n_entries()
     }
@@ -296,7 +290,6 @@ impl CholeskyFactor {
         SupernodalLltRef::new(self.structure.supernodes(), &self.values)
     }
 
-    /// Returns an error if a pivot is NaN, or its square is at most [`PIVOT_LIMIT`] times the diagonal entry of K.
     fn check_pivots(&self, matrix: &SymmetricSparse, row_name: impl Fn(usize) -> String) -> Result<()> {
         let diagonal = matrix.diagonal();
         let factor = self.supernodes();
@@ -305,7 +298,7 @@ impl CholeskyFactor {
             for j in 0..supernode.val().ncols() {
                 let row = self.structure.row_at(supernode.start() + j);
                 let pivot = supernode.val()[(j, j)];
-                // NaN must be tested separately, because comparisons with NaN are false.
+                // Comparisons with NaN are false.
                 if pivot.is_nan() || pivot * pivot <= PIVOT_LIMIT * diagonal[row] {
                     return Err(not_positive(&row_name(row)));
                 }
@@ -356,9 +349,7 @@ impl CholeskyFactor {
         Ok(inverse)
     }
 
-    /// Trailing rows and columns of L, `[m, m]`; only the lower triangle is valid.
-    ///
-    /// The block is a view of the last supernode if this supernode contains it. Otherwise the entries of several supernodes are
+    /// Trailing rows and columns of L, `[m, m]`; only the lower triangle is valid. If several supernodes share them, they are
     /// copied to `gathered`.
     fn trailing_block<'a>(&'a self, gathered: &'a mut Vec<f64>) -> Result<MatRef<'a, f64>> {
         let m = self.n_trailing;
@@ -388,7 +379,7 @@ impl CholeskyFactor {
     }
 }
 
-/// Copies the lower triangle of a column-major matrix to the upper triangle, in tiles that fit into the processor cache.
+/// Copies the lower triangle of a matrix to the upper triangle, in tiles that fit into the processor cache.
 fn mirror_lower(values: &mut [f64], n: usize) {
     const TILE: usize = 32;
     for first in (0..n).step_by(TILE) {
@@ -426,8 +417,7 @@ mod tests {
     use super::super::sparse::SymmetricTriplets;
     use super::*;
 
-    /// Stiffness matrix and node graph of a k x k x k node grid. Springs connect the nodes of each cell; weak springs connect all
-    /// nodes to the ground.
+    /// Springs within the cells of a k x k x k node grid, and weak springs from all nodes to the ground.
     fn springs(k: usize) -> (SymmetricSparse, NodeGraph) {
         let at = |x: usize, y: usize, z: usize| (x * k + y) * k + z;
         let mut cells: Vec<Vec<usize>> = Vec::new();
@@ -454,8 +444,8 @@ mod tests {
         SymbolicCholesky::new(matrix, &nested_dissection(graph, &nodes, last).unwrap(), last.len()).unwrap()
     }
 
-    /// Truth: the factor and the inverse of the Schur complement have the same bits for any number of threads. The last supernode
-    /// has several hundred columns, so operations on dense blocks use several threads.
+    /// Truth: factor and trailing inverse have the same bits for any number of threads. The last supernode has several hundred
+    /// columns, so operations on dense blocks use several threads.
     #[test]
     fn same_bits_for_any_number_of_threads() {
         let (matrix, graph) = springs(22);
@@ -491,8 +481,7 @@ mod tests {
     }
 
     /// Truth: columns of the trailing inverse are solutions for unit right-hand sides. The inverse for a row with only the diagonal
-    /// entry d is 1 / d. Trailing rows of unconnected parts lie in several supernodes. Their entries are copied, which needs memory
-    /// for a third matrix.
+    /// entry d is 1 / d. Trailing rows of unconnected parts lie in several supernodes, which needs a third matrix.
     #[test]
     fn trailing_inverse_of_separate_parts() {
         let mut triplets = SymmetricTriplets::new(50);
@@ -515,7 +504,7 @@ mod tests {
         }
     }
 
-    /// Truth: a matrix with one negative diagonal entry is not positive definite. The message names the row of the matrix, not its
+    /// Truth: a matrix with a negative diagonal entry is not positive definite. The message names the row of the matrix, not its
     /// position in the elimination order.
     #[test]
     fn names_the_row_of_a_bad_pivot() {

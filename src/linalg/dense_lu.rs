@@ -1,4 +1,4 @@
-//! Dense LU factorisation with row exchanges, P A = L U (by faer). The caller must check the residuals of solutions.
+//! Dense LU factorisation with row exchanges (by faer). The caller must check the residuals of solutions.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
@@ -19,7 +19,7 @@ pub struct DenseLu {
 
 /// Estimated size, in bytes, of the buffers for matrix products when a matrix of `bytes` bytes is factorised.
 ///
-/// Measured: the factorisation touches at most 17 MB of the 67 MB that it requests.
+/// Measured: the factorisation touches at most 17 MB.
 pub(crate) fn product_buffer_bytes(bytes: u128) -> u128 {
     (bytes / 4).min(16_000_000)
 }

@@ -50,7 +50,6 @@ pub struct Gmres {
 
 /// Hessenberg matrix of one restart cycle, reduced to triangular form by Givens rotations.
 struct Hessenberg {
-    /// Columns of the triangular factor.
     columns: Vec<Vec<f64>>,
     rotations: Vec<[f64; 2]>,
     /// Rotated right-hand side of the least-squares problem.
@@ -96,9 +95,7 @@ impl Hessenberg {
     }
 }
 
-/// Iteration for one right-hand side.
 struct Column {
-    /// Places of the column in vectors of all columns.
     range: Range<usize>,
     /// Norm of the right-hand side.
     scale: f64,
@@ -110,7 +107,7 @@ struct Column {
     length: f64,
     /// Whether the basis of the restart cycle expands further.
     open: bool,
-    /// Whether the residual after the restart cycle exceeds the goal.
+    /// Whether the residual after the cycle exceeds the goal.
     unsolved: bool,
 }
 
@@ -134,16 +131,15 @@ impl Column {
         }
     }
 
-    /// Starts a restart cycle from the residual of all columns.
     fn start_cycle(&mut self, residual: &[f64]) {
         self.length = norm4(&residual[self.range.clone()]);
         self.hessenberg = Hessenberg::new(self.length);
-        // A column whose residual is not finite is skipped. If its right-hand side is not finite, the reported residual is NaN.
+        // A column whose residual is not finite is skipped.
         self.open = self.length.is_finite() && self.length > self.goal;
         self.unsolved = false;
     }
 
-    /// Orthogonalises `image`, the product of A with the last vector of `basis`, and updates the least-squares problem.
+    /// `image` is the product of A with the last vector of `basis`.
     fn orthogonalise(&mut self, basis: &[Vec<f64>], image: &mut [f64]) {
         let image = &mut image[self.range.clone()];
         let mut entries = Vec::with_capacity(basis.len() + 1);
@@ -163,7 +159,6 @@ impl Column {
     }
 }
 
-/// Euclidean norm, summed as in [`dot4`].
 fn norm4(values: &[f64]) -> f64 {
     dot4(values, values).sqrt()
 }
@@ -198,7 +193,7 @@ impl Gmres {
             let length = options.restart.min(options.max_products - products);
             products += self.expand_bases(system, &mut columns, length, [&mut step, &mut image])?;
             self.combine_bases(&columns, &mut step);
-            // Right preconditioning: the correction of x is the preconditioner applied to the combination of basis vectors.
+            // Right preconditioning: the preconditioner acts on the combination of basis vectors.
             system.precondition(&step, &mut image);
             axpy(x, 1.0, &image);
             if !columns.iter().any(|column| column.unsolved) || products >= options.max_products {
@@ -214,8 +209,8 @@ impl Gmres {
         Ok(columns.into_iter().map(|column| column.report).collect())
     }
 
-    /// Expands the bases of the open columns from their first vectors to at most `length` vectors; overwrites `step` and `image`.
-    /// Returns the number of products with A.
+    /// Expands the bases of the open columns to at most `length` vectors; overwrites `step` and `image`. Returns the number of
+    /// products with A.
     fn expand_bases(
         &mut self,
         system: &mut dyn LinearSystem,
@@ -238,7 +233,6 @@ impl Gmres {
         Ok(length)
     }
 
-    /// Computes the combination of basis vectors that minimises the residual norm of each column; overwrites `combination`.
     fn combine_bases(&self, columns: &[Column], combination: &mut [f64]) {
         combination.fill(0.0);
         for Column { range, hessenberg, .. } in columns {

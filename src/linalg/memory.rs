@@ -1,34 +1,30 @@
-//! Memory limits of a run. Work that would exceed the limit is refused before anything is allocated for it.
+//! Memory limits of a run, checked before anything is allocated.
 
 use std::cell::Cell;
 
 use super::cgroup;
 use crate::error::{Error, Result};
 
-/// Default memory limit of a run, percent of the available memory. The rest is a reserve for unforeseen needs and for other
-/// programs.
+/// Default memory limit of a run, percent of the available memory. The rest is a reserve for unforeseen needs and other programs.
 pub const DEFAULT_SHARE_PERCENT: f64 = 80.0;
 
 /// Limit of the memory of a run, with the part that is already reserved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MemoryLimit {
-    /// Total limit, bytes; `None` if the available memory of the machine is unknown.
+    /// Total limit, bytes; `None` if the available memory is unknown.
     bytes: Option<u64>,
-    /// Bytes of the limit that are already reserved.
     reserved: u64,
     source: LimitSource,
 }
 
-/// Source of a memory limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum LimitSource {
     /// `--max-memory`: a percentage of the available memory, or `None` for a size.
     CommandLine(Option<f64>),
-    /// The option `solver.memory_limit` of the scene.
     Scene,
-    /// Neither `--max-memory` nor `solver.memory_limit` is set: [`DEFAULT_SHARE_PERCENT`] of the available memory.
+    /// [`DEFAULT_SHARE_PERCENT`] of the available memory.
     DefaultShare,
-    /// All memory that is available on the machine.
+    /// All available memory.
     Machine,
 }
 
@@ -75,7 +71,7 @@ impl MemoryLimit {
         fits && bytes <= isize::MAX as u128
     }
 
-    /// Remaining bytes of the limit; `None` if the available memory of the machine is unknown.
+    /// Remaining bytes of the limit; `None` if the available memory is unknown.
     pub fn remaining(&self) -> Option<u64> {
         self.bytes.map(|bytes| bytes.saturating_sub(self.reserved))
     }
@@ -95,8 +91,7 @@ impl MemoryLimit {
         )))
     }
 
-    /// Text for the user on how to raise the limit beyond `total` bytes, which later parts of the run may exceed. Empty if the machine
-    /// has less memory available.
+    /// Advice on raising the limit beyond `total` bytes. Empty if this cannot help.
     fn how_to_raise(&self, total: u128) -> String {
         if share_of_available(100.0).is_some_and(|available| total > available.into()) {
             return String::new();
@@ -116,7 +111,6 @@ impl MemoryLimit {
         }
     }
 
-    /// Name of the limit in messages.
     fn name(&self) -> String {
         match self.source {
             LimitSource::CommandLine(None) => "the limit of --max-memory".to_owned(),
@@ -178,20 +172,17 @@ pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
         .ensure_available(bytes, what, mend)
 }
 
-/// Available memory without swapping, within the limits of the process and its control groups, bytes.
-///
-/// `None` if it is unknown.
+/// Available memory as in [`MemoryLimit::of_machine`], bytes.
 fn available() -> Option<u64> {
     let of_group = cgroup::available_bytes(std::path::Path::new("/sys/fs/cgroup"));
     [available_in_machine(), available_in_process(), of_group].into_iter().flatten().min()
 }
 
-/// `percent` of the available memory, bytes.
 fn share_of_available(percent: f64) -> Option<u64> {
     available().map(|bytes| (bytes as f64 * percent / 100.0) as u64)
 }
 
-/// Available memory of the machine without swapping, bytes (`MemAvailable` of `/proc/meminfo`).
+/// Available memory of the machine, bytes (`MemAvailable` of `/proc/meminfo`).
 fn available_in_machine() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
@@ -241,7 +232,6 @@ pub fn format_bytes(bytes: u128) -> String {
     }
 }
 
-/// Formats a number of bytes in a suitable unit, followed by the exact number.
 fn format_bytes_exactly(bytes: u128) -> String {
     if bytes < 1024 { format_bytes(bytes) } else { format!("{} ({bytes} bytes)", format_bytes(bytes)) }
 }
@@ -330,8 +320,7 @@ mod tests {
         assert!(near(most, 0.8 * all as f64) && near(half, 0.5 * all as f64), "{all} {most} {half}");
     }
 
-    /// Truth: English grammar asks for "1 byte". If more memory is reserved than the limit allows, the message states that nothing
-    /// remains.
+    /// Truth: English grammar asks for "1 byte". If more memory is reserved than the limit allows, nothing remains.
     #[test]
     fn small_limits_are_told_in_words() {
         let error = MemoryLimit::of_scene(1).ensure_available(3 << 20, "a", "b").unwrap_err().to_string();

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 /// Lock for METIS, which uses the global random numbers of the C library. Concurrent calls would make orders depend on timing.
 static METIS_LOCK: Mutex<()> = Mutex::new(());
 
-/// Undirected graph without loops, for example of mesh nodes: nodes are neighbours if they share an element.
+/// Undirected graph without loops, for example of mesh nodes that share elements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeGraph {
     offsets: Vec<usize>,
@@ -113,13 +113,9 @@ pub fn nested_dissection(graph: &NodeGraph, nodes: &[usize], last: &[usize]) -> 
     Ok(order.into_iter().map(|i| first[i]).chain(last.iter().copied()).collect())
 }
 
-/// Divides a graph into parts of similar size with few edges between them; returns the part of each node.
+/// Divides a graph into at most `n_parts` parts of similar size with few edges between them; returns the part of each node.
 ///
-/// There are at most `n_parts` parts, numbered consecutively from 0. Edges with a large `weight(a, b)` (positive) tend to lie
-/// inside a part.
-///
-/// # Errors
-/// If the graph is too large for METIS's 32-bit indices, or METIS fails.
+/// Edges with a large `weight(a, b)` (positive) tend to lie inside a part.
 ///
 /// # Source
 /// Karypis and Kumar (1998), J. Parallel Distrib. Comput. 48.
@@ -166,7 +162,7 @@ pub(super) fn partition(
             "METIS failed to divide a mesh of {n} nodes (status {status})"
         )));
     }
-    // METIS may return parts without nodes; the parts with nodes are renumbered.
+    // METIS may return parts without nodes.
     let mut number = vec![usize::MAX; n_parts];
     let mut count = 0;
     Ok(parts
@@ -182,7 +178,6 @@ pub(super) fn partition(
         .collect())
 }
 
-/// Offsets and neighbours as METIS indices.
 fn metis_indices(graph: &NodeGraph) -> Result<[Vec<idx_t>; 2]> {
     let too_large = |_| {
         Error::resources(format!(

@@ -1,4 +1,4 @@
-//! Dense symmetric matrices in packed storage (one triangle), for matrix-vector products that are limited by memory bandwidth.
+//! Dense symmetric matrices in packed storage (one triangle).
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -8,13 +8,11 @@ use rayon::prelude::*;
 use super::memory::handling_allocation_failure;
 use crate::error::{Error, Result};
 
-/// Number of row ranges (stripes) of a parallel product. It is fixed, so that results have the same bits for any number of threads.
+/// Number of row ranges (stripes) of a parallel product, fixed so that results have the same bits for any number of threads.
 const N_STRIPES: usize = 16;
-/// Number of rows that a product processes together.
 const ROWS_PER_BLOCK: usize = 4;
-/// Number of columns that a product processes together.
 const COLUMNS_PER_BLOCK: usize = 4;
-/// Length of the chunks of a vector that are tested for zeros; a multiple of [`COLUMNS_PER_BLOCK`].
+/// Length of the chunks that are tested for zeros; a multiple of [`COLUMNS_PER_BLOCK`].
 const ZERO_SCAN_LEN: usize = 16;
 
 /// Dense symmetric matrix `[n, n]` in packed storage: its lower triangle row by row.
@@ -25,11 +23,10 @@ pub struct PackedSymmetric {
     scratch: Mutex<Scratch>,
 }
 
-/// Buffers of a product.
 struct Scratch {
     /// Partial results, one vector per stripe.
     parts: Vec<f64>,
-    /// Ascending ranges of the vector that may contain non-zeros, in whole chunks of [`ZERO_SCAN_LEN`] entries.
+    /// Ascending ranges of the vector that may contain non-zeros, in whole chunks.
     filled: Vec<Range<usize>>,
 }
 
@@ -72,8 +69,7 @@ impl PackedSymmetric {
 
     /// Computes `y = A x`; overwrites `y`. The bits are the same for any number of threads. Does not allocate.
     ///
-    /// Most entries (i, j) with x_i = x_j = 0 are not read. Contact problems have many of these entries, because forces vanish
-    /// outside the contact.
+    /// Most entries (i, j) with x_i = x_j = 0 are not read.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         if self.n == 0 {
             return;
@@ -92,8 +88,6 @@ impl PackedSymmetric {
     }
 
     /// Contribution of the stored rows `rows` and of their mirror images to the product, in `part[..rows.end]`.
-    ///
-    /// `filled` are the ranges of x that may contain non-zeros.
     fn multiply_stripe(&self, rows: Range<usize>, x: &[f64], filled: &[Range<usize>], part: &mut [f64]) {
         part[..rows.end].fill(0.0);
         let mut i = rows.start;
@@ -110,7 +104,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Multiplies rows i..i + [`ROWS_PER_BLOCK`]: first their common columns in one pass over x and y, then the remaining triangle.
+    /// Multiplies rows i..i + [`ROWS_PER_BLOCK`] and their mirror images.
     fn multiply_rows(&self, i: usize, x: &[f64], part: &mut [f64]) {
         let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
@@ -139,10 +133,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Multiplies rows i..i + [`ROWS_PER_BLOCK`] if x vanishes on these rows: without mirror images, and only with the columns in
-    /// `filled`.
-    ///
-    /// The order of summation is the same as in [`Self::multiply_rows`], so the bits are the same.
+    /// As [`Self::multiply_rows`], for rows on which x vanishes. The order of summation is the same, so the bits are the same.
     fn dot_rows(&self, i: usize, x: &[f64], filled: &[Range<usize>], part: &mut [f64]) {
         let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
@@ -177,7 +168,6 @@ impl PackedSymmetric {
     }
 }
 
-/// Finds the ranges of whole chunks outside which `x` is zero.
 fn find_filled(x: &[f64], filled: &mut Vec<Range<usize>>) {
     filled.clear();
     for (chunk, values) in x.chunks(ZERO_SCAN_LEN).enumerate() {
@@ -222,8 +212,7 @@ mod tests {
         }
     }
 
-    /// Truth: y_i = Σ_j a_ij x_j. A product of rows has the same bits whether it skips the zeros of x or not. Cases: one non-zero
-    /// entry, no zeros, and runs of zeros of different length and position.
+    /// Truth: y_i = Σ_j a_ij x_j. A product of rows has the same bits whether it skips the zeros of x or not.
     #[test]
     fn zeros_are_left_out() {
         let n = 150;

@@ -1,7 +1,6 @@
 //! Least-squares solutions by the singular value decomposition (by faer), for matrices of any rank.
 //!
-//! The singular value decomposition of nalgebra loses ten decimal digits of accuracy for some well-conditioned matrices. An example
-//! is the matrix with the values of quadratic polynomials at the 72 points of a patch of pyramids (compare issue 1172 of
+//! The decomposition of nalgebra loses ten decimal digits for some well-conditioned matrices (compare issue 1172 of
 //! dimforge/nalgebra).
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -61,7 +60,7 @@ mod tests {
     fn penrose_conditions() {
         let number = |k: usize| (k as f64 * 0.618_033_988_75).fract() - 0.5;
         let full = |m: usize, n: usize| DMatrix::from_fn(m, n, |i, j| number(7 * i + 3 * j + i * j + 1));
-        // Monomials up to degree 2 at the points of a symmetric pattern: many equal singular values.
+        // Many equal singular values.
         let monomials = DMatrix::from_fn(27, 10, |i, j| {
             let [x, y, z] = [i % 3, i / 3 % 3, i / 9].map(|k| k as f64 - 1.0);
             [1.0, x, y, z, x * x, y * y, z * z, y * z, x * z, x * y][j]

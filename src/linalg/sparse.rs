@@ -1,4 +1,4 @@
-//! Sparse symmetric matrices; the lower triangle is stored by columns.
+//! Sparse symmetric matrices.
 
 use nalgebra_sparse::CscMatrix;
 
@@ -10,12 +10,10 @@ pub struct SymmetricSparse {
 
 /// Triplets (column, row, value) of a small symmetric matrix that are summed up by [`Self::build`].
 ///
-/// For a large matrix, add entries to a fixed pattern instead ([`SymmetricSparse::from_pattern`]), which needs a third of the
-/// memory.
+/// For a large matrix, [`SymmetricSparse::from_pattern`] needs a third of the memory.
 #[derive(Debug, Clone)]
 pub struct SymmetricTriplets {
     n: usize,
-    /// Column, row, value.
     entries: Vec<(usize, usize, f64)>,
 }
 
@@ -36,7 +34,7 @@ impl SymmetricTriplets {
 
     /// Builds the matrix. Values of the same entry are summed in the order in which they were added.
     pub fn build(mut self) -> SymmetricSparse {
-        // The sort is stable: values of the same entry keep their order.
+        // The sort is stable.
         self.entries.sort_by_key(|&(column, row, _)| (column, row));
         let mut pattern: Vec<(usize, usize)> = self.entries.iter().map(|&(j, i, _)| (j, i)).collect();
         pattern.dedup();
@@ -62,7 +60,7 @@ impl SymmetricSparse {
         Self { lower: lower.expect("a pattern by ascending rows") }
     }
 
-    /// Adds `value` to the entry (i, j) and its mirror image (j, i). Does not allocate.
+    /// Adds `value` to the entry (i, j) and its mirror image (j, i).
     ///
     /// # Panics
     /// If the pattern does not contain the entry.
@@ -112,7 +110,7 @@ impl SymmetricSparse {
             .collect()
     }
 
-    /// `y = A x`, both `[n]`; overwrites `y`. Does not allocate.
+    /// `y = A x`, both `[n]`; overwrites `y`.
     ///
     /// # Panics
     /// If the lengths differ from n.
@@ -138,8 +136,7 @@ impl SymmetricSparse {
 mod tests {
     use super::*;
 
-    /// Truth: 1 + 1 + 1e16 - 1e16 = 2 if the sum follows the order of addition; a 1 that is added after 1e16 is lost to rounding.
-    /// The entries are added unsorted.
+    /// Truth: 1 + 1 + 1e16 - 1e16 = 2 if the sum follows the order of addition. A 1 that is added after 1e16 is lost to rounding.
     #[test]
     fn equal_entries_are_summed_in_their_order() {
         let n = 60;

@@ -10,8 +10,7 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 use super::vector::norm;
 use crate::error::{Error, Result};
 
-/// Maximum relative residual of a correct factorisation. A larger residual is not rounding: the factors are wrong, or the matrix is
-/// singular.
+/// Maximum relative residual of a correct factorisation.
 const RESIDUAL_LIMIT: f64 = 1e-8;
 /// Maximum number of right-hand sides per solve.
 pub const MAX_RHS: usize = 32;
@@ -88,7 +87,7 @@ impl SparseLu {
         MemBuffer::try_new(request).map(LuWorkspace).map_err(|_| out_of_memory())
     }
 
-    /// Solves A x = rhs in place for right-hand sides `[n_rhs, n]`, at most [`MAX_RHS`]. Does not allocate.
+    /// Solves A x = rhs in place for right-hand sides `[n_rhs, n]`, at most [`MAX_RHS`].
     ///
     /// # Panics
     /// If the length of `rhs` is not a multiple of n, or if there are more than [`MAX_RHS`] right-hand sides.

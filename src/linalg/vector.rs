@@ -6,7 +6,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Scalar product aᵀ b in four partial sums, for vector instructions and smaller rounding errors.
+/// Scalar product aᵀ b in four partial sums.
 #[inline]
 pub(crate) fn dot4(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
@@ -35,7 +35,7 @@ pub(crate) fn dot8<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-/// Larger of two numbers, NaN if either is NaN. In contrast, `f64::max` ignores NaN.
+/// Larger of two numbers, NaN if either is NaN.
 pub(crate) fn nan_max(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

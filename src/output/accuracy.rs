@@ -12,7 +12,7 @@ pub struct AccuracyRecord {
     pub quantities: Vec<&'static str>,
     /// Whether all estimates are below the requested error.
     pub met: bool,
-    /// Reason why the refinement ended before the requested accuracy: a failed or diverging run, or the finest level of a setting.
+    /// Reason why the refinement ended early: a failed or diverging run, or the finest level of a setting.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Results with estimated errors.
@@ -30,19 +30,18 @@ pub struct EstimatedResult {
     pub name: &'static str,
     /// Result of the last converged run.
     pub value: f64,
-    /// Estimated relative error. The reference value is the total force for forces, the total displacement for tangential
-    /// displacements, and otherwise the value itself. It is at least 1 % of the largest reference value of this result in all
-    /// steps. For the wear volume, it is the largest value of all steps.
+    /// Estimated error: `relative` times the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<f64>,
-    /// Estimated relative error. It refers to the total force for forces, to the total displacement for tangential displacements,
-    /// and otherwise to the value itself. References far below the largest reference of all steps are raised.
+    /// Estimated error relative to a reference: the total force for forces, the total displacement for tangential displacements,
+    /// otherwise the value itself. The reference is at least 1 % of the largest of all steps; for the wear volume, it is the
+    /// largest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
     /// Contribution of the cell size to `relative`.
     #[serde(rename = "of_cells", skip_serializing_if = "Option::is_none")]
     pub cell_error: Option<f64>,
-    /// Contribution of the size of the increments to `relative`.
+    /// Contribution of the increments to `relative`.
     #[serde(rename = "of_increments", skip_serializing_if = "Option::is_none")]
     pub increment_error: Option<f64>,
     /// Contribution of the cycle jumps to `relative`.

@@ -8,7 +8,6 @@ use sha2::{Digest, Sha256};
 
 use crate::error::{Error, Result};
 
-/// Block size for reading and writing, bytes.
 const BLOCK: usize = 1 << 16;
 
 /// Writer that counts and hashes the bytes written.
@@ -70,7 +69,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     write_atomically_with(path, |file| file.write_all(bytes))
 }
 
-/// Writes a file atomically, like [`write_atomically`], with content from `fill`.
+/// As [`write_atomically`], with content from `fill`.
 ///
 /// # Errors
 /// As [`write_atomically`].
@@ -93,7 +92,7 @@ pub fn write_atomically_with(
     })
 }
 
-/// Prefix of the temporary files that [`write_atomically_with`] uses for `path`.
+/// Prefix of the temporary files of [`write_atomically_with`].
 pub(super) fn temporary_prefix(path: &Path) -> String {
     format!(".{}.", path.file_name().and_then(|name| name.to_str()).unwrap_or("file"))
 }
@@ -103,7 +102,6 @@ pub(super) fn sync_folder(folder: Option<&Path>) {
     let _ = folder.map(|folder| File::open(folder).and_then(|folder| folder.sync_all()));
 }
 
-/// Advice on a file-system failure, appended to a message; empty if there is none.
 fn advice(reason: &io::Error) -> &'static str {
     match reason.kind() {
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
@@ -117,12 +115,10 @@ fn advice(reason: &io::Error) -> &'static str {
     }
 }
 
-/// Error for a file-system failure, with path, reason and advice.
 pub(crate) fn file_error(what: &str, path: &Path, reason: &io::Error) -> Error {
     Error::resources(format!("{what} {}: {reason}{}", path.display(), advice(reason)))
 }
 
-/// Error for a failure while the content of a file is written, with reason and advice.
 pub(crate) fn write_error(reason: &io::Error) -> Error {
     Error::resources(format!("{reason}{}", advice(reason)))
 }
@@ -131,8 +127,7 @@ pub(crate) fn write_error(reason: &io::Error) -> Error {
 mod tests {
     use super::*;
 
-    /// Truth (docs/command-line.md): the exit code for a full disk is 4. The errors of [`write_error`] and [`file_error`] advise
-    /// the user to free some space.
+    /// Truth (docs/command-line.md): the exit code for a full disk is 4. Both errors advise to free some space.
     #[test]
     fn disks_that_fill_have_advice() {
         let reason = io::Error::from(io::ErrorKind::StorageFull);

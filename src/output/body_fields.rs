@@ -28,8 +28,7 @@ pub struct BodyOutput<'a> {
 }
 
 impl BodyOutput<'_> {
-    /// Stress peaks of a meshed body; `None` for other bodies and without recovered stress. `tractions` act on body 2, one triple
-    /// per cell in the local axes of the cell.
+    /// Stress peaks of a meshed body with recovered stress. `tractions` act on body 2, one triple per cell in its local axes.
     pub(crate) fn peaks(
         &self,
         frame: &ContactFrame,
@@ -44,8 +43,8 @@ impl BodyOutput<'_> {
         Some(BodyPeaks::new(mesh, stress, &surface))
     }
 
-    /// Traction on this body at every node of the mesh, in global axes: area-weighted mean of the tractions on the cells that the
-    /// node lies over. It is zero at nodes without such cells. `faces` are the outer faces.
+    /// Traction on this body at every node of the mesh, in global axes: area-weighted mean over the cells that the node lies over,
+    /// else zero. `faces` are the outer faces.
     fn node_tractions(
         &self,
         frame: &ContactFrame,
@@ -73,7 +72,6 @@ impl BodyOutput<'_> {
         at_nodes
     }
 
-    /// Tractions on this body in global axes.
     fn global_tractions_on_body(&self, frame: &ContactFrame, tractions: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut on_body = to_global(frame, tractions);
         on_body.iter_mut().flatten().for_each(|t| *t *= self.side.gap_sign());
@@ -95,8 +93,8 @@ pub enum RecoveryLocation<'a> {
     },
 }
 
-/// Displaced surface of a body with its displacement and traction in global axes and, for a meshed body, its recovered stress, if
-/// any. `tractions` act on body 2, one triple per cell in the local axes of the cell.
+/// Displaced surface of a body with its displacement and traction in global axes and, for a meshed body, any recovered stress.
+/// `tractions` act on body 2, one triple per cell in its local axes.
 ///
 /// The displacement excludes the rigid motion of body 2.
 ///
@@ -132,7 +130,6 @@ fn frame_surface(
     Ok(grid)
 }
 
-/// Displacement and traction at points or cells.
 fn surface_arrays(displacement: &[[f64; 3]], traction: &[[f64; 3]]) -> Vec<DataArray> {
     vec![
         DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
@@ -169,13 +166,13 @@ fn mesh_surface(
     Ok(grid)
 }
 
-/// Vertex of a body's output surface: mesh node, and recovery point of its stress. Without stress, the recovery point is the node.
+/// Mesh node of a vertex, and recovery point of its stress; without stress, this is the node.
 struct SurfaceVertex {
     node: usize,
     recovery_point: usize,
 }
 
-/// Adds the faces to the grid. Returns their vertices in order of first use. If stress was recovered, a node has one vertex per
+/// Adds the faces to the grid. Returns their vertices in order of first use; with recovered stress, a node has one vertex per
 /// material.
 fn push_faces(
     grid: &mut UnstructuredGrid,
@@ -189,7 +186,6 @@ fn push_faces(
     let solids = mesh.volume_cells().next().is_some();
     for (i, face) in faces.iter().enumerate() {
         let recovered: Vec<usize> = match &field.stress {
-            // In a body without solid cells, the faces are the cells.
             Some(stress) if !solids => stress.points.points_of_cell(i).to_vec(),
             Some(stress) => {
                 let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
@@ -209,8 +205,8 @@ fn push_faces(
     points
 }
 
-/// Outward direction at the nodes of the contact surface, `[n_points]`: sum of the area vectors of those adjacent outer `faces`
-/// whose nodes all belong to the contact surface. It is zero at all other nodes.
+/// Outward direction at the nodes of the contact surface, `[n_points]`: sum of the area vectors of the adjacent contact `faces`;
+/// zero elsewhere.
 fn contact_normals(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) -> Vec<Point> {
     let mut in_contact = vec![false; mesh.n_points()];
     contact_nodes.iter().for_each(|&node| in_contact[node] = true);

@@ -51,7 +51,7 @@ pub struct ErrorRecord {
 /// Cells with the largest errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WorstCells {
-    /// Number of cells: the fewest that contain half of the squared error.
+    /// Number of cells.
     pub count: usize,
     /// Volume of the cells divided by the volume of the body.
     pub volume_share: f64,
@@ -92,7 +92,6 @@ pub struct BodyRecord {
 }
 
 impl BodyPeaks {
-    /// Determines the peaks of `field`; `surface` gives the stress on the contact surface.
     pub(crate) fn new(mesh: &Mesh, field: &StressField, surface: &SurfaceStress<'_>) -> Self {
         Self {
             von_mises: von_mises_peak(mesh, field),
@@ -103,7 +102,7 @@ impl BodyPeaks {
     }
 }
 
-/// Index and value of the largest value, at the first position where it occurs. `None` without values.
+/// Index and value of the first largest value.
 fn largest(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     values.enumerate().fold(None, |best, (i, value)| match best {
         Some((_, found)) if value <= found => best,
@@ -111,13 +110,11 @@ fn largest(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     })
 }
 
-/// Peak of the von Mises stress.
 fn von_mises_peak(mesh: &Mesh, field: &StressField) -> Peak {
     let (point, value) = largest(field.stress.iter().map(von_mises)).unwrap_or((0, 0.0));
     Peak { value, position: mesh.points[field.points.mesh_nodes[point]] }
 }
 
-/// Peak of each criterion.
 fn index_peaks(mesh: &Mesh, field: &StressField) -> Vec<IndexPeak> {
     let peak = |exposure: &ExposureField| {
         let (point, _) = largest(exposure.points.iter().map(|e| e.value))?;
@@ -156,8 +153,7 @@ impl ErrorRecord {
         }
     }
 
-    /// Text with the estimated error and, unless the error is at rounding level, the region to refine. `length` is the unit of
-    /// length.
+    /// Text with the estimated error and, unless it is at rounding level, the region to refine. `length` is the unit of length.
     pub fn advice(&self, length: &str) -> String {
         if self.relative < MIN_RELATIVE_ERROR {
             return format!(
@@ -177,7 +173,6 @@ impl ErrorRecord {
     }
 }
 
-/// Peak of the largest principal stress in the tangent planes of the contact surface; `None` without contact points.
 fn tangential_peak(mesh: &Mesh, field: &StressField, surface: &SurfaceStress<'_>) -> Option<Peak> {
     let (i, value) = largest(field.contact.iter().map(|contact| surface.at(contact.point).1))?;
     Some(Peak { value, position: mesh.points[field.points.mesh_nodes[field.contact[i].point]] })

@@ -3,7 +3,6 @@
 use crate::body::BeBody;
 use crate::error::Warning;
 
-/// Asymmetry of a flexibility above which a warning is given.
 const MAX_RELIABLE_ASYMMETRY: f64 = 0.02;
 
 /// Condensation of a boundary-element body to its nodes under the frame.
@@ -21,7 +20,7 @@ pub struct BoundaryElementRecord {
     pub asymmetry: f64,
     /// Error of the tabulated kernels, relative to their largest values.
     pub kernel_error: f64,
-    /// Largest residual of the equations that are recomputed after the solution, relative to the magnitude of their terms.
+    /// Largest residual of the equations that are recomputed after the solution, relative to their terms.
     pub residual: f64,
     /// Form of the equations: "dense" or "compressed".
     pub equations: &'static str,
@@ -35,7 +34,7 @@ pub struct BoundaryElementRecord {
 pub struct CompressionRecord {
     /// Tolerance of the compressed blocks.
     pub tolerance: f64,
-    /// Largest number of products with the matrix that the solution for one right-hand side took.
+    /// Largest number of products with the matrix for one right-hand side.
     pub iterations: usize,
     /// Memory of the matrix and its approximate inverse, bytes.
     pub bytes: usize,

@@ -9,7 +9,6 @@ use crate::geometry::{Point, Side};
 pub struct CellLocator<'a> {
     frame: &'a ContactFrame,
     side: Side,
-    /// Normal common to all cells, if there is one.
     common_normal: Option<Point>,
     bin: f64,
     bins: HashMap<[i64; 3], Vec<usize>>,
@@ -25,7 +24,7 @@ pub struct SurfacePoint {
 }
 
 impl<'a> CellLocator<'a> {
-    /// Prepares the search for the body on `side`. A grid frame needs no preparation.
+    /// Prepares the search for the body on `side`.
     pub fn new(frame: &'a ContactFrame, side: Side) -> Self {
         let diameter = |i: usize| {
             2.0 * frame.corners(i).iter().map(|c| (c - frame.centers[i]).norm()).fold(0.0, f64::max)
@@ -44,9 +43,8 @@ impl<'a> CellLocator<'a> {
         locator
     }
 
-    /// Cells that contain the projection of the point along the cell normal, and that the surface at the point faces. A point on a
-    /// common edge of cells has several cells, and a point outside the frame has none. The distance between the surface and the
-    /// cells is arbitrary.
+    /// Cells that contain the projection of the point along the cell normal, at any distance, and that the surface at the point
+    /// faces. A point on a common edge has several cells.
     pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
         let mut cells = match (&self.frame.whole_grid(), self.common_normal) {
             (Some(grid), _) => grid_cells(grid, &point.at),
@@ -59,8 +57,7 @@ impl<'a> CellLocator<'a> {
         cells
     }
 
-    /// Cells of a curved frame over which the point lies, at a distance of at most one bin width along their normals. If no cell is
-    /// so close, returns the nearest cells over which the point lies.
+    /// Cells of a curved frame over which the point lies, within one bin width along their normals, else the nearest ones.
     fn nearest(&self, point: &SurfacePoint) -> Vec<usize> {
         let distance =
             |cell: usize| self.frame.triads[cell].normal().dot(&(point.at - self.frame.centers[cell])).abs();
@@ -71,7 +68,7 @@ impl<'a> CellLocator<'a> {
             .filter(|&cell| distance(cell) <= self.bin)
             .collect();
         if found.is_empty() {
-            // The distance `along_surface` excludes most cells before their polygons are tested.
+            // This distance excludes most cells before the test of their polygons.
             let near = |cell: &usize| self.along_surface(*cell, &point.at) <= self.bin;
             found = (0..self.frame.n_cells()).filter(near).filter(over).collect();
             let least = found.iter().map(|&cell| distance(cell)).fold(f64::INFINITY, f64::min);
@@ -86,13 +83,13 @@ impl<'a> CellLocator<'a> {
         (arm - normal * normal.dot(&arm)).norm()
     }
 
-    /// Whether the surface at the point faces the cell; true if the outward direction is unknown (zero).
+    /// Whether the surface at the point faces the cell; true for an unknown outward direction.
     fn is_facing(&self, cell: usize, point: &SurfacePoint) -> bool {
         let along = self.frame.triads[cell].normal().dot(&point.outward);
         along == 0.0 && point.outward == Point::zeros() || along * self.side.outward() > 0.0
     }
 
-    /// Bin of a point or, if all cells have the same normal, of the projection of the point along this normal.
+    /// Bin of a point, projected along the common normal, if there is one.
     fn key(&self, point: &Point) -> [i64; 3] {
         let along =
             self.common_normal.map_or(Point::zeros(), |n| n * n.dot(&(point - self.frame.centers[0])));
@@ -100,7 +97,6 @@ impl<'a> CellLocator<'a> {
         [0, 1, 2].map(|axis| (projection[axis] / self.bin).floor() as i64)
     }
 
-    /// Cells with centres in the bin of `point` or an adjacent bin, in ascending order.
     fn cells_in_adjacent_bins(&self, point: &Point) -> impl Iterator<Item = usize> {
         let [x, y, z] = self.key(point);
         let mut found = Vec::new();
@@ -113,7 +109,6 @@ impl<'a> CellLocator<'a> {
         found.into_iter()
     }
 
-    /// Whether the projection of `point` lies in the cell or on its boundary.
     fn holds(&self, cell: usize, point: &Point) -> bool {
         let (corners, triad) = (self.frame.corners(cell), &self.frame.triads[cell]);
         let slack = 1e-9 * self.bin;
@@ -127,8 +122,7 @@ impl<'a> CellLocator<'a> {
             if (a + edge * along).norm() <= slack {
                 return true;
             }
-            // Counts the edges that a ray from the point along the local x axis crosses. The number is odd if the point lies
-            // inside.
+            // A ray from an inside point along the local x axis crosses an odd number of edges.
             if (a.y > 0.0) != (b.y > 0.0) && (a.x - a.y * edge.x / edge.y) > 0.0 {
                 crossings += 1;
             }
@@ -149,7 +143,7 @@ fn grid_cells(grid: &Grid, point: &Point) -> Vec<usize> {
     along_x.iter().flat_map(|ix| along_y.iter().map(move |iy| ix * grid.cells[1] + iy)).collect()
 }
 
-/// Indices i < `n` of the unit intervals `[i, i + 1]` that contain `at`. A common end of two intervals belongs to both.
+/// Indices i < `n` of the intervals `[i, i + 1]` that contain `at`; a common end belongs to both.
 fn intervals(at: f64, n: usize) -> Vec<usize> {
     let (low, high) = ((at - 1e-9).floor(), (at + 1e-9).floor());
     let mut found: Vec<usize> =
@@ -163,7 +157,7 @@ mod tests {
     use super::*;
     use crate::geometry::Triad;
 
-    /// Truth (definition): interval i reaches from i to i + 1. Common ends belong to two intervals, outside points to none.
+    /// Truth (definition): interval i reaches from i to i + 1. Common ends belong to two intervals.
     #[test]
     fn ends_belong_to_both_intervals() {
         assert_eq!(intervals(0.0, 3), [0]);
@@ -174,7 +168,7 @@ mod tests {
         assert_eq!(intervals(f64::NAN, 3), [0_usize; 0]);
     }
 
-    /// Two adjacent cells of 1 x 1 mm at z = 0, the second rotated by `angle` about their common edge.
+    /// Two cells of 1 x 1 mm, the second rotated by `angle` about their common edge.
     fn two_cells(angle: f64) -> ContactFrame {
         let (s, c) = angle.sin_cos();
         let along = [Point::x(), Point::new(c, 0.0, s)];
@@ -201,8 +195,7 @@ mod tests {
         }
     }
 
-    /// Truth: points inside and outside of a dart-shaped cell, classified by hand. The notch lies outside; corners and edges belong
-    /// to the cell.
+    /// Truth: points in a dart-shaped cell, classified by hand. The notch lies outside; corners and edges belong to the cell.
     #[test]
     fn a_cell_may_be_a_dart() {
         let mut frame = two_cells(0.0);

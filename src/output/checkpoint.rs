@@ -1,7 +1,6 @@
 //! Checkpoint files, from which an interrupted run resumes as if it had not stopped.
 //!
-//! Two files are written alternately, so that the last one stays intact while the next is written. The format is, with
-//! little-endian numbers:
+//! Two files are written alternately, so that one always stays intact. Numbers are little-endian:
 //!
 //! | bytes | content |
 //! |---|---|
@@ -30,12 +29,9 @@ pub const FILES: [&str; 2] = ["checkpoint-1.bin", "checkpoint-2.bin"];
 
 const MAGIC: &[u8; 16] = b"orthowear-check\n";
 const FORMAT: u32 = 9;
-/// Bytes before the provenance.
 const HEADER_BYTES: usize = 36;
-/// Bytes of the checksum at the end.
 const CHECKSUM_BYTES: usize = 32;
 
-/// Advice in messages on unusable checkpoints.
 const RESTART_HINT: &str = "run without --resume to start again";
 
 /// Checkpoint read from a file.
@@ -45,14 +41,13 @@ pub struct Checkpoint {
     pub number: u64,
     /// Program, scene and files of the run.
     pub provenance: Provenance,
-    /// Warnings, such as a warning about the other checkpoint file if it is damaged.
+    /// Warnings, for example about the other checkpoint file.
     pub warnings: Vec<String>,
     path: PathBuf,
     bytes: Vec<u8>,
     state_offset: usize,
 }
 
-/// Reason why a file cannot be used as checkpoint.
 enum UnusableCheckpoint {
     Absent,
     Damaged(&'static str),
@@ -80,18 +75,17 @@ pub fn remove(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes the temporary files that killed runs left behind, for checkpoints and for the file `other`.
+/// Removes the temporary files that killed runs left, for checkpoints and for the file `other`.
 pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     let prefixes = [FILES[0], FILES[1], other].map(|name| temporary_prefix(Path::new(name)));
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(|name| prefixes.iter().any(|p| name.starts_with(p))) {
-            // Errors are ignored, because the files are hidden and harmless.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// Writes checkpoint `number` (from 1) into `folder`. Of the two checkpoint files, it replaces the older one.
+/// Writes checkpoint `number` (from 1) into `folder`, in place of the older of the two files.
 ///
 /// # Errors
 /// If it cannot be written (kind `Resources`). Existing checkpoints then stay unchanged.
@@ -231,8 +225,7 @@ mod tests {
         read(folder).unwrap().unwrap().state::<State>().unwrap().last
     }
 
-    /// Truth: the state that is read has the same bits as the written state. Two files are written alternately, and the newer one
-    /// is read.
+    /// Truth: the read state has the same bits as the written one, and the newer file is read.
     #[test]
     fn the_newest_is_read() {
         let dir = tempfile::tempdir().unwrap();
@@ -250,8 +243,8 @@ mod tests {
         assert!(!are_in(dir.path()));
     }
 
-    /// Truth (rel-corrupt-checkpoint): every flipped bit and every truncated or extended file is detected without a panic. The
-    /// previous checkpoint is read. If both are damaged, an error names them.
+    /// Truth (rel-corrupt-checkpoint): every flipped bit, truncation or extension is detected, and the other checkpoint is read. If
+    /// both are damaged, an error names them.
     #[test]
     fn damage_is_found() {
         let dir = tempfile::tempdir().unwrap();
@@ -280,8 +273,8 @@ mod tests {
         assert!(FILES.iter().all(|name| text.contains(name)) && text.contains("without --resume"), "{text}");
     }
 
-    /// Truth (docs/checkpoints.md): a checkpoint of another format is refused, and the message names the format. A state with other
-    /// fields is refused as the state of another build.
+    /// Truth (docs/checkpoints.md): a checkpoint of another format is refused with the format's name, a state with other fields as
+    /// the state of another build.
     #[test]
     fn foreign_checkpoints_are_refused() {
         let dir = tempfile::tempdir().unwrap();
@@ -300,8 +293,7 @@ mod tests {
         assert!(error.contains(&format!("format {other}")), "{error}");
     }
 
-    /// Truth: a failed write (here: to a full device) leaves the existing checkpoint intact. Temporary files of killed runs are
-    /// removed.
+    /// Truth: a failed write (to a full device) leaves the existing checkpoint intact. Temporary files of killed runs are removed.
     #[cfg(unix)]
     #[test]
     fn a_failure_leaves_the_last_one() {

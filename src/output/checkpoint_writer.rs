@@ -21,7 +21,7 @@ pub struct CheckpointData<S> {
     pub snapshot: S,
     /// History of the operators.
     pub operator_history: OperatorHistory,
-    /// Field output so far, including the data that are written at the end of the run.
+    /// Field output so far.
     pub written: WrittenFields,
     /// Number of enlargements of the frame.
     #[serde(default)]
@@ -100,9 +100,8 @@ pub struct CompletedWork {
 pub struct CheckpointWriter {
     provenance: Provenance,
     interval: CheckpointInterval,
-    /// Number of the last checkpoint; 0 before the first one.
+    /// Number of the last checkpoint; 0 at first.
     number: u64,
-    /// Progress in the last checkpoint.
     last_saved: CompletedWork,
     last_saved_at: Instant,
     frame_growths: usize,
@@ -130,7 +129,7 @@ impl CheckpointWriter {
         self
     }
 
-    /// Sets the number of enlargements of the frame and the mesh updates so far.
+    /// Sets the enlargements of the frame and the mesh updates so far.
     pub fn with_rebuilds(mut self, growths: usize, moves: &MeshUpdates) -> Self {
         (self.frame_growths, self.mesh_updates) = (growths, moves.clone());
         self
@@ -182,7 +181,6 @@ impl CheckpointWriter {
     }
 }
 
-/// Borrowed form of [`CheckpointData`] for serialisation.
 #[derive(Serialize)]
 struct CheckpointDataRef<'a, S> {
     snapshot: S,
@@ -220,7 +218,6 @@ mod tests {
         assert!(by_cycles.is_due(progress(3, 300)));
     }
 
-    /// Truth: the content read equals the content written.
     #[test]
     fn what_is_kept_comes_back() {
         let dir = tempfile::tempdir().unwrap();

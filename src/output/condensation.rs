@@ -11,7 +11,7 @@ pub struct CondensationRecord {
     pub method: &'static str,
     /// Whether the flexibility was read from the cache.
     pub cached: bool,
-    /// Relative residual of the check of the factorisation, or the largest relative residual of conjugate gradients.
+    /// Relative residual of the check of the factorisation, or largest one of conjugate gradients.
     pub residual: f64,
     /// Iterations of conjugate gradients in this run.
     #[serde(skip_serializing_if = "Option::is_none")]

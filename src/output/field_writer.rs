@@ -1,4 +1,4 @@
-//! Field output of a run, increment by increment: `.vtu` files, their `.pvd` collections, figures.
+//! Field output of a run, increment by increment: `.vtu` files, `.pvd` collections, figures.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -54,13 +54,12 @@ impl FieldKind {
     }
 }
 
-/// Displacement and stress at the points of a request; `None` if the body does not provide them.
+/// Displacement and stress at the points of a request, if the body provides them.
 pub type PointStates = Option<Vec<PointState>>;
 
 /// Writer of the requested fields of a frame and its bodies.
 pub struct FieldWriter<'a> {
     frame: &'a ContactFrame,
-    /// Built when the first grid is written.
     frame_mesh: OnceCell<FrameMesh>,
     bodies: Vec<BodyOutput<'a>>,
     kinds: Vec<FieldKind>,
@@ -75,12 +74,11 @@ pub struct FieldWriter<'a> {
     pub written: WrittenFields,
 }
 
-/// Field output so far: file series, and data of the figures and peaks for the end of the run.
+/// Field output so far: file series, and data of figures and peaks for the end of the run.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct WrittenFields {
-    /// Number of the last written entry, from 1; 0 before the first one.
+    /// Number of the last written entry, from 1; 0 at first.
     last_entry: usize,
-    /// Files of each series with their times.
     series_files: BTreeMap<String, Vec<(f64, String)>>,
     pictures: RunFigures,
     peaks: Vec<BodyRecord>,
@@ -101,7 +99,7 @@ impl WrittenFields {
         }
     }
 
-    /// Transfers the data to an enlarged frame of `n` cells; `places` are the new numbers of the present cells.
+    /// Transfers the data to an enlarged frame, as [`RunFigures::transfer_to`].
     pub fn transfer_to(mut self, places: &[usize], n: usize) -> Self {
         self.pictures.transfer_to(places, n);
         self
@@ -175,7 +173,7 @@ impl<'a> FieldWriter<'a> {
             self.write_interior_points(output, request, states)
                 .context(|| format!("output.inside, \"{}\"", request.name))?;
         }
-        // The figures record the entry last, because the output above may be cancelled.
+        // Last, because the output above may be cancelled.
         if self.kinds.contains(&FieldKind::Svg) {
             self.written.pictures.record_entry(self.frame.n_cells(), record, state);
         }
@@ -210,14 +208,13 @@ impl<'a> FieldWriter<'a> {
         self.interior_points.iter().map(of).collect()
     }
 
-    /// Writes displacement and stress at points inside a body.
     fn write_interior_points(
         &mut self,
         output: &mut OutputDir,
         request: &InteriorPointRequest,
         states: &PointStates,
     ) -> Result<()> {
-        // Bodies that replace the bodies of the scene, as in comparisons, may provide no states.
+        // In comparisons, another kind of body may provide no states.
         let Some(states) = states else { return Ok(()) };
         let series = request.series();
         output.write_text(&format!("{series}_{:04}.csv", self.written.last_entry), &request.csv(states)?)?;
@@ -227,7 +224,6 @@ impl<'a> FieldWriter<'a> {
         Ok(())
     }
 
-    /// Recovers the requested fields of a body, writes them and stores the stress peaks.
     fn write_body(
         &mut self,
         output: &mut OutputDir,
@@ -272,8 +268,8 @@ impl<'a> FieldWriter<'a> {
         Ok(())
     }
 
-    /// Writes the `.pvd` collections and the figures, and moves the peaks of the bodies to the summary. The time in a collection is
-    /// the number of the entry in `summary.steps`. Requested fretting loops are also written as a table.
+    /// Writes the `.pvd` collections (time: number of the entry), the figures and requested fretting loops, and moves the peaks to
+    /// the summary.
     ///
     /// # Errors
     /// If a file cannot be written (kind `Resources`). If a number of the fretting loops is not finite (kind `Numerical`).

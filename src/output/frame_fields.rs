@@ -1,4 +1,4 @@
-//! Fields on the contact frame as a grid for output, and their values at the corners of the cells.
+//! Fields on the contact frame as a grid, and their values at the corners of the cells.
 
 use std::collections::HashMap;
 
@@ -11,9 +11,9 @@ use crate::geometry::Point;
 use crate::output::surface_properties::SurfaceProperties;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// Names of vector components in the local axes of a cell.
+/// Components in the local axes of a cell.
 pub(crate) const FRAME_COMPONENTS: &[&str] = &["x", "y", "n"];
-/// Names of vector components in global axes.
+/// Components in global axes.
 pub(crate) const GLOBAL_COMPONENTS: &[&str] = &["x", "y", "z"];
 
 /// Cells of the frame as a mesh with shared corners.
@@ -26,8 +26,7 @@ pub struct FrameMesh {
 }
 
 impl FrameMesh {
-    /// Merges coincident corners of the frame's cells. Coordinates are rounded to multiples of 1e-9 × the diagonal of the bounding
-    /// box.
+    /// Merges coincident corners of the frame's cells, to 1e-9 × the diagonal of the bounding box.
     pub fn new(frame: &ContactFrame) -> Self {
         let quantum = 1e-9 * extent(frame).max(f64::MIN_POSITIVE);
         let mut known: HashMap<[i64; 3], usize> = HashMap::new();
@@ -70,7 +69,6 @@ impl FrameMesh {
     }
 }
 
-/// Diagonal of the bounding box of the frame.
 fn extent(frame: &ContactFrame) -> f64 {
     let mut low = Point::repeat(f64::INFINITY);
     let mut high = Point::repeat(f64::NEG_INFINITY);
@@ -81,7 +79,7 @@ fn extent(frame: &ContactFrame) -> f64 {
     if diagonal.is_finite() { diagonal } else { 0.0 }
 }
 
-/// Grid of the frame with the cell fields of `state` (listed in docs/results.md).
+/// Grid of the frame with the cell fields of `state` (docs/results.md).
 ///
 /// # Errors
 /// If a field has the wrong length (kind `Numerical`).
@@ -124,12 +122,12 @@ fn axes_are_global(frame: &ContactFrame) -> bool {
     frame.triads.distinct().iter().all(|triad| triad.0 == nalgebra::Matrix3::identity())
 }
 
-/// Adds a zero normal component to slip, so that viewers can draw it as a vector.
+/// Adds a zero normal component, so that viewers can draw slip as a vector.
 fn with_zero_normal(slip: &[f64], n: usize) -> Vec<f64> {
     if slip.len() == 2 * n { [slip, &vec![0.0; n]].concat() } else { slip.to_vec() }
 }
 
-/// Converts values `[3, N]`, stored component by component, into one triple per cell.
+/// Converts values `[3, N]` into one triple per cell.
 pub(crate) fn planes_to_triples(planes: &[f64], n: usize, name: &str) -> Result<Vec<[f64; 3]>> {
     if planes.len() != 3 * n {
         return Err(Error::numerical(format!(
@@ -141,7 +139,7 @@ pub(crate) fn planes_to_triples(planes: &[f64], n: usize, name: &str) -> Result<
     Ok((0..n).map(|i| [planes[i], planes[n + i], planes[2 * n + i]]).collect())
 }
 
-/// Converts vectors of the cells from the local axes of each cell to global axes.
+/// Converts vectors from the local axes of each cell to global axes.
 pub(crate) fn to_global(frame: &ContactFrame, local: &[[f64; 3]]) -> Vec<[f64; 3]> {
     frame.triads.iter().zip(local).map(|(triad, v)| triad.to_global(&Point::from(*v)).into()).collect()
 }

@@ -6,7 +6,6 @@ use crate::error::{Error, Result};
 use crate::evolution::records::{FrettingLoop, IncrementRecord};
 use Cell::{Count, Flag, Missing, Number, Text};
 
-/// Cell of `history.csv`.
 enum Cell<'a> {
     Text(&'a str),
     Number(f64),
@@ -15,10 +14,10 @@ enum Cell<'a> {
     Missing,
 }
 
-/// Column of `history.csv`: its name, and the function that returns the cell of an entry.
+/// Name, and the function that returns the cell of an entry.
 type Column = (&'static str, fn(&IncrementRecord) -> Cell);
 
-/// Columns of `history.csv`, named as in `summary.steps`; vectors by component.
+/// Named as in `summary.steps`; vectors by component.
 const HISTORY_COLUMNS: [Column; 46] = [
     ("name", |r| Text(&r.name)),
     ("increment", |r| Count(r.increment as u64)),
@@ -68,7 +67,7 @@ const HISTORY_COLUMNS: [Column; 46] = [
     ("jump_rejected", |r| r.jump.map_or(Missing, |jump| Count(jump.rejected as u64))),
 ];
 
-/// Text of the table: a header, then one row per record. Numbers read back to the same bits.
+/// Text of the table. Numbers read back to the same bits.
 ///
 /// # Errors
 /// If a number is not finite (kind `Numerical`).
@@ -115,7 +114,7 @@ fn write_row(text: &mut String, record: &IncrementRecord) -> Result<()> {
             Number(value) if !value.is_finite() => {
                 return Err(Error::numerical(format!("`{name}` is {value}, not a finite number")));
             }
-            // Shortest text that reads back to the same bits, with an exponent for long numbers.
+            // Shortest text that reads back to the same bits.
             Number(value) => format!("{value:?}"),
             Count(count) => count.to_string(),
             Flag(flag) => flag.to_string(),
@@ -126,7 +125,7 @@ fn write_row(text: &mut String, record: &IncrementRecord) -> Result<()> {
     Ok(())
 }
 
-/// Formats a name as a CSV cell (RFC 4180): quoted if it contains a comma, a quote or a line end.
+/// A CSV cell (RFC 4180).
 fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", name.replace('"', "\"\""))
@@ -202,7 +201,7 @@ mod tests {
         }
     }
 
-    /// Truth: a number that is not finite is refused, and the message names its column.
+    /// Truth: a number that is not finite is refused by its column.
     #[test]
     fn refuses_what_is_not_finite() {
         let record =

@@ -12,16 +12,15 @@ use crate::output::frame_fields::GLOBAL_COMPONENTS;
 use crate::output::volume::stress_array;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// VTK type of a quadrilateral.
 const QUADRILATERAL: u8 = 9;
 
-/// Columns of the table after the coordinates and distances. The distances are `distance` and, for a rectangle, `distance_across`.
+/// Columns after the coordinates, `distance` and, for a rectangle, `distance_across`.
 const FIELD_COLUMNS: &str = "displacement_x,displacement_y,displacement_z,stress_xx,stress_yy,stress_zz,stress_yz,stress_xz,stress_xy,von_mises,\
                      largest_shear,principal_1,principal_2,principal_3";
 
-/// Memory per point while the table is written, bytes; measured.
+/// Bytes per point while the table is written; measured.
 const TABLE_BYTES_PER_POINT: usize = 385;
-/// Memory per point while the grid is written, bytes; measured.
+/// Bytes per point while the grid is written; measured.
 const GRID_BYTES_PER_POINT: usize = 420;
 
 /// Requested points inside a body, evenly spaced on a line or over a rectangle.
@@ -62,7 +61,7 @@ impl InteriorPointRequest {
             }
     }
 
-    /// Relative position of point `i` along both sides. Consecutive points follow one another along the first side.
+    /// Relative position of point `i` along both sides; consecutive points follow the first side.
     fn relative_position(&self, i: usize) -> [f64; 2] {
         let [n, m] = self.counts;
         [(i % n) as f64 / (n - 1) as f64, (i / n) as f64 / m.max(2).saturating_sub(1) as f64]
@@ -82,7 +81,7 @@ impl InteriorPointRequest {
         (0..self.n_points()).map(at).collect()
     }
 
-    /// Corners with the scene keys that determine them. A convex body that contains the corners contains all points.
+    /// Corners with their scene keys. A convex body that contains the corners contains all points.
     pub fn corners(&self) -> Vec<(&'static str, Point)> {
         let mut corners = vec![("from", self.from), ("to", self.to)];
         if let Some(across) = self.across {
@@ -155,7 +154,6 @@ impl InteriorPointRequest {
     }
 }
 
-/// Quantities derived from a stress.
 struct StressMeasures {
     voigt: [f64; 6],
     von_mises: f64,
@@ -195,9 +193,8 @@ mod tests {
         }
     }
 
-    /// Truth (docs/scene.md): points are evenly spaced, consecutive points follow one another along the first side, and distances
-    /// count from the first point. A tension p along x with a pressure p along z has the largest shear stress p and the von Mises
-    /// stress √3 p.
+    /// Truth (docs/scene.md): points are evenly spaced along the first side, then the second; distances count from the first point.
+    /// Tension p along x with pressure p along z has the largest shear p and the von Mises stress √3 p.
     #[test]
     fn points_and_rows() {
         let request = rectangle();
@@ -221,7 +218,6 @@ mod tests {
         assert!(line.csv(&[state; 3]).unwrap().starts_with("x,y,z,distance,displacement_x"));
     }
 
-    /// Truth: a number that is not finite is refused.
     #[test]
     fn refuses_what_is_not_finite() {
         let state = PointState { displacement: Point::new(f64::NAN, 0.0, 0.0), stress: Matrix3::zeros() };

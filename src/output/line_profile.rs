@@ -16,7 +16,7 @@ pub struct ProfileLine {
 impl ProfileLine {
     fn direction(&self) -> Vector2<f64> {
         let (sin, cos) = self.angle.sin_cos();
-        // The direction of a line along an axis is exact, so that its samples are aligned with the cell centres.
+        // Exact directions along an axis align the samples with the cell centres.
         let clean = |c: f64| if c.abs() < 1e-9 { 0.0 } else { c };
         Vector2::new(clean(cos), clean(sin)).normalize()
     }
@@ -24,10 +24,9 @@ impl ProfileLine {
 
 /// Samples (distance along the line, value) of the cell `values`, in order of distance.
 ///
-/// On a grid, values are interpolated bilinearly between the cell centres; points of the grid without a cell count as 0. The
-/// samples on a line along an axis have the coordinates of the cell centres on this axis. On other lines, the distance of the
-/// samples is the smaller cell spacing. On other frames, each cell gives its value at the middle of its intersection with the line.
-/// Two cells whose common edge lies on the line give their mean.
+/// On a grid, values are interpolated bilinearly between the cell centres; points without a cell count as 0. Along an axis, samples
+/// lie at the cell centres, on other lines at the smaller cell spacing. On other frames, each cell gives its value at the middle of
+/// its intersection with the line. Two cells whose common edge lies on the line give their mean.
 pub fn profile_along(frame: &ContactFrame, values: &[f64], line: &ProfileLine) -> Vec<[f64; 2]> {
     match frame.grid {
         Some(grid) if frame.polygons.is_none() && frame.n_cells() > 0 => {
@@ -45,7 +44,7 @@ fn sample_grid(frame: &ContactFrame, grid: Grid, values: &[f64], line: &ProfileL
     let corner = [0, 1].map(|axis| first[axis] - index[axis] as f64 * grid.spacing[axis]);
     let mut whole = vec![0.0; nx * ny];
     values.iter().enumerate().for_each(|(cell, value)| whole[frame.grid_index(cell)] = *value);
-    // Position relative to the centre of the first cell of the grid, in units of the cell spacing.
+    // Relative to the centre of the first cell, in cell spacings.
     let cells_at = |p: Vector2<f64>| [0, 1].map(|axis| (p[axis] - corner[axis]) / grid.spacing[axis]);
     let value_at = |p: Vector2<f64>| {
         let at = cells_at(p);
@@ -117,8 +116,8 @@ mod tests {
 
     use super::*;
 
-    /// Truth: bilinear interpolation reproduces a linear field in any direction, except in the outermost half cells. Distances
-    /// count from the given point.
+    /// Truth: bilinear interpolation reproduces a linear field, except in the outermost half cells. Distances count from the given
+    /// point.
     #[test]
     fn linear_fields_are_exact_on_grids() {
         let frame = ContactFrame::grid([2.0, 1.0], [16, 12], [5.0, -3.0], 0.4).unwrap();
@@ -138,8 +137,8 @@ mod tests {
         }
     }
 
-    /// Truth: samples along an axis have the coordinates of the cell centres on this axis. With two rows of cells, the axis lies
-    /// between the rows, and the samples are the means of both rows.
+    /// Truth: samples along an axis lie at the cell centres. With two rows of cells, the axis lies between them, and samples are
+    /// means of both.
     #[test]
     fn rows_are_met_on_their_centres() {
         let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();

@@ -1,7 +1,7 @@
 //! Results of a run in memory and as files: `summary.json`, `history.csv`, fields for ParaView, figures, checkpoints.
 //!
 //! [`recorder::Recorder`] observes the run, [`field_writer::FieldWriter`] writes fields, [`summary::Summary`] holds the results.
-//! Files are staged in an [`output_dir::OutputDir`], so that a failed run loses no earlier results. NaN and infinity are errors.
+//! Files are staged in an [`output_dir::OutputDir`]. NaN and infinity are errors.
 
 pub mod accuracy;
 pub mod atomic_file;

@@ -1,18 +1,17 @@
 //! Number formats for figures and reports.
 
-/// Formats a number with five significant digits, or as an integer if its magnitude is from 1e5 to 1e7. Smaller magnitudes than
-/// 1e-4, and 1e7 or more, get an exponent. Magnitudes below 1e-12 count as round-off and give 0.
+/// Formats a number with five significant digits, or as an integer from 1e5 to 1e7. Magnitudes below 1e-4 and from 1e7 get an
+/// exponent; below 1e-12 they are round-off and give 0.
 pub fn five_digits(x: f64) -> String {
     if x.abs() < 1e-12 { "0".to_owned() } else { five_digits_of_small(x) }
 }
 
-/// Formats a number of a group as [`five_digits`] does. Magnitudes below 1e-12 × `largest`, the largest magnitude of the group,
-/// give 0.
+/// As [`five_digits`], with 0 below 1e-12 × `largest`, the largest magnitude of the group.
 pub fn five_digits_of_group(x: f64, largest: f64) -> String {
     if x.abs() < 1e-12 * largest { "0".to_owned() } else { five_digits_of_small(x) }
 }
 
-/// Formats a number as [`five_digits`] does, however small it is. Use it for quantities without cancellation, such as volumes.
+/// As [`five_digits`], however small the number. For quantities without cancellation, such as volumes.
 pub fn five_digits_of_small(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
@@ -28,14 +27,14 @@ pub fn five_digits_of_small(x: f64) -> String {
 mod tests {
     use crate::output::number_format::{five_digits, five_digits_of_group};
 
-    /// Truth: the numbers rounded by hand, to five significant digits or to an integer.
+    /// Truth: the numbers rounded by hand.
     #[test]
     fn numbers_are_short() {
         assert_eq!(
             [290.726_11, -0.02, 1.0e-9, 123_456.7, 0.0, 3.3e-17].map(five_digits),
             ["290.73", "-0.020000", "1.0000e-9", "123457", "0", "0"]
         );
-        // The first group consists of volumes in cubic metres, the second of the round-off of a force of 300 N.
+        // Volumes in cubic metres, and the round-off of a force of 300 N.
         assert_eq!([5e-13, -2e-17].map(|x| five_digits_of_group(x, 5e-13)), ["5.0000e-13", "-2.0000e-17"]);
         assert_eq!(five_digits_of_group(-2e-11, 300.0), "0");
     }

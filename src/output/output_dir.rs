@@ -1,6 +1,5 @@
-//! Output directory of a run. Files are staged in a hidden folder inside it and moved to their final names when the run ends. A
-//! failed or killed run thus loses no earlier results. The staged files of an unfinished run with checkpoints stay there until the
-//! run is resumed.
+//! Output directory of a run. Files are staged in a hidden folder inside it and get their final names when the run ends. A failed
+//! or killed run thus loses no earlier results.
 
 use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
@@ -21,7 +20,7 @@ use crate::output::summary::{Status, Summary};
 /// Name of the summary file.
 pub const SUMMARY_FILE: &str = "summary.json";
 
-/// Staging folder. It lies inside the target, because files can be renamed only within a file system.
+/// Staging folder; it lies inside the target, because files can be renamed only within a file system.
 const STAGING_DIR: &str = ".incoming";
 
 /// Staged file of a run.
@@ -43,19 +42,15 @@ pub struct OutputDir {
     files: Vec<StagedFile>,
     /// True while the directory holds an earlier unfinished run that this run neither resumes nor has moved to `previous-N`.
     holds_unfinished_run: bool,
-    /// Whether this run resumes a run of this directory.
     resumes: bool,
-    /// Whether the staging folder is kept when this value is dropped.
     keep_staging: bool,
-    /// Warnings for the summary.
     warnings: Vec<Warning>,
-    /// Lock on the directory, held while the file is open.
     _lock: Option<File>,
 }
 
 impl OutputDir {
-    /// Prepares `target` to receive results, and creates it if necessary. Earlier results stay unchanged until the first file or
-    /// checkpoint is written, or until the run ends.
+    /// Prepares `target`, and creates it if necessary. Earlier results stay until the first file or checkpoint is written, or the
+    /// run ends.
     ///
     /// # Errors
     /// If `target` is not a directory (kind `Input`). If it is not writable or in use by another run (kind `Resources`).
@@ -110,8 +105,8 @@ impl OutputDir {
         self.resumes
     }
 
-    /// Resumes the run that staged `files`. Files are searched for in the staging folder, in the directory and in `previous-N`.
-    /// Returns the names of files that were not found.
+    /// Resumes the run that staged `files`, found in the staging folder, in the directory or in `previous-N`. Returns the names of
+    /// missing files.
     ///
     /// # Errors
     /// If a file cannot be moved or copied (kind `Resources`).
@@ -128,7 +123,7 @@ impl OutputDir {
         Ok(missing)
     }
 
-    /// Brings a file back into the staging folder. Returns whether it was found.
+    /// Restores a file in the staging folder; false if it was not found.
     fn restage_file(&self, file: &StagedFile) -> Result<bool> {
         let to = self.staging.join(&file.name);
         if fs::metadata(&to).is_ok_and(|found| found.len() == file.bytes) {
@@ -152,7 +147,7 @@ impl OutputDir {
         Ok(true)
     }
 
-    /// Ensures that the staged files are kept if the run ends early, because a checkpoint lists them.
+    /// Keeps the staged files if the run ends early, because a checkpoint lists them.
     ///
     /// # Errors
     /// If an earlier unfinished run cannot be moved to `previous-N` (kind `Resources`).
@@ -163,7 +158,7 @@ impl OutputDir {
         Ok(())
     }
 
-    /// Moves an earlier unfinished run with its checkpoints and staged files to `previous-N`, where it can still be resumed.
+    /// Moves an earlier unfinished run with its staged files to `previous-N`, where it can still be resumed.
     fn set_aside_unfinished_run(&mut self) -> Result<()> {
         if !std::mem::take(&mut self.holds_unfinished_run) {
             return Ok(());
@@ -202,7 +197,7 @@ impl OutputDir {
         self.write(name, |out| out.write_all(text.as_bytes()).map_err(|e| write_error(&e)))
     }
 
-    /// Stages a file whose content `fill` writes. It replaces a staged file of the same name.
+    /// Stages a file whose content `fill` writes, in place of a staged file of the same name.
     ///
     /// # Errors
     /// If the file cannot be written or an earlier unfinished run cannot be moved (kind `Resources`), and errors of `fill`.
@@ -226,7 +221,7 @@ impl OutputDir {
         match written {
             Ok(file) => self.files.push(file),
             Err(error) => {
-                // An incomplete file is useless and takes space that the summary may need.
+                // An incomplete file takes space that the summary may need.
                 let _ = fs::remove_file(&path);
                 return Err(error);
             }
@@ -259,7 +254,7 @@ impl OutputDir {
             write_atomically(&self.target.join(SUMMARY_FILE), summary.to_json().1.as_bytes())?;
             return Err(error);
         }
-        // The summary is written last, so that it never lists missing results.
+        // The summary comes last, so that it never lists missing results.
         write_atomically(&self.target.join(SUMMARY_FILE), text.as_bytes())?;
         if converged && !self.holds_unfinished_run {
             checkpoint::remove(&self.target)?;
@@ -276,8 +271,8 @@ impl OutputDir {
         })
     }
 
-    /// Leaves staged files and checkpoints for a later resume, and writes only the summary. Earlier results are first moved to
-    /// `previous-N`, unless this run resumes the earlier run and has at least as many entries.
+    /// Leaves staged files and checkpoints for a later resume, and writes only the summary. Earlier results are set aside as in
+    /// [`OutputDir::finish`].
     ///
     /// # Errors
     /// As [`OutputDir::finish`].
@@ -286,7 +281,6 @@ impl OutputDir {
         if !self.supersedes_earlier(summary) {
             self.set_aside_earlier_results()?;
         }
-        // The summary lists the files that remain from the resumed run.
         summary.files = earlier_files(&self.target);
         summary.files.retain(|name| self.target.join(name).is_file());
         remove_stale_report(&self.target);
@@ -295,8 +289,8 @@ impl OutputDir {
         finite
     }
 
-    /// Whether the existing summary may be replaced: this run is resumed, and the earlier run did not converge, has the same scene,
-    /// and has no more entries than the new `summary`.
+    /// Whether the existing summary may be replaced: this run resumes an unconverged run of the same scene, and has no fewer
+    /// entries.
     fn supersedes_earlier(&self, summary: &Summary) -> bool {
         let Some(earlier) = read_json(&self.target.join(SUMMARY_FILE)).filter(|_| self.resumes) else {
             return false;
@@ -306,8 +300,7 @@ impl OutputDir {
             && earlier["steps"].as_array().is_some_and(|steps| steps.len() <= summary.steps.len())
     }
 
-    /// Removes files that the earlier summary lists and this run did not write. Otherwise fields of steps that this run does not
-    /// have would look like its results.
+    /// Removes files that only the earlier summary lists; they would look like results of this run.
     fn remove_stale(&self) -> Result<()> {
         let own: HashSet<&str> = self.files.iter().map(|file| file.name.as_str()).collect();
         for name in earlier_files(&self.target) {
@@ -338,19 +331,16 @@ impl OutputDir {
 impl Drop for OutputDir {
     fn drop(&mut self) {
         if !self.keep_staging {
-            // Errors are ignored, because a folder that remains is hidden and harmless.
             let _ = fs::remove_dir_all(&self.staging);
         }
     }
 }
 
-/// Number of attempts to lock a directory. A process that was killed, or that has just started another process, may hold the lock a
-/// moment longer.
+/// A process that was killed, or that has just started another process, may hold the lock a moment longer.
 const LOCK_ATTEMPTS: usize = 40;
-/// Delay between two attempts.
 const LOCK_RETRY_DELAY: Duration = Duration::from_millis(50);
 
-/// Locks a directory against other runs; `None` if the file system does not support locks.
+/// Locks a directory against other runs; `None` if the file system has no locks.
 fn lock(target: &Path) -> Result<Option<File>> {
     let folder = File::open(target).map_err(|e| file_error("cannot open", target, &e))?;
     for _ in 0..LOCK_ATTEMPTS {
@@ -366,12 +356,11 @@ fn lock(target: &Path) -> Result<Option<File>> {
     )))
 }
 
-/// Path of the folder `previous-N` with N = `number`.
 fn previous_dir(target: &Path, number: usize) -> PathBuf {
     target.join(format!("previous-{number}"))
 }
 
-/// Moves files into the next free `previous-N` and returns this folder; `None` if `files` is empty.
+/// Moves files into the next free `previous-N`, which it returns.
 fn move_to_previous(target: &Path, files: &[PathBuf]) -> Result<Option<PathBuf>> {
     if files.is_empty() {
         return Ok(None);
@@ -386,7 +375,7 @@ fn move_to_previous(target: &Path, files: &[PathBuf]) -> Result<Option<PathBuf>>
     Ok(Some(folder))
 }
 
-/// Files that the summary in `target` lists. Only plain names count, so that no file outside of `target` is touched.
+/// Files that the summary in `target` lists; only plain names, so that no file outside of `target` is touched.
 fn earlier_files(target: &Path) -> Vec<String> {
     let Some(summary) = read_json(&target.join(SUMMARY_FILE)) else { return Vec::new() };
     let names = summary["files"].as_array().cloned().unwrap_or_default();
@@ -394,12 +383,12 @@ fn earlier_files(target: &Path) -> Vec<String> {
     names.iter().filter_map(|name| name.as_str()).filter(|name| plain(name)).map(str::to_owned).collect()
 }
 
-/// Whether the file is the summary of a run that ended before its first increment. Such a summary is not kept.
+/// Whether the file is the summary of a run that ended before its first increment.
 fn is_summary_without_steps(path: &Path) -> bool {
     read_json(path).is_some_and(|summary| summary["steps"].as_array().is_some_and(Vec::is_empty))
 }
 
-/// Reads a JSON file; `None` if it does not exist or is no valid JSON.
+/// Reads a JSON file, if it exists and is valid.
 pub fn read_json(path: &Path) -> Option<serde_json::Value> {
     serde_json::from_slice(&fs::read(path).ok()?).ok()
 }

@@ -8,11 +8,10 @@ pub fn peak_bytes() -> u64 {
 
 /// Resets the peak of [`peak_bytes`] to the present memory (Linux only).
 pub fn restart_peak() {
-    // Errors are ignored: without a reset, the peak covers the whole process so far.
+    // Without a reset, the peak covers the whole process so far.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// Number of kibibytes in the line of `status` that starts with `key`.
 fn kib_of(status: &str, key: &str) -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix(key))?;
     line.split_whitespace().next()?.parse().ok()
@@ -22,7 +21,7 @@ fn kib_of(status: &str, key: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// Truth: lines of /proc/self/status as documented in proc(5). A missing line gives no number.
+    /// Truth: lines of /proc/self/status as in proc(5).
     #[test]
     fn reads_the_high_water_mark() {
         let status = "VmPeak:\t  900 kB\nVmHWM:\t    1234 kB\nVmRSS:\t  1000 kB\n";
@@ -30,7 +29,6 @@ mod tests {
         assert_eq!(kib_of("VmRSS:\t 1 kB\n", "VmHWM:"), None);
     }
 
-    /// Truth: a process that touched 64 MiB has a peak of at least 64 MiB.
     #[test]
     fn peak_grows_with_the_memory_touched() {
         if !std::path::Path::new("/proc/self/status").exists() {

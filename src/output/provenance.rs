@@ -3,14 +3,13 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Keys that may differ on resume. They change no value of an entry, at most the number of entries.
+/// These keys may differ on resume: they change at most the number of entries, not their values.
 const KEYS_FREE_TO_DIFFER: [&str; 4] = ["title", "output.checkpoint", "frame.grow", "compare"];
 
-/// Key that affects the condensation of bodies and must not differ on resume. The option --max-memory, which takes precedence over
-/// it, may differ.
+/// This key affects the condensation of bodies and must not differ on resume. The option --max-memory takes precedence and may
+/// differ.
 const MEMORY_LIMIT_KEY: &str = "solver.memory_limit";
 
-/// Maximum number of listed differences.
 const MAX_LISTED_DIFFERENCES: usize = 20;
 
 /// File named by a scene.
@@ -39,7 +38,7 @@ impl Provenance {
         Self { version: env!("CARGO_PKG_VERSION").to_owned(), scene, files }
     }
 
-    /// Lists the differences from `now`, one line each: `gap.radius: 50 then, 25 now`. The run can resume if the list is empty.
+    /// Differences from `now`, one line each: `gap.radius: 50 then, 25 now`. The run can resume if there are none.
     pub fn differences(&self, now: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.version != now.version {
@@ -61,7 +60,6 @@ impl Provenance {
     }
 }
 
-/// Collects the differences below `key`.
 fn compare(key: &str, then: Option<&Value>, now: Option<&Value>, found: &mut Vec<String>) {
     if KEYS_FREE_TO_DIFFER.contains(&key) || then == now {
         return;
@@ -109,7 +107,6 @@ fn element(key: &str, index: usize, table: Option<&Value>) -> String {
     join(key, &name.map_or_else(|| index.to_string(), str::to_owned))
 }
 
-/// Formats a value on one line of at most 60 characters.
 fn shown(value: Option<&Value>) -> String {
     let Some(value) = value else { return "not given".to_owned() };
     let text = value.to_string();
@@ -126,7 +123,7 @@ mod tests {
         Provenance::new(scene, vec![NamedFile { key: "body1.mesh".into(), sha256: "00".into() }])
     }
 
-    /// Truth (docs/checkpoints.md): a different `solver.memory_limit` is refused, and the message names --max-memory instead.
+    /// Truth (docs/checkpoints.md): another `solver.memory_limit` is refused with a hint at --max-memory.
     #[test]
     fn another_memory_limit() {
         let then = json!({ "solver": { "memory_limit": "1 GB" } });

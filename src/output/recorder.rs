@@ -26,7 +26,7 @@ pub enum ProgressEvent<'e> {
 /// Callback that displays progress.
 pub type ProgressCallback<'a> = Box<dyn FnMut(ProgressEvent) + Send + 'a>;
 
-/// Observer of a run. It keeps the records and, with an output directory, writes the result files.
+/// Keeps the records of a run and, with an output directory, writes the result files.
 #[derive(Default)]
 pub struct Recorder<'a> {
     output: Option<OutputDir>,
@@ -41,8 +41,7 @@ pub struct Recorder<'a> {
     pub has_checkpoint_files: bool,
 }
 
-/// State that a recorder hands over to the recorder of the next segment of the run. A segment ends where the frame is enlarged or
-/// meshes are moved.
+/// State that a recorder hands over to the next segment's recorder.
 pub struct RecorderParts {
     /// Output directory with the files so far.
     pub output: Option<OutputDir>,
@@ -54,11 +53,10 @@ pub struct RecorderParts {
     pub checkpoint_writer: Option<CheckpointWriter>,
 }
 
-/// Checkpoint writer, with the operator history and the files of the last converged entry.
 struct CheckpointState<'a> {
     writer: CheckpointWriter,
     operator: &'a dyn Flexibility,
-    /// History of the operator after the last finished entry.
+    /// Operator history after the last finished entry.
     operator_history: OperatorHistory,
     /// Fields and files before an entry that did not converge.
     before_unconverged: Option<(WrittenFields, Vec<StagedFile>)>,
@@ -76,7 +74,7 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Enables checkpoints, if there is an output directory. `operator` is the operator of the run.
+    /// Enables checkpoints for the run with `operator`, if there is an output directory.
     pub fn with_checkpoints(mut self, writer: CheckpointWriter, operator: &'a dyn Flexibility) -> Self {
         self.checkpoints = Some(CheckpointState {
             writer,
@@ -93,7 +91,7 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Ends the recorder in the middle of the run, and returns its state for the recorder of the next segment.
+    /// Ends the recorder within the run, and returns its state for the next segment.
     pub fn into_parts(self) -> RecorderParts {
         RecorderParts {
             output: self.output,
@@ -118,8 +116,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Moves the records to `summary` and, with an output directory, writes the remaining files, `history.csv` and `summary.json`.
-    ///
-    /// If this fails, the error is stored in the summary, which is written in any case if the disk allows.
+    /// The summary is written even on failure, with the error, unless the disk prevents it.
     ///
     /// # Errors
     /// If a file cannot be written (kind `Resources`), or a number is not finite (kind `Numerical`).
@@ -142,7 +139,7 @@ impl<'a> Recorder<'a> {
                 };
             }
             let target = output.path().to_owned();
-            // Frees the disk space of the staged files before the summary is written.
+            // Frees disk space for the summary.
             drop(output);
             let second = OutputDir::open(&target).and_then(|output| output.finish(summary));
             return match second {
@@ -155,7 +152,7 @@ impl<'a> Recorder<'a> {
 }
 
 impl CheckpointState<'_> {
-    /// Writes a checkpoint if it is due. In an interrupted or suspended run, it is due if there are new entries.
+    /// Writes a checkpoint if it is due, or if an interrupted or suspended run has new entries.
     fn write_if_due(
         &mut self,
         output: &mut OutputDir,
@@ -202,7 +199,7 @@ impl Observer for Recorder<'_> {
     }
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
-        // The recovery at interior points can be cancelled. It therefore comes before any part of the entry is stored.
+        // Recovery at interior points can be cancelled, so it precedes any storing of the entry.
         let fields = self.fields.as_ref().filter(|fields| fields.selects(record));
         let inside =
             fields.map(|fields| fields.recover_interior_points(state)).transpose()?.unwrap_or_default();
@@ -217,7 +214,7 @@ impl Observer for Recorder<'_> {
         let (mark, files) = (fields.rollback_mark(), output.files().len());
         let written = fields.write_entry(output, self.records.len(), record, state, inside);
         if written.as_ref().is_err_and(|error| error.kind() == ErrorKind::Interrupted) {
-            // Discard the entry; a resumed run computes it again.
+            // A resumed run computes the entry again.
             fields.roll_back(mark);
             output.truncate_staged(files);
             self.records.pop();

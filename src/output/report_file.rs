@@ -18,11 +18,11 @@ pub fn is_report(path: &Path) -> bool {
     String::from_utf8_lossy(&head[..read]).contains(r#"<meta name="generator" content="orthowear">"#)
 }
 
-/// Removes an outdated report from `directory`. A file of that name that is not a report of this program stays.
+/// Removes an outdated report from `directory`, but no other file of that name.
 pub fn remove_stale_report(directory: &Path) {
     let path = directory.join(REPORT);
     if is_report(&path) {
-        // Best effort: a report that remains still shows the SHA-256 of its scene.
+        // A report that remains still shows the SHA-256 of its scene.
         let _ = fs::remove_file(path);
     }
 }

@@ -15,7 +15,6 @@ use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::{Summary, Units};
 use crate::output::surface_properties::SurfaceProperties;
 
-/// Kinds of maps and the names of their files.
 const MAPS: [(MapKind, &str); 4] = [
     (MapKind::Pressure, "pressure.svg"),
     (MapKind::Slip, "slip.svg"),
@@ -23,7 +22,7 @@ const MAPS: [(MapKind, &str); 4] = [
     (MapKind::Wear, "wear.svg"),
 ];
 
-/// Minimum wear depth of a step for a wear profile, relative to the largest wear depth of all steps.
+/// Minimum wear depth of a step with a wear profile, relative to the largest of all steps.
 const MIN_RELATIVE_WEAR_DEPTH: f64 = 1e-6;
 
 /// Collects the data of the figures and draws them.
@@ -33,7 +32,7 @@ pub struct RunFigures {
 }
 
 impl RunFigures {
-    /// Stores an entry on a frame of `n` cells. It replaces the previous entry of a step with the same name.
+    /// Stores an entry on a frame of `n` cells, in place of the previous entry of a step with the same name.
     pub fn record_entry(&mut self, n: usize, record: &IncrementRecord, state: &FrameState) {
         let cycles = match (record.cycles_done, record.stroke_ends) {
             (0, _) => String::new(),
@@ -48,7 +47,7 @@ impl RunFigures {
         }
     }
 
-    /// Transfers the fields to a frame of `n` cells. `places` are the new numbers of the present cells; new cells get zero.
+    /// Transfers the fields to a frame of `n` cells, as [`StepEndFields::transfer_to`].
     pub fn transfer_to(&mut self, places: &[usize], n: usize) {
         self.steps.iter_mut().for_each(|step| step.transfer_to(places, n));
     }
@@ -73,14 +72,13 @@ impl RunFigures {
                 output.write_text(name, &picture)?;
             }
         }
-        // Around a bore two cells can have the same x and y, and a profile would mix them.
+        // Around a bore, a profile would mix cells with the same x and y.
         if frame.is_single_valued() {
             output.write_text("profiles.svg", &self.profiles(frame, surface, units))?;
         }
         output.write_text("history.svg", &history_svg(&summary.steps, units))
     }
 
-    /// Draws profiles of tractions and wear depth along the surface axes e1 and e2, in up to two rows of panels per step.
     fn profiles(&self, frame: &ContactFrame, surface: &SurfaceProperties, units: &Units) -> String {
         let mut panels = Vec::new();
         for kept in &self.steps {
@@ -107,8 +105,8 @@ fn deepest(kept: &StepEndFields) -> f64 {
     kept.wear_depth.iter().copied().fold(0.0, f64::max)
 }
 
-/// Intersection of the profiles of a step: the origin of the frame if there is no pressure, or if a profile through the origin
-/// reaches half of the peak pressure. Otherwise, it is the cell of the peak pressure.
+/// Intersection of the profiles of a step: the origin of the frame if a profile through it reaches half of the peak pressure,
+/// otherwise the cell of the peak.
 fn profile_center(frame: &ContactFrame, surface: &SurfaceProperties, kept: &StepEndFields) -> [f64; 2] {
     let n = frame.n_cells();
     let Some(pressure) = kept.tractions.get(2 * n..3 * n) else { return [0.0; 2] };
@@ -121,7 +119,6 @@ fn profile_center(frame: &ContactFrame, surface: &SurfaceProperties, kept: &Step
     if seen { [0.0; 2] } else { frame.plane_coordinates(peak) }
 }
 
-/// Axis label with the direction of a profile and the point at distance 0.
 fn distance_label(line: &ProfileLine, axis: &str, units: &Units) -> String {
     let [x, y] = line.through;
     let from = if line.through == [0.0; 2] { "the centre".to_owned() } else { format!("({x:.4}, {y:.4})") };
@@ -140,7 +137,7 @@ fn traction_panel(
     let plane = |k: usize| kept.tractions.get(k * n..(k + 1) * n).map_or(vec![0.0; n], <[f64]>::to_vec);
     let [x, y, pressure] = [plane(0), plane(1), plane(2)];
     let (sin, cos) = surface.e1_angle.sin_cos();
-    // Tractions on body 1, like the forces: opposite to the tractions on body 2.
+    // Tractions on body 1, opposite to those on body 2.
     let turned = |a: f64, b: f64| x.iter().zip(&y).map(|(x, y)| 0.0 - a * x - b * y).collect::<Vec<f64>>();
     let fields = [("pressure", pressure), ("q1", turned(cos, sin)), ("q2", turned(-sin, cos))];
     let rubs = x.iter().chain(&y).any(|q| *q != 0.0);
@@ -209,7 +206,7 @@ mod tests {
     }
 
     /// Truth (definition): profiles cross at the origin if a profile through it reaches half of the peak pressure, otherwise at the
-    /// cell with the peak.
+    /// peak.
     #[test]
     fn profiles_go_through_the_contact() {
         let frame = ContactFrame::grid([2.0, 2.0], [9, 9], [1.0, 0.0], 0.0).unwrap();
@@ -231,12 +228,12 @@ mod tests {
         assert_eq!(profile_center(&frame, &surface, &at(-0.9, 1.3, 0.0)), [0.0, 0.0]);
     }
 
-    /// Truth: a traction of 20 MPa on body 2, opposite to the fibre direction, gives q1 = 20 MPa and q2 = 0 on body 1. Values are
-    /// read back from the picture: a constant traction is a level line, at a height proportional to the traction.
+    /// Truth: a traction of 20 MPa on body 2, opposite to the fibre direction, gives q1 = 20 MPa and q2 = 0 on body 1. In the
+    /// picture, it is a level line at a proportional height.
     #[test]
     fn tractions_are_those_on_body_1_along_the_fibre() {
         let frame = ContactFrame::grid([2.0, 2.0], [8, 8], [0.0, 0.0], 0.0).unwrap();
-        // In axes at 30 degrees, the traction on body 2 is (-20, 0), thus (20, 0) on body 1.
+        // In axes at 30 degrees, the traction on body 2 is (-20, 0).
         let (sin, cos) = 30_f64.to_radians().sin_cos();
         let kept = kept(64, |_| [-20.0 * cos, -20.0 * sin, 100.0], &frame);
         let fibre = SurfaceFibre { side: Side::Lower, tilt: 0.3, azimuth: 30_f64.to_radians() };
@@ -257,7 +254,7 @@ mod tests {
                 heights[0]
             })
             .collect();
-        // Each of the two panels shows pressure 100, q1 = 20 and q2 = 0 on an axis from 0 to at least 100.
+        // Each panel shows pressure 100, q1 = 20 and q2 = 0 on an axis from 0 to at least 100.
         assert_eq!(levels.len(), 6, "{text}");
         for panel in levels.chunks(3) {
             let share = (panel[2] - panel[1]) / (panel[2] - panel[0]);

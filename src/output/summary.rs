@@ -92,7 +92,7 @@ impl Status {
     pub const ALL: [Self; 4] = [Self::Converged, Self::NotConverged, Self::Failed, Self::Interrupted];
 }
 
-/// Seconds spent by stage, in the order of first use. Serialised as a JSON object.
+/// Seconds by stage, in the order of first use. Serialised as a JSON object.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Timings(Vec<(String, f64)>);
 
@@ -123,7 +123,7 @@ impl Timings {
         self.iter().map(|(_, seconds)| seconds).sum()
     }
 
-    /// Stages with their seconds, in the order of first use.
+    /// Stages with their seconds.
     pub fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
         self.0.iter().map(|(stage, seconds)| (stage.as_str(), *seconds))
     }
@@ -223,7 +223,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Creates an empty summary of a scene. The status is `failed` until an outcome is set.
+    /// Creates an empty summary; its status is `failed` until an outcome is set.
     pub fn new(title: &str, scene_sha256: &str, units: Units) -> Self {
         Self {
             program: env!("CARGO_PKG_NAME"),
@@ -249,7 +249,7 @@ impl Summary {
         }
     }
 
-    /// Sets status and error of a run that ended with `error`: failed, not converged or interrupted, depending on its kind.
+    /// Sets status and error of a run that ended with `error`.
     pub fn set_failure(&mut self, error: &Error) {
         if error.kind() == ErrorKind::Interrupted {
             (self.status, self.reason, self.error, self.exit_code) = (Status::Interrupted, None, None, None);
@@ -261,9 +261,8 @@ impl Summary {
         (self.error, self.exit_code) = (Some(error.to_string()), Some(error.exit_code()));
     }
 
-    /// Checks that all numbers are finite. Returns the result of the check and, in any case, the JSON text with a line end. JSON
-    /// has no NaN or infinity, and a reader might take `null` for a result. With such a value, the text therefore has the status
-    /// `failed` and a warning with the path of the value.
+    /// Checks that all numbers are finite, and returns the JSON text in any case. A number that is not finite gives the text the
+    /// status `failed` and a warning.
     ///
     /// # Errors
     /// If a number is not finite (kind `Numerical`).
@@ -290,7 +289,7 @@ fn pretty(value: &Value) -> String {
     serde_json::to_string_pretty(value).expect("a JSON value always serialises") + "\n"
 }
 
-/// Path of the first `null` in `value`. Absent fields are omitted, so a null means a number that is not finite.
+/// Path of the first `null`, which stands for a number that is not finite.
 fn first_null(value: &Value, path: &str) -> Option<String> {
     match value {
         Value::Null => Some(path.trim_start_matches('.').to_owned()),
@@ -317,7 +316,7 @@ mod tests {
         summary
     }
 
-    /// Truth: docs/results.md documents every field of the summary, its entries and certificates, because other programs read them.
+    /// Truth: docs/results.md documents every field of the summary, its entries and certificates.
     #[test]
     fn json_has_the_documented_fields() {
         let mut summary = summary();
@@ -340,7 +339,7 @@ mod tests {
         }
     }
 
-    /// Truth: a value that is not finite is an error, and the written summary has the status `failed` and names the value.
+    /// Truth: a value that is not finite is an error; the written summary is `failed` and names the value.
     #[test]
     fn not_a_number_is_a_failure() {
         let mut summary = summary();

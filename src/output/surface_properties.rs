@@ -1,4 +1,4 @@
-//! Properties of the surface under the frame for plots and field files: axes, fibres, distribution of wear.
+//! Axes, fibres and distribution of wear of the surface under the frame, for plots and field files.
 
 use crate::geometry::Side;
 use crate::laws::friction::FrictionLaw;
@@ -33,8 +33,8 @@ impl Default for SurfaceProperties {
 }
 
 impl SurfaceProperties {
-    /// Sets e1 to the first axis of the wear law if its two coefficients are unequal. Otherwise, the friction law determines e1 if
-    /// its coefficients are unequal. If no law does, e1 is along the first fibre, or along x without fibres.
+    /// Sets e1 to the first axis of the wear law, or else of the friction law, if its coefficients are unequal. Otherwise, e1 is
+    /// along the first fibre, or along x.
     pub fn new(friction: &FrictionLaw, wear: &WearLaw, wear_share: f64, fibres: Vec<SurfaceFibre>) -> Self {
         let ellipse = friction.ellipse();
         let unequal = |[a, b]: [f64; 2]| a != b;
@@ -54,7 +54,7 @@ impl SurfaceProperties {
 mod tests {
     use super::*;
 
-    /// Truth (definition): e1 follows the wear law, the friction law or the fibre, in this order. Only laws with two unequal
+    /// Truth (definition): e1 follows the wear law, the friction law or the fibre, in this order. Only laws with unequal
     /// coefficients count. The wear depths of the bodies add up to the total.
     #[test]
     fn axes_are_those_of_the_laws() {

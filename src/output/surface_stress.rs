@@ -6,7 +6,7 @@ use crate::body::StressField;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Area-weighted mean outward normal of the `faces` at each mesh node, `[n_nodes]`; zero at nodes that belong to no face.
+/// Area-weighted mean outward normal of the `faces` at each mesh node, `[n_nodes]`; zero without faces.
 fn normals<'a>(mesh: &Mesh, faces: impl Iterator<Item = &'a SurfaceFace>) -> Vec<Vector3<f64>> {
     let mut sums = vec![Vector3::zeros(); mesh.n_points()];
     for face in faces {
@@ -19,9 +19,7 @@ fn normals<'a>(mesh: &Mesh, faces: impl Iterator<Item = &'a SurfaceFace>) -> Vec
 /// Stress at points of the outer faces of a body.
 pub(crate) struct SurfaceStress<'a> {
     field: &'a StressField,
-    /// Index of each recovery point among the contact points.
     contact_point: Vec<Option<usize>>,
-    /// Normal of the outer faces at each mesh node.
     normals: Vec<Vector3<f64>>,
     tractions: &'a [[f64; 3]],
 }
@@ -39,8 +37,8 @@ impl<'a> SurfaceStress<'a> {
         Self { field, contact_point, normals: normals(mesh, faces.iter()), tractions }
     }
 
-    /// Stress at a recovery point, and its largest principal stress in the tangent plane. On the contact surface, the stress
-    /// follows from the surface strain and the traction. Elsewhere, it is the recovered stress.
+    /// Stress at a recovery point, and its largest principal stress in the tangent plane. On the contact surface, surface strain
+    /// and traction determine the stress.
     pub fn at(&self, point: usize) -> ([f64; 6], f64) {
         let node = self.field.points.mesh_nodes[point];
         match self.contact_point[point] {
@@ -74,7 +72,7 @@ fn tensor(s: &[f64; 6]) -> Matrix3<f64> {
 mod tests {
     use super::*;
 
-    /// Truth: the larger eigenvalue of the 2 x 2 stress in the plane, from its closed form.
+    /// Truth: the larger eigenvalue of the 2 x 2 stress in the plane, in closed form.
     #[test]
     fn largest_stress_in_a_plane() {
         let stress = [3.0, -2.0, 7.0, 0.5, -1.5, 4.0];

@@ -3,7 +3,6 @@
 use crate::body::Truncation;
 use crate::error::Warning;
 
-/// Difference from the exact half-space above which a warning is given.
 const MAX_RELIABLE_DIFFERENCE: f64 = 0.02;
 
 /// Half-space with a meshed surface, compared with the exact half-space.
@@ -15,12 +14,12 @@ pub struct TruncationRecord {
     pub elements: usize,
     /// Mean normal displacement of the frame under uniform unit pressure, for the meshed surface.
     pub compliance: f64,
-    /// Mean normal displacement of the frame under uniform unit pressure, for the exact half-space.
+    /// As `compliance`, for the exact half-space.
     pub exact_compliance: f64,
     /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform traction along a on the
     /// displacements under a uniform traction along b.
     pub difference: f64,
-    /// Residual of equations that are recomputed after the solution, relative to the magnitude of their terms.
+    /// Residual of equations that are recomputed after the solution, relative to their terms.
     pub residual: f64,
 }
 

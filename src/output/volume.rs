@@ -8,17 +8,17 @@ use crate::mesh::Mesh;
 use crate::output::frame_fields::GLOBAL_COMPONENTS;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// Components of a stress in VTK's order for symmetric tensors.
+/// VTK's order for symmetric tensors.
 const STRESS_COMPONENTS: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
 
-/// Converts stresses from the Voigt order 11 22 33 23 13 12 to VTK's symmetric tensors.
+/// Converts stresses from the Voigt order 11 22 33 23 13 12 to VTK's.
 pub(crate) fn stress_array<'a>(stress: impl Iterator<Item = &'a [f64; 6]>) -> DataArray {
     let values = stress.flat_map(|s| [s[0], s[1], s[2], s[5], s[3], s[4]]).collect();
     DataArray::tuples("stress", STRESS_COMPONENTS, values)
 }
 
-/// Grid of the volume of a meshed body with its displacement and recovered stress, on undeformed points. With stress, a node at a
-/// material interface becomes one point per material.
+/// Grid of the volume of a meshed body on undeformed points. With stress, a node at a material interface becomes one point per
+/// material.
 ///
 /// # Errors
 /// If the recovered field does not fit the mesh (kind `Numerical`).

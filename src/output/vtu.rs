@@ -1,9 +1,8 @@
 //! Writer of VTK XML files: unstructured grids (.vtu, raw appended data) and collections over time (.pvd).
 //!
-//! Numbers are little-endian. Headers, connectivity and offsets have 64 bits, so that sizes are not limited. meshio requires the
-//! line end before `</AppendedData>`. The data blocks follow in the reverse order of the `DataArray` tags. meshio (5.3) finds
-//! arrays by offset and replaces the offsets one after the other. If the blocks had the order of the tags, meshio might take an
-//! already read array and silently swap the values of two fields.
+//! Numbers are little-endian, with 64-bit headers and offsets. meshio requires the line end before `</AppendedData>`. Data blocks
+//! follow in the reverse order of the `DataArray` tags. meshio (5.3) finds arrays by offset and overwrites offsets; in the order of
+//! the tags, it might silently swap two fields.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -170,7 +169,6 @@ fn write_file(out: &mut dyn Write, head: &str, sections: &[(&str, &[DataArray])]
     out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
 }
 
-/// XML header before the raw data.
 fn head(sections: &[(&str, &[DataArray])], n_points: usize, n_cells: usize) -> String {
     let mut xml = String::from("<?xml version=\"1.0\"?>\n");
     xml += "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n";
@@ -191,7 +189,7 @@ fn head(sections: &[(&str, &[DataArray])], n_points: usize, n_cells: usize) -> S
     xml + "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_"
 }
 
-/// Bytes of an array, including its 8-byte length.
+/// Bytes of an array, with its 8-byte length.
 fn array_bytes(array: &DataArray) -> u64 {
     8 + array.values.n_bytes()
 }
@@ -229,7 +227,6 @@ fn push_fmt(text: &mut String, more: std::fmt::Arguments<'_>) {
     text.write_fmt(more).expect("writing to a string does not fail");
 }
 
-/// Escapes a text for an XML attribute.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -250,7 +247,7 @@ mod tests {
         grid.write(&mut Vec::new()).unwrap_err().to_string()
     }
 
-    /// Truth: arrays with a wrong length or a NaN are refused, and the message names the array.
+    /// Truth: arrays with a wrong length or a NaN are refused by name.
     #[test]
     fn refuses_wrong_lengths_and_what_is_not_finite() {
         assert!(
@@ -260,8 +257,7 @@ mod tests {
         assert!(message.contains("`gap` is NaN at entry 1 of 1"), "{message}");
     }
 
-    /// Truth: the layout of the format. An 8-byte length precedes each array, offsets count from `_`, and the last array comes
-    /// first.
+    /// Truth (format): an 8-byte length precedes each array, offsets count from `_`, and the last array comes first.
     #[test]
     fn offsets_count_lengths_and_data() {
         let mut bytes = Vec::new();

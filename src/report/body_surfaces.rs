@@ -8,17 +8,15 @@ use crate::report::frame_maps::{entries_of_files, last_files_of_steps};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::vtu_reader::VtuGrid;
 
-/// Maximum number of triangles of an embedded surface.
 const MAX_SURFACE_TRIANGLES: usize = 200_000;
-/// Maximum number of embedded values (4 bytes each) of all surfaces together.
+/// Maximum number of embedded values (4 bytes each) of all surfaces.
 const MAX_SURFACE_NUMBERS: usize = 6 << 20;
 
-/// Surfaces and fields of the bodies to embed in the page.
 #[derive(Default)]
 pub(super) struct Bodies {
     /// Distinct surfaces: triangles and undeformed points.
     pub surfaces: Vec<Value>,
-    /// Fields of a body at the end of a step, one item per body and step.
+    /// Fields at the end of a step, one item per body and step.
     pub list: Vec<Value>,
     known: Vec<KnownSurface>,
     numbers: usize,
@@ -87,7 +85,7 @@ impl Bodies {
         Ok(())
     }
 
-    /// Index of a surface in `surfaces`; adds the surface if it is not known yet.
+    /// Index of a surface in `surfaces`, to which a new one is added.
     fn surface(&mut self, surface: KnownSurface) -> usize {
         let size = surface.undeformed_points.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
         let near = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * size);
@@ -108,7 +106,7 @@ impl Bodies {
     }
 }
 
-/// Divides all faces into triangles. The triangles of quadratic faces also use the midside nodes.
+/// The triangles of quadratic faces also use the midside nodes.
 fn triangles(grid: &VtuGrid) -> Vec<[usize; 3]> {
     let mut list = Vec::new();
     for (index, &kind) in grid.types.iter().enumerate() {
@@ -129,7 +127,7 @@ fn triangles(grid: &VtuGrid) -> Vec<[usize; 3]> {
     list
 }
 
-/// Magnitude of the normal traction at each point. Contact tractions are compressive, so the sign is known.
+/// Magnitude of the normal traction at each point; contact tractions are compressive.
 fn normal_traction(grid: &VtuGrid, triangles: &[[usize; 3]]) -> Vec<f64> {
     let Some(traction) = grid.point_field("traction").filter(|field| field.components == 3) else {
         return vec![0.0; grid.points.len()];

@@ -9,15 +9,13 @@ use crate::report::value_text::with_unit;
 
 /// Width of the drawing, and its height with up to three lines in the legend, pixels.
 const TOP_VIEW_PX: [f64; 2] = [400.0, 360.0];
-/// Centre of the frame in the drawing, pixels.
 const CENTER_PX: [f64; 2] = [200.0, 172.0];
-/// Fill of the frame.
 const FILL: &str = "#e8e4d8";
 
 /// Colours of the lines and their descriptions.
 type Legend = Vec<(&'static str, String)>;
 
-/// Draws the frame as seen from body 2, with the directions of fibres, motions and forces.
+/// Draws the frame as seen from body 2, with fibres, motions and forces.
 pub(super) fn top_view_svg(scene: &Value, units: &Units) -> String {
     let mut canvas = Canvas::default();
     let frame = &scene["frame"];
@@ -58,13 +56,11 @@ pub(super) fn top_view_svg(scene: &Value, units: &Units) -> String {
     canvas.into_svg([TOP_VIEW_PX[0], TOP_VIEW_PX[1] + 14.0 * legend.len().saturating_sub(3) as f64])
 }
 
-/// Two numbers of a list; `None` if the list does not start with two numbers.
 fn pair(value: &Value) -> Option<[f64; 2]> {
     let list = value.as_array()?;
     Some([list.first()?.as_f64()?, list.get(1)?.as_f64()?])
 }
 
-/// Draws the projected fibre directions of the bodies.
 fn draw_fibres(canvas: &mut Canvas, scene: &Value, legend: &mut Legend) {
     for (i, key) in ["body1", "body2"].into_iter().enumerate() {
         let fibre = &scene[key]["fibre"];

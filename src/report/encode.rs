@@ -4,7 +4,6 @@ use serde_json::Value;
 
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
-/// Encodes bytes in base64.
 pub(super) fn base64(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for group in bytes.chunks(3) {
@@ -18,12 +17,10 @@ pub(super) fn base64(bytes: &[u8]) -> String {
     text
 }
 
-/// Encodes numbers in single precision.
 pub(super) fn encode_f32(values: impl IntoIterator<Item = f64>) -> Value {
     base64(&values.into_iter().flat_map(|value| (value as f32).to_le_bytes()).collect::<Vec<u8>>()).into()
 }
 
-/// Encodes indices as 32-bit integers.
 pub(super) fn encode_u32(values: impl IntoIterator<Item = usize>) -> Value {
     let narrow = |index: usize| u32::try_from(index).expect("fewer points than 2^32").to_le_bytes();
     base64(&values.into_iter().flat_map(narrow).collect::<Vec<u8>>()).into()

@@ -7,23 +7,19 @@ use crate::report::encode::{encode_f32, encode_u32};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::vtu_reader::VtuGrid;
 
-/// Maximum number of cells of an embedded frame.
 const MAX_MAP_CELLS: usize = 100_000;
-/// Maximum number of embedded values (4 bytes each) of all entries together.
+/// Maximum number of embedded values (4 bytes each) of all entries.
 const MAX_MAP_NUMBERS: usize = 4 << 20;
-/// Number of values of the [`MAP_FIELDS`] per cell and entry. The status is not counted.
+/// Values of the [`MAP_FIELDS`] per cell and entry, without the status.
 const NUMBERS_PER_CELL: usize = 9;
 
-/// Frame meshes and fields to embed in the page.
 #[derive(Default)]
 pub(super) struct Frames {
-    /// Distinct meshes of the frame.
     pub meshes: Vec<Value>,
-    /// Fields of each embedded entry.
     pub list: Vec<Value>,
 }
 
-/// Fields of the maps: name on the page, name in the file, component.
+/// Name on the page, name in the file, component.
 const MAP_FIELDS: [(&str, &str, usize); 9] = [
     ("pressure", "pressure", 0),
     ("traction_x", "traction", 0),
@@ -97,27 +93,24 @@ impl Frames {
     }
 }
 
-/// Index of the summary entry of each field file, counted from 0. It is the number in the file name minus 1; `None` if the summary
-/// has no such entry.
+/// Index (from 0) of the summary entry of each field file; the number in the file name is one more.
 pub(super) fn entries_of_files(said: &Value, files: &[(usize, String)]) -> Vec<Option<usize>> {
     let n = said["steps"].as_array().map_or(0, Vec::len);
     files.iter().map(|(number, _)| number.checked_sub(1).filter(|&entry| entry < n)).collect()
 }
 
-/// Indices of the files that are the last of their step.
 pub(super) fn last_files_of_steps(said: &Value, entries: &[Option<usize>]) -> Vec<usize> {
     let name = |index: usize| entries[index].map(|entry| said["steps"][entry]["name"].clone());
     (0..entries.len()).filter(|&i| i + 1 == entries.len() || name(i) != name(i + 1)).collect()
 }
 
-/// Indices of the files to embed. If not all files fit, the last file of each step comes first (late steps before early steps),
-/// then other files at even distances.
+/// Indices of the files to embed. If not all fit, the last file of each step comes first (late steps before early ones), then
+/// others at even distances.
 fn select_files(
     source: &ResultDirectory,
     files: &[(usize, String)],
     entries: &[Option<usize>],
 ) -> Vec<usize> {
-    // The number of cells comes from the last file that can be read.
     let sound = files.iter().rev().find_map(|(_, name)| VtuGrid::read(&source.path(name)).ok());
     let cells = sound.map_or(1, |grid| grid.n_cells().max(1));
     let most = (MAX_MAP_NUMBERS / (NUMBERS_PER_CELL * cells)).max(1);
@@ -133,7 +126,6 @@ fn select_files(
     chosen
 }
 
-/// Plane of projection of the maps.
 struct MapPlane {
     center: [f64; 2],
     azimuth: f64,
@@ -147,14 +139,14 @@ impl MapPlane {
         Self { center, azimuth: number(&frame["azimuth"]).to_radians() }
     }
 
-    /// Mesh of a frame as JSON: the cells, and the points of the cells in space and projected on the plane.
+    /// Cells, and their points in space and on the plane, as JSON.
     fn mesh(&self, grid: &VtuGrid) -> Value {
         let doubled: Vec<Vector3<f64>> =
             (0..grid.n_cells()).map(|cell| doubled_area_vector(grid, cell)).collect();
         let sum: Vector3<f64> = doubled.iter().sum();
         let total: f64 = doubled.iter().map(Vector3::norm).sum();
         let (sin, cos) = self.azimuth.sin_cos();
-        // Project along z, like the SVG figures of a run, unless the frame is nearly parallel to z.
+        // Project along z, like the figures of a run, unless the frame is nearly parallel to z.
         let upright = sum.z.abs() >= 0.3 * sum.norm();
         let [x, y] =
             if upright { [Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0)] } else { across(&sum) };
@@ -173,7 +165,6 @@ impl MapPlane {
     }
 }
 
-/// Twice the area vector of a cell.
 fn doubled_area_vector(grid: &VtuGrid, cell: usize) -> Vector3<f64> {
     let at = |point: usize| Vector3::from(grid.points[point]);
     let corners = grid.cell(cell);
@@ -182,7 +173,7 @@ fn doubled_area_vector(grid: &VtuGrid, cell: usize) -> Vector3<f64> {
     corners.iter().zip(next).map(|(&a, &b)| (at(a) - at(first)).cross(&(at(b) - at(first)))).sum()
 }
 
-/// Two unit vectors perpendicular to a normal. The second is as close to z as possible.
+/// Two unit vectors perpendicular to a normal; the second is as close to z as possible.
 fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let x = Vector3::z().cross(normal).normalize();
     [x, normal.normalize().cross(&x)]

@@ -1,6 +1,6 @@
 //! Report: a self-contained HTML page of the results in a directory (run, comparison or study).
 //!
-//! [`Report::of`] renders the page, which also lists damaged files. Equal directories give equal pages, byte by byte.
+//! [`Report::of`] renders the page. Equal directories give equal pages, byte by byte.
 
 mod body_surfaces;
 mod drawing;
@@ -24,7 +24,7 @@ use crate::report::result_directory::{ResultDirectory, ResultKind};
 pub struct Report {
     /// HTML text.
     pub html: String,
-    /// Problems: missing or damaged content, with reasons.
+    /// Missing or damaged content, with reasons.
     pub problems: Vec<String>,
 }
 
@@ -42,7 +42,7 @@ impl Report {
         Ok(Self { html, problems: source.problems })
     }
 
-    /// Writes the page to `path`. If that fails, an existing file stays unchanged.
+    /// Writes the page to `path`. On failure, an existing file stays unchanged.
     ///
     /// # Errors
     /// If the file cannot be written (kind `Resources`).

@@ -1,5 +1,3 @@
-//! Reports of comparisons and parameter studies.
-
 use serde_json::{Value, json};
 
 use crate::error::Result;
@@ -11,9 +9,6 @@ use crate::report::run_page::{add_figures, format_quantity};
 use crate::report::value_text::{key_to_words, to_line, unit_of_key, units_of};
 
 /// Renders the page of a comparison or a parameter study.
-///
-/// # Errors
-/// As [`Page::render`].
 pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
     let units = units_of(&source.summary);
     let mut page = Page::new(source);
@@ -34,7 +29,6 @@ pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
     page.render(&json!({ "frames": [], "bodies": [] }))
 }
 
-/// Fills in the status line (how many of the variants or runs converged) and its severity.
 fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     let good = members.iter().filter(|member| member["status"] == "converged").count();
     (page.severity, page.status) = match members.len() {
@@ -47,7 +41,7 @@ fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     };
 }
 
-/// Compared quantities: key and column heading.
+/// Key and column heading.
 const COMPARED: [(&str, &str); 7] = [
     ("normal_force", "normal force"),
     ("tangential_force", "tangential force x, y"),
@@ -154,7 +148,6 @@ fn study(page: &mut Page, said: &Value, runs: &[Value], units: &Units) {
     });
 }
 
-/// Lists the folders of the variants or runs, for which reports of their own can be written.
 fn folders(page: &mut Page, source: &ResultDirectory, members: &[Value]) {
     for member in members {
         let Some(folder) = member["folder"].as_str().filter(|folder| source.has(folder)) else { continue };

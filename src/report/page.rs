@@ -15,17 +15,14 @@ const SCRIPT: &str = include_str!("assets/page.js");
 const VIEWER: &str = include_str!("assets/viewer.js");
 const THREE: &str = include_str!("assets/three.min.js");
 
-/// Table: column headings with units, and rows of cells.
 #[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct Table {
     pub title: String,
-    /// Note below the title.
     pub note: String,
     pub heads: Vec<[String; 2]>,
     pub rows: Vec<Vec<String>>,
 }
 
-/// Image embedded as a data URL.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct EmbeddedImage {
     pub title: String,
@@ -33,14 +30,12 @@ pub(super) struct EmbeddedImage {
 }
 
 impl EmbeddedImage {
-    /// Embeds the text of an SVG file.
     pub(super) fn of_svg(title: &str, svg: &str) -> Self {
         let address = format!("data:image/svg+xml;base64,{}", base64(svg.as_bytes()));
         Self { title: title.to_owned(), address }
     }
 }
 
-/// Content of a report page.
 #[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct Page {
     /// "run", "compare" or "study".
@@ -48,18 +43,15 @@ pub(super) struct Page {
     pub title: String,
     /// "good", "bad" or "doubtful".
     pub severity: &'static str,
-    /// Status line.
     pub status: String,
-    /// Reason of the status.
     pub reason: String,
-    /// Names and values at the head of the page.
     pub facts: Vec<[String; 2]>,
     pub warnings: Vec<Warning>,
     pub problems: Vec<String>,
     pub key_table: Option<Table>,
     pub drawing: Option<EmbeddedImage>,
     pub steps: Vec<[String; 2]>,
-    /// Tables of the scene: heading, rows of key and value.
+    /// Heading, rows of key and value.
     pub scene: Vec<(String, Vec<[String; 2]>)>,
     pub scene_missing: bool,
     pub plan: Vec<Table>,
@@ -76,7 +68,6 @@ pub(super) struct Page {
 }
 
 impl Page {
-    /// Creates a page with the content that runs, comparisons and studies share: title, warnings, units, program version.
     pub(super) fn new(source: &ResultDirectory) -> Self {
         let said = &source.summary;
         let text = |key: &str| said[key].as_str().unwrap_or("").to_owned();
@@ -100,7 +91,6 @@ impl Page {
         }
     }
 
-    /// Whether a warning says that the results are not reliable.
     pub(super) fn is_uncertain(&self) -> bool {
         self.warnings.iter().any(|warning| warning.severity == Severity::Uncertain)
     }

@@ -8,10 +8,9 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 
-/// Maximum size of a text or SVG file, bytes. Larger files are omitted.
+/// Larger text and SVG files are omitted.
 const MAX_TEXT_BYTES: u64 = 512 << 20;
 
-/// Kind of results in a directory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ResultKind {
     Run,
@@ -22,7 +21,6 @@ pub(super) enum ResultKind {
 impl ResultKind {
     const ALL: [Self; 3] = [Self::Run, Self::Comparison, Self::Study];
 
-    /// Name of the file with status and results.
     pub(super) fn summary_file(self) -> &'static str {
         match self {
             Self::Run => "summary.json",
@@ -31,7 +29,6 @@ impl ResultKind {
         }
     }
 
-    /// Name of the kind on the page.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Run => "run",
@@ -41,22 +38,17 @@ impl ResultKind {
     }
 }
 
-/// Directory of results with its summary.
 pub(super) struct ResultDirectory {
     directory: PathBuf,
     pub kind: ResultKind,
     /// Content of the summary file; null if it is damaged.
     pub summary: Value,
-    /// Omitted or damaged files, with reasons.
     pub problems: Vec<String>,
     names: Vec<String>,
 }
 
 impl ResultDirectory {
     /// Lists the directory and reads its summary.
-    ///
-    /// # Errors
-    /// If `directory` cannot be read or holds no results (kind `Input`).
     pub(super) fn open(directory: &Path) -> Result<Self> {
         let names = names(directory)?;
         let found =
@@ -71,10 +63,7 @@ impl ResultDirectory {
         Ok(source)
     }
 
-    /// Reads the JSON object in the file `name`, a path relative to the directory.
-    ///
-    /// # Errors
-    /// If the file cannot be read, is too large, or holds no JSON object (kind `Input`). The message names the file.
+    /// Reads the JSON object in the file `name`.
     pub(super) fn json(&self, name: &str) -> Result<Value> {
         let text = self.text(name)?;
         let read: Value = serde_json::from_str(&text)
@@ -86,10 +75,6 @@ impl ResultDirectory {
         }
     }
 
-    /// Reads a text file.
-    ///
-    /// # Errors
-    /// If the file cannot be read or is too large (kind `Input`). The message names the file.
     pub(super) fn text(&self, name: &str) -> Result<String> {
         let path = self.path(name);
         let length = fs::metadata(&path).map_or(0, |found| found.len());
@@ -101,17 +86,15 @@ impl ResultDirectory {
         fs::read_to_string(&path).map_err(|error| Error::input(format!("{name} cannot be read: {error}")))
     }
 
-    /// Path of a file.
     pub(super) fn path(&self, name: &str) -> PathBuf {
         self.directory.join(name)
     }
 
-    /// Whether the directory holds a file or folder of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.names.binary_search_by(|known| known.as_str().cmp(name)).is_ok()
     }
 
-    /// Files with this prefix and suffix, sorted by name. If the summary lists files, other files are excluded.
+    /// Files with this prefix and suffix, sorted; only those that the summary lists, if it lists files.
     pub(super) fn files(&self, begin: &str, end: &str) -> Vec<String> {
         let own: Option<HashSet<&str>> =
             self.summary["files"].as_array().map(|list| list.iter().filter_map(Value::as_str).collect());
@@ -120,7 +103,7 @@ impl ResultDirectory {
         self.names.iter().filter(named).filter(counted).cloned().collect()
     }
 
-    /// Files that the summary lists but the directory does not contain.
+    /// Listed files that do not exist.
     pub(super) fn missing(&self) -> Vec<String> {
         let own = self.summary["files"].as_array().into_iter().flatten().filter_map(Value::as_str);
         own.filter(|name| !self.has(name)).map(str::to_owned).collect()
@@ -142,7 +125,6 @@ impl ResultDirectory {
     }
 }
 
-/// Names in a directory, sorted.
 fn names(directory: &Path) -> Result<Vec<String>> {
     let wrong = |error: std::io::Error| {
         Error::input(format!(
@@ -157,7 +139,6 @@ fn names(directory: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// Error for a directory without results.
 fn no_results_error(directory: &Path, names: &[String]) -> Error {
     const SHOWN: usize = 5;
     let visible: Vec<&str> = names.iter().map(String::as_str).filter(|name| !name.starts_with('.')).collect();

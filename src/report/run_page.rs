@@ -1,5 +1,3 @@
-//! Report of a single run.
-
 use serde_json::{Value, json};
 
 use crate::error::Result;
@@ -14,13 +12,10 @@ use crate::report::page::{EmbeddedImage, Page, Table};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::value_text::{self, key_to_words, to_line, unit_of_key, units_of, with_unit};
 
-/// Maximum number of rows of a table. Longer tables show only their first and last rows.
+/// Longer tables show only their first and last rows.
 const MAX_TABLE_ROWS: usize = 2000;
 
 /// Renders the page of a run.
-///
-/// # Errors
-/// As [`Page::render`].
 pub(super) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
     let (frames, bodies) = (Frames::read(source), Bodies::read(source));
     let missing = source.missing();
@@ -48,12 +43,10 @@ pub(super) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
     }))
 }
 
-/// Entries (`steps`) of a summary.
 fn records(said: &Value) -> impl Iterator<Item = &Value> {
     said["steps"].as_array().into_iter().flatten()
 }
 
-/// Labels of the entries: number, step, increment or jump, cycles.
 fn labels(said: &Value) -> Vec<Value> {
     let label = |(i, record): (usize, &Value)| {
         let cycles = record["cycles_done"].as_u64().filter(|cycles| *cycles > 0);
@@ -65,7 +58,6 @@ fn labels(said: &Value) -> Vec<Value> {
     records(said).enumerate().map(label).collect()
 }
 
-/// Fills in how the run ended, its reason, and the facts at the head of the page.
 fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
     let so_far = if said["steps"].as_array().is_some_and(|steps| !steps.is_empty()) {
         "The results so far are shown."
@@ -109,13 +101,12 @@ fn set_status(page: &mut Page, said: &Value, fieldless: bool) {
     }
 }
 
-/// Fills in the scene: drawing, steps in words, tables of all keys.
 fn scene(page: &mut Page, scene: &Value, units: &Units) {
     let Some(tables) = scene.as_object() else {
         page.scene_missing = true;
         return;
     };
-    // A frame on a meshed surface has no plan view; the three-dimensional view shows it.
+    // A frame on a meshed surface has no plan view.
     if scene["frame"]["kind"] != "mesh" {
         let drawing = drawing::top_view_svg(scene, units);
         page.drawing = Some(EmbeddedImage::of_svg("The contact frame from above, to scale", &drawing));
@@ -128,7 +119,7 @@ fn scene(page: &mut Page, scene: &Value, units: &Units) {
     page.scene = shown.map(|(key, value)| (key.clone(), value_text::rows(units, value))).collect();
 }
 
-/// Candidate columns of the entry table: key and heading. A column is shown if some entry has a value other than zero.
+/// Candidate columns: key and heading. A column is shown if some entry has a value other than zero.
 const ENTRY_COLUMNS: [(&str, &str); 17] = [
     ("cycles_done", "cycles"),
     ("normal_force", "normal force"),
@@ -149,10 +140,8 @@ const ENTRY_COLUMNS: [(&str, &str); 17] = [
     ("seconds", "time"),
 ];
 
-/// Note of the entry tables, for runs with fretting cycles.
 const REVERSAL_NOTE: &str = " Entries of cycles show motions, forces, areas and peaks at the + reversal point, and the mean approach of both reversal points.";
 
-/// Fills in the tables of entries, certificates and stress peaks.
 fn results(page: &mut Page, said: &Value, units: &Units) {
     let records = said["steps"].as_array().map_or(&[][..], Vec::as_slice);
     if records.is_empty() {
@@ -181,7 +170,7 @@ fn results(page: &mut Page, said: &Value, units: &Units) {
     page.tables.extend(peaks);
 }
 
-/// Record of the + reversal point of `record` if that has a value of `key`, otherwise `record` itself.
+/// Record of the + reversal point if it has a value of `key`, otherwise `record` itself.
 fn at_plus_reversal<'a>(record: &'a Value, key: &str) -> &'a Value {
     let plus = &record["stroke_ends"][0];
     if plus[key].is_null() { record } else { plus }
@@ -210,7 +199,7 @@ fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
     Table { heads, rows: rows.iter().map(row).collect(), ..Table::default() }
 }
 
-/// Quantities that may be below 1e-12 if the length unit is the metre, so that values below this limit are not taken as round-off.
+/// Quantities that may be below 1e-12 in metres, so that such values are not taken as round-off.
 const SMALL_QUANTITIES: [&str; 4] = ["worn_volume", "max_wear_depth", "contact_area", "stick_area"];
 
 /// Formats the value at `key` of an entry with load F and contact area A. Tangential forces below 1e-7 F and moments below 1e-7 F
@@ -236,7 +225,7 @@ pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     }
 }
 
-/// Quantities of the certificate: key and column heading.
+/// Key and column heading.
 const CERTIFICATE: [(&str, &str); 7] = [
     ("natural_residual", "natural residual"),
     ("min_gap", "smallest gap / approach"),
@@ -268,7 +257,6 @@ fn certificate(records: &[Value], rows: &[usize]) -> Table {
     }
 }
 
-/// Charts of residuals, solver work and time against the number of the entry.
 fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
     let over = |key: &dyn Fn(&Value) -> Option<f64>| {
         let point = |(i, record): (usize, &Value)| key(record).map(|y| [(i + 1) as f64, y]);
@@ -332,7 +320,6 @@ pub(super) fn list_table(title: &str, list: &Value, first: &[&str], units: &Unit
     (!rows.is_empty()).then(|| Table { title: title.to_owned(), heads, rows, ..Table::default() })
 }
 
-/// Fields of a record with dotted keys; nested records are flattened.
 fn flatten_record<'a>(path: &str, record: &'a Value) -> Vec<(String, &'a Value)> {
     let field = |(key, value): (&String, &'a Value)| {
         let key = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
@@ -341,7 +328,6 @@ fn flatten_record<'a>(path: &str, record: &'a Value) -> Vec<(String, &'a Value)>
     record.as_object().into_iter().flatten().flat_map(field).collect()
 }
 
-/// Fills in the tables on the computation: omitted work, condensation, near fields, estimated errors, timings.
 fn plan(page: &mut Page, said: &Value, units: &Units) {
     let skipped = said["skipped"].as_array().into_iter().flatten();
     let rows: Vec<_> = skipped.map(|skip| vec![to_line(&skip["what"]), to_line(&skip["why"])]).collect();
@@ -371,7 +357,7 @@ fn plan(page: &mut Page, said: &Value, units: &Units) {
     }
 }
 
-/// Figure files of a run with their titles, in the order of the page.
+/// Figure files and their titles, in the order of the page.
 const FIGURE_TITLES: [(&str, &str); 7] = [
     ("pressure.svg", "Pressure after each step"),
     ("slip.svg", "Slip in the last entry of each step"),
@@ -382,7 +368,7 @@ const FIGURE_TITLES: [(&str, &str); 7] = [
     ("history.svg", "History of the run"),
 ];
 
-/// Adds the SVG files of the directory: those of [`FIGURE_TITLES`] in that order, then the others.
+/// Adds the SVG files, those of [`FIGURE_TITLES`] first.
 pub(super) fn add_figures(page: &mut Page, source: &mut ResultDirectory) {
     let mut files = source.files("", ".svg");
     let place = |file: &String| {

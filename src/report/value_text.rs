@@ -11,12 +11,12 @@ pub(super) fn units_of(said: &Value) -> Units {
     Units { length: unit("length", "mm"), force: unit("force", "N") }
 }
 
-/// Unit of a key of a scene or a summary as shown on a page; empty for counts and words.
+/// Unit of a key as shown on a page; empty for counts and words.
 pub(super) fn unit_of_key(units: &Units, key: &str) -> String {
     units.of_key(key).replace("degrees", "°").replace("^{2}", "²").replace("^{3}", "³")
 }
 
-/// Formats a number: unchanged up to 9 characters, otherwise with five digits, or with two digits if its magnitude is below 1e-12.
+/// A number of up to 9 characters is unchanged. Others get five digits, or two below 1e-12.
 pub(super) fn number(value: &serde_json::Number) -> String {
     let plain = value.to_string();
     match value.as_f64() {
@@ -26,7 +26,6 @@ pub(super) fn number(value: &serde_json::Number) -> String {
     }
 }
 
-/// Formats any value on one line.
 pub(super) fn to_line(value: &Value) -> String {
     match value {
         Value::Null => "–".to_owned(),
@@ -53,12 +52,10 @@ pub(super) fn to_line(value: &Value) -> String {
     }
 }
 
-/// Replaces underscores of a key with blanks.
 pub(super) fn key_to_words(key: &str) -> String {
     key.replace('_', " ")
 }
 
-/// Formats the `value` of a key with its unit.
 pub(super) fn with_unit(units: &Units, key: &str, value: &Value) -> String {
     let text = to_line(value);
     let unit = unit_of_key(units, key);
@@ -71,7 +68,6 @@ pub(super) fn with_unit(units: &Units, key: &str, value: &Value) -> String {
     }
 }
 
-/// Describes the values that a step of a scene prescribes.
 pub(super) fn describe_step(units: &Units, step: &Value) -> String {
     let Some(fields) = step.as_object() else { return to_line(step) };
     let part = |(key, value): (&String, &Value)| match value {

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// Maximum file size, bytes. Larger files are refused.
+/// Larger files are refused.
 const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// Named array of tuples.
@@ -84,7 +84,6 @@ impl VtuGrid {
         Ok(grid)
     }
 
-    /// Checks the size of an array and stores it according to its section and name.
     fn store_array(
         &mut self,
         section: &str,
@@ -161,7 +160,6 @@ impl FieldArray {
     }
 }
 
-/// Value of an attribute of an XML tag.
 fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
     let start = tag.find(&format!(" {name}=\""))? + name.len() + 3;
     tag[start..].split('"').next()
@@ -172,7 +170,6 @@ fn count(tag: &str, name: &str) -> Result<usize> {
     text.parse().map_err(|_| Error::input(format!("{name} is \"{text}\", but a number is expected")))
 }
 
-/// Reads the array that a `DataArray` tag describes.
 fn array(tag: &str, data: &[u8]) -> Result<FieldArray> {
     let name = attribute(tag, "Name").unwrap_or("").to_owned();
     let cut = || Error::input(format!("the data of `{name}` are truncated or damaged"));
@@ -219,7 +216,7 @@ mod tests {
         bytes
     }
 
-    /// Truth: the reader returns all values that the writer was given, bit by bit.
+    /// Truth: the read values equal the written ones bit by bit.
     #[test]
     fn reads_back_what_is_written() {
         let grid = VtuGrid::parse(&written()).unwrap();
@@ -230,11 +227,11 @@ mod tests {
         assert_eq!(grid.cell_field("status").unwrap().values, [2.0]);
     }
 
-    /// Truth: a truncated file is refused. A file with a changed byte is refused or read, without a panic.
+    /// Truth: a truncated file is refused; a changed byte causes no panic.
     #[test]
     fn damaged_files_are_refused() {
         let bytes = written();
-        // A file that lacks only XML tags after the last array may be read, so the test cuts the file before them.
+        // A file that lacks only XML tags after the last array may be read.
         let needed = bytes.windows(18).rposition(|w| w == b"\n  </AppendedData>").unwrap();
         for length in 0..needed {
             assert!(VtuGrid::parse(&bytes[..length]).is_err(), "{length} of {} bytes", bytes.len());

@@ -36,7 +36,7 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// Error at `key` of `document`, with a message that states the error.
+    /// Error at `key` of `document`.
     pub fn at(document: &Document, key: &str, message: impl Into<String>) -> Self {
         Self {
             kind: DiagnosticKind::Other,
@@ -60,7 +60,7 @@ impl Diagnostic {
         self
     }
 
-    /// Sets the help: allowed values and how to fix the error.
+    /// Sets the help text.
     pub fn help(mut self, mend: impl Into<String>) -> Self {
         self.help = mend.into();
         self
@@ -83,8 +83,7 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// Sorts the errors of a document: those in the file by position, then those of overrides, then those of the whole scene.
-    /// Removes adjacent duplicates.
+    /// Sorts the errors by position in the file; those of overrides, then of the whole scene, follow. Removes adjacent duplicates.
     pub fn new(document: &Document, mut list: Vec<Diagnostic>) -> Self {
         list.sort_by_key(|mistake| match &mistake.location {
             Location::File(range) => (0, range.start),
@@ -101,7 +100,7 @@ impl Diagnostics {
         }
     }
 
-    /// Diagnostics of a single error raised at `key`. The key is removed from the context of the error, because it is shown anyway.
+    /// Diagnostics of a single error at `key`, without the key in its context, which is shown anyway.
     pub fn from_error(document: &Document, key: &str, error: &Error) -> Self {
         let message = error.clone().without_context(key).to_string();
         Self::new(document, vec![Diagnostic::at(document, key, message)])

@@ -1,4 +1,4 @@
-//! Document tree of a scene file. Every value knows its location in the file.
+//! Document tree of a scene file, with the location of every value.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -123,7 +123,6 @@ impl Document {
         self.root.value.to_json(|x| if x.is_finite() { x.into() } else { x.to_string().into() })
     }
 
-    /// Removes the entry at a dotted key from its table.
     pub(crate) fn remove(&mut self, key: &str) {
         let mut table: Vec<Cow<'_, str>> = key_segments(key).collect();
         let Some(name) = table.pop() else { return };
@@ -146,8 +145,7 @@ impl Document {
         }
     }
 
-    /// Location of `key`. If `key` does not exist, location of the innermost table around it that exists; the whole scene if there
-    /// is none.
+    /// Location of `key`, or of the innermost existing table around it; the whole scene if there is none.
     pub fn location(&self, key: &str) -> Location {
         let mut node = &self.root;
         let mut found = None;
@@ -162,8 +160,8 @@ impl Document {
         }
     }
 
-    /// Location from the start of a key to the end of its value if both are on one line, otherwise location of the key alone. If an
-    /// override sets the key or the value, the location is the override.
+    /// Location from the start of a key to the end of its value if both are on one line, else of the key alone. An override of
+    /// either takes precedence.
     fn place_of(&self, key: &ValueSource, value: &ValueSource) -> Location {
         match (key, value) {
             (ValueSource::File(key), ValueSource::File(value)) => {
@@ -194,7 +192,7 @@ pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = Cow<'_, str>> {
     })
 }
 
-/// The text up to the closing quote, with escape sequences resolved, and the text after the quote.
+/// The text up to the closing quote, without escapes, and the text after the quote.
 fn unquoted(text: &str) -> (String, &str) {
     let (mut segment, mut escaped) = (String::new(), false);
     for (i, c) in text.char_indices() {
@@ -221,7 +219,6 @@ pub(super) fn join_key(key: &str, name: &str) -> String {
     }
 }
 
-/// SHA-256 of the text of a scene and its overrides, one override per line.
 fn fingerprint(text: &str, overrides: &[String]) -> String {
     let mut hash = Sha256::new();
     hash.update(text);
@@ -233,8 +230,7 @@ fn fingerprint(text: &str, overrides: &[String]) -> String {
 }
 
 impl TomlNode {
-    /// The child `segment` of a table, or the element of an array with the index `segment` (from 0), and its location. In an array
-    /// of tables, `segment` may also be the `name` of an element.
+    /// The child `segment` of a table, or the element of an array by its index (from 0) or `name`, with its location.
     pub fn child(&self, segment: &str) -> Option<(&ValueSource, &TomlNode)> {
         match &self.value {
             TomlValue::Table(entries) => {
@@ -273,14 +269,14 @@ impl TomlNode {
             }
             TomlValue::String(text) => quoted(text),
             TomlValue::Integer(number) => number.to_string(),
-            // The shortest text that is read back to the same bits.
+            // Debug output is the shortest text that reads back to the same bits.
             TomlValue::Float(number) => format!("{number:?}").replace("NaN", "nan"),
             TomlValue::Boolean(value) => value.to_string(),
             TomlValue::Unsupported(_, text) => text.clone(),
         }
     }
 
-    /// The value as JSON. Floats with integer values become integers, because TOML reads 1e5 as a float.
+    /// The value as JSON. Whole floats become integers, because TOML reads 1e5 as a float.
     pub fn to_serde_json(&self) -> serde_json::Value {
         self.value.to_json(|x| if is_whole(x) { (x as i64).into() } else { x.into() })
     }
@@ -296,7 +292,6 @@ pub(super) fn index_of_name(items: &[TomlNode], name: &str) -> Option<usize> {
     items.iter().rposition(|item| name_of(item) == Some(name))
 }
 
-/// The `name` of an element in a list of tables.
 pub(super) fn name_of(item: &TomlNode) -> Option<&str> {
     match item.child("name") {
         Some((_, TomlNode { value: TomlValue::String(name), .. })) => Some(name),
@@ -304,17 +299,16 @@ pub(super) fn name_of(item: &TomlNode) -> Option<&str> {
     }
 }
 
-/// Whether a float is an integer with a magnitude below 9e15, so that its conversion to i64 is exact.
+/// Whether a float is an integer below 9e15 in magnitude, so that its conversion to i64 is exact.
 pub(super) fn is_whole(number: f64) -> bool {
     number.fract() == 0.0 && number.abs() < 9.0e15
 }
 
-/// A string in double quotes. Basic strings of TOML have the same escape sequences as JSON.
+/// Basic strings of TOML have the same escape sequences as JSON.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string().replace('\u{7f}', "\\u007f")
 }
 
-/// The first 60 characters of a text, on one line.
 fn shorten(text: &str) -> String {
     let mut line: String = text.chars().take(60).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().count() > 60 {
@@ -343,7 +337,6 @@ pub(super) fn table_from_toml(
     TomlValue::Table(entries)
 }
 
-/// Document tree of a parsed value.
 pub(super) fn node_from_toml(
     parsed: &Spanned<DeValue<'_>>,
     origin: &dyn Fn(Range<usize>) -> ValueSource,

@@ -1,4 +1,4 @@
-//! Mean material of a meshed body at its contact surface or in the whole body: mean fibre direction and its scatter.
+//! Mean material of a meshed body at its contact surface or in the whole body, with the scatter of fibres.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
@@ -21,10 +21,10 @@ pub struct MeanMaterial {
     pub materials: Vec<String>,
 }
 
-/// Mean material of `fe` at the faces of its contact group under the frame. With a mesh frame, these are all faces of the group.
+/// Mean material of `fe` at the faces of its contact group under the frame. All faces count on a mesh frame, or if none is under
+/// the frame.
 ///
-/// A fibre axis a (unit vector) has no sign. The mean axis is the first principal axis of ∑ A a aᵀ over the faces with areas A. If
-/// no face is under the frame, all faces count.
+/// A fibre axis a (unit vector) has no sign. The mean axis is the first principal axis of ∑ A a aᵀ over the faces with areas A.
 ///
 /// # Errors
 /// If the contact group is not a group of outer surfaces, a volume group is missing, or a contact face belongs to no solid element.
@@ -59,7 +59,6 @@ pub fn mean_material_of_body(fe: &MeshedBodyPlan) -> Result<MeanMaterial> {
     Ok(weighted_mean_material(fe, &regions, &elements))
 }
 
-/// Mean material of elements: the stiffness of the first element, and the weighted mean of the fibre axes.
 fn weighted_mean_material(
     fe: &MeshedBodyPlan,
     regions: &ElementMaterials,
@@ -105,7 +104,7 @@ fn lies_under(frame: &FramePlan, point: &Point) -> bool {
     }
 }
 
-/// Weighted mean of axes (directions without sign). The mean makes an angle of at most 90 degrees with the first axis.
+/// Weighted mean of axes without sign, at most 90 degrees from the first.
 fn mean_axis(lines: &[(Point, f64)]) -> Point {
     let first = lines[0].0;
     if lines.iter().all(|(line, _)| *line == first) {
@@ -117,7 +116,7 @@ fn mean_axis(lines: &[(Point, f64)]) -> Point {
     if mean.dot(&first) < 0.0 { -mean } else { mean }
 }
 
-/// Angle between two axes (directions without sign), radians.
+/// Angle between two axes without sign, radians.
 fn angle_between_axes(a: &Point, b: &Point) -> f64 {
     a.cross(b).norm().atan2(a.dot(b).abs())
 }
@@ -126,7 +125,7 @@ fn angle_between_axes(a: &Point, b: &Point) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: axes have no sign. The mean of two axes with equal weights bisects the angle between them.
+    /// Truth: axes have no sign. The mean of two axes with equal weights bisects their angle.
     #[test]
     fn the_mean_of_lines_is_between_them() {
         let at = |degrees: f64| Point::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0);

@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::mesh::quality::{self, Quality};
 use crate::mesh::{Mesh, gmsh};
 
-/// Meshes of files that have not changed since they were read, with their quality if it was requested.
+/// Meshes of unchanged files, with their quality if it was requested.
 #[derive(Debug, Default)]
 pub struct MeshCache(Mutex<HashMap<FileState, KnownMesh>>);
 
@@ -19,11 +19,11 @@ struct KnownMesh {
     quality: Option<Arc<Quality>>,
 }
 
-/// Path of a file, its length in bytes and the time of its last change.
+/// Path, length in bytes and time of the last change.
 type FileState = (PathBuf, u64, SystemTime);
 
 impl MeshCache {
-    /// The mesh of a gmsh file. The file is read only if it is new or has changed.
+    /// The mesh of a gmsh file, which is read only if it is new or has changed.
     ///
     /// # Errors
     /// As [`gmsh::read`].
@@ -36,12 +36,12 @@ impl MeshCache {
         }
         let mesh = Arc::new(gmsh::read(path)?);
         let mut known = self.lock();
-        // Meshes of earlier states of the file are not needed any more.
+        // Drops meshes of earlier states of the file.
         known.retain(|other, _| other.0 != path || *other == state);
         Ok(known.entry(state).or_insert(KnownMesh { mesh, quality: None }).mesh.clone())
     }
 
-    /// Quality of a mesh; computed once for a mesh of this cache.
+    /// Quality of a mesh, computed once.
     ///
     /// # Errors
     /// As [`quality::check`].

@@ -1,8 +1,7 @@
 //! The scene of the user (TOML) and the validated [`plan::Plan`] of a run.
 //!
-//! [`spec`] defines the keys, and [`document`] is the file with the location of every value. [`schema_check`] checks the document
-//! against the JSON Schema, and `resolve` checks the values against each other and builds the plan. All errors are collected, so
-//! that the user can fix them together.
+//! [`spec`] defines the keys, and [`document`] locates every value in the file. [`schema_check`] checks the document against the
+//! JSON Schema; `resolve` checks the values against each other and builds the plan. All errors are collected.
 
 pub mod diagnostic;
 pub mod document;
@@ -25,14 +24,13 @@ pub use document::Document;
 pub use mesh_cache::MeshCache;
 pub use plan::Plan;
 
-/// Diagnostic for a scene that gives no plan although no error was found.
 fn missing_diagnostic(document: &Document) -> Diagnostic {
     Diagnostic::at(document, "", "internal error: the scene was rejected without a diagnostic")
         .label("cause unknown")
         .help("please report this scene as a bug; removing keys one by one finds the key that causes it")
 }
 
-/// Reads the scene file at `path` with overrides `key.path=value`, and the meshes that it names.
+/// Reads the scene file at `path` with overrides `key.path=value`, and its meshes.
 ///
 /// # Errors
 /// All errors of the scene.
@@ -48,8 +46,7 @@ pub fn read_with_meshes(path: &Path, overrides: &[String], meshes: &MeshCache) -
     plan_from_document(parse::read_document(path, overrides)?, meshes)
 }
 
-/// As [`read`], for a scene given as text. Messages use `path` as the name of the scene; relative paths in the scene refer to the
-/// folder of `path`.
+/// As [`read`], for a scene given as text. Its name and folder are those of `path`.
 ///
 /// # Errors
 /// As [`read`].
@@ -57,7 +54,6 @@ pub fn read_text(path: &Path, text: String, overrides: &[String]) -> Result<Plan
     plan_from_document(parse::parse_document(path, text, overrides)?, &MeshCache::default())
 }
 
-/// Builds the plan of a document.
 fn plan_from_document(mut document: Document, meshes: &MeshCache) -> Result<Plan, Diagnostics> {
     if document.get("study").is_some() && document.get("axes").is_some() {
         let mistake = Diagnostic::at(&document, "study", "this is a study, not a scene").label("a study");

@@ -13,10 +13,9 @@ use super::document::{
 };
 use crate::scene::suggest::{closest, quoted_list};
 
-/// Maximum number of segments of an override's key; a file has the same limit.
+/// Maximum number of segments of an override's key, as in a file.
 const MAX_KEY_DEPTH: usize = 80;
 
-/// Maximum size of a scene file, bytes.
 const MAX_SCENE_BYTES: u64 = 16 << 20;
 
 /// Reads the scene file at `path` and applies the overrides (`key.path=value`).
@@ -47,7 +46,7 @@ pub(super) fn parse_document(
 ) -> Result<Document, Diagnostics> {
     let mut document = Document::new(path, text, overrides);
     let (parsed, errors) = DeTable::parse_recoverable(&document.text);
-    // Only the first error is reported. Later errors mostly follow from it, for example after an unclosed bracket.
+    // Later errors mostly follow from the first, for example after an unclosed bracket.
     let first = errors.iter().min_by_key(|error| error.span().map_or(0, |span| span.start));
     let mut mistakes: Vec<Diagnostic> =
         first.iter().map(|error| syntax_error(&document.text, error.message(), error.span())).collect();
@@ -61,7 +60,6 @@ pub(super) fn parse_document(
     if mistakes.is_empty() { Ok(document) } else { Err(Diagnostics::new(&document, mistakes)) }
 }
 
-/// Bytes of a scene file, or the error message.
 fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
     let data = fs::metadata(path)
         .map_err(|error| format!("cannot read the scene: {error}; give the path of a scene file (.toml)"))?;
@@ -77,14 +75,12 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
     fs::read(path).map_err(|error| format!("cannot read the scene: {error}"))
 }
 
-/// Diagnostics of an error without a location in the text.
 fn file_error(path: &Path, message: String) -> Diagnostics {
     let document = Document::new(path, String::new(), &[]);
     let mistakes = Diagnostics::new(&document, vec![Diagnostic::at(&document, "", message)]);
     Diagnostics { sha256: String::new(), ..mistakes }
 }
 
-/// Diagnostic of a TOML syntax error, with help for the usual causes.
 fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>) -> Diagnostic {
     let span = span.unwrap_or(0..0);
     let before = &text.as_bytes()[..span.start.min(text.len())];
@@ -117,14 +113,13 @@ fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>)
     }
 }
 
-/// Whether a line assigns a number with a decimal comma. Lines with lists are excluded, because commas separate their elements.
+/// Lists are excluded, because commas separate their elements.
 fn has_decimal_comma(line: &str) -> bool {
     let bytes = line.as_bytes();
     !line.contains('[')
         && bytes.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit())
 }
 
-/// Applies the override `line` (`key.path=value`) to the tree.
 fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), Box<Diagnostic>> {
     let wrong = |message: String, mend: &str| {
         Box::new(Diagnostic {
@@ -190,7 +185,6 @@ fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
     }
 }
 
-/// Sets the value at the path and creates missing tables.
 fn set(at: &mut TomlNode, path: &[Cow<'_, str>], value: TomlNode, index: usize) -> Result<(), String> {
     let Some((segment, rest)) = path.split_first() else {
         *at = value;

@@ -48,13 +48,11 @@ pub struct Plan {
     pub friction: FrictionLaw,
     /// The wear law.
     pub wear: WearLaw,
-    /// For the friction law and the wear law, the index (0 or 1) of the body whose fibre the law uses. `None` for a law without
-    /// fibre or with its own angles.
+    /// Index (0 or 1) of the body whose fibre the friction law and the wear law use; `None` without a fibre or with own angles.
     pub fibre_bodies: [Option<usize>; 2],
     /// Fraction of the wear depth that is taken from body 1.
     pub wear_share: f64,
-    /// Wear depth since the last move, as a fraction of the element height, at which meshes move with the wear; `None` if meshes do
-    /// not move.
+    /// Wear depth since the last move, as a fraction of the element height, at which meshes move; `None` if meshes do not move.
     pub mesh_motion_threshold: Option<f64>,
     /// Time integrator of wear over wear jumps.
     pub integrator: Integrator,
@@ -72,7 +70,7 @@ pub struct Plan {
     pub interior_requests: Vec<InteriorPointRequest>,
     /// Required accuracy; `None` if the scene fixes cells, increments and jumps.
     pub accuracy: Option<AccuracyPlan>,
-    /// Interval, in increments, between the fields that a step without cycles, sliding and rolling writes to files.
+    /// Interval, in increments, between the written fields of a step without cycles, sliding and rolling.
     pub fields_every: usize,
     /// Cache of the flexibilities of finite-element bodies; `None` without a cache.
     pub flexibility_cache: Option<fem::FlexibilityCache>,
@@ -85,7 +83,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Largest positive approach that the steps prescribe, in the length unit of the scene; `None` if there is none.
+    /// Largest positive approach that the steps prescribe, in the length unit of the scene.
     pub fn max_prescribed_approach(&self) -> Option<f64> {
         let approach = |step: &Step| match step.normal {
             Some(Normal::Approach(approach)) => Some(approach),
@@ -104,7 +102,7 @@ impl Plan {
         step.wear && self.wear.specific_rate(self.friction.ellipse()).is_some()
     }
 
-    /// Replaces the memory limit of the scene by `limit`, if given. Adds a note if the limit exceeds the available memory.
+    /// Replaces the memory limit if `limit` is given, with a note if it exceeds the available memory.
     pub fn override_memory_limit(&mut self, limit: Option<MemoryLimit>) {
         self.memory_limit = limit.unwrap_or(self.memory_limit);
         if self.memory_limit.exceeds_available() {
@@ -205,7 +203,7 @@ pub struct MeshedBodyPlan {
     pub tractions: Vec<(String, [f64; 3])>,
     /// Body force per volume along x, y, z.
     pub body_force: [f64; 3],
-    /// Material of each volume group; `None` means the elements outside all named regions.
+    /// Material of each volume group; `None` for the elements outside all named regions.
     pub regions: Vec<(Option<String>, RegionMaterial)>,
     /// Formulation of 8-node hexahedra, or an element type that the mesh must contain; `None` for the default formulation.
     pub element: Option<Element>,
@@ -294,7 +292,7 @@ impl BodyMaterial {
 }
 
 impl BeBodyPlan {
-    /// Input of the boundary-element module; `name` is the name of the body in messages.
+    /// Input of the boundary-element module; `name` names the body in messages.
     pub fn bem_spec(&self, name: &str) -> body::BeSpec {
         let fem::FeSpec { supports, pressures, tractions, body_force, mesh, .. } = self.meshed.fem_spec(name);
         body::BeSpec {
@@ -349,7 +347,7 @@ impl MeshedBodyPlan {
         all.map(String::as_str)
     }
 
-    /// Input of the finite-element module; `name` is the name of the body in messages.
+    /// Input of the finite-element module; `name` names the body in messages.
     pub fn fem_spec(&self, name: &str) -> fem::FeSpec {
         let supports = self.supports.iter().map(|support| fem::Support {
             group: support.group.clone(),

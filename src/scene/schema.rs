@@ -11,7 +11,7 @@ use super::spec::Scene;
 
 /// JSON Schema (draft 2020-12) of a scene file, for completion and checks in editors.
 pub fn json_schema() -> &'static Value {
-    // Generated once, because a study reads a scene for each of its runs.
+    // Generated once, because a study reads many scenes.
     static SCHEMA: LazyLock<Value> = LazyLock::new(json_schema_of::<Scene>);
     &SCHEMA
 }
@@ -25,7 +25,7 @@ pub fn json_schema_of<T: JsonSchema>() -> Value {
         .to_value()
 }
 
-/// Removes `format` (number types of Rust) and null. Optional keys may be absent, but no file contains null.
+/// Removes `format` (number types of Rust) and null, because keys may be absent, but no file contains null.
 fn tidy(schema: &mut schemars::Schema) {
     let Some(schema) = schema.as_object_mut() else { return };
     if let Some(Value::Array(branches)) = schema.get_mut("anyOf") {

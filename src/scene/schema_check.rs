@@ -6,8 +6,8 @@ use super::diagnostic::{Diagnostic, DiagnosticKind};
 use super::document::{Document, Location, TomlEntry, TomlNode, TomlValue, is_whole, join_key};
 use super::suggest::{closest, quoted_list};
 
-/// Returns the schema violations of `document`, and the dotted keys that the schema does not define. `what` names the document in
-/// messages: "the scene".
+/// Returns the schema violations of `document`, and its keys that are not in the schema. `what` names the document in messages:
+/// "the scene".
 pub fn check_against_schema(
     document: &Document,
     schema: &Json,
@@ -19,17 +19,15 @@ pub fn check_against_schema(
     (walk.diagnostics, walk.unknown_keys)
 }
 
-/// Schemas of the number and of the list, if `branches` allows a number or a list of numbers.
+/// Schemas of the number and of the list, if `branches` has both.
 fn number_or_list(branches: &[Json]) -> Option<[&Json; 2]> {
     let of_type = |name: &str| branches.iter().find(|b| b.get("type").and_then(Json::as_str) == Some(name));
     Some([of_type("number").or_else(|| of_type("integer"))?, of_type("array")?])
 }
 
-/// Simultaneous traversal of the document tree and the schema.
 struct SchemaWalk<'a> {
     document: &'a Document,
     root: &'a Json,
-    /// Name of the document in messages.
     what: &'a str,
     diagnostics: Vec<Diagnostic>,
     unknown_keys: Vec<String>,
@@ -40,7 +38,6 @@ impl<'a> SchemaWalk<'a> {
         self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
     }
 
-    /// Name of the table at `key` in messages.
     fn name_of(&self, key: &str) -> String {
         if key.is_empty() { self.what.to_owned() } else { format!("`{key}`") }
     }
@@ -63,7 +60,7 @@ impl<'a> SchemaWalk<'a> {
         if let Some(types) = schema.get("type").and_then(Json::as_array) {
             let whole = !types.iter().any(|kind| kind == "number");
             return match node.value {
-                // The bounds of a schema with several types apply to numbers only.
+                // Bounds apply to numbers only.
                 TomlValue::Integer(_) => self.check_number(node, schema, key, true),
                 TomlValue::Float(_) if !whole => self.check_number(node, schema, key, false),
                 TomlValue::String(_) => {}
@@ -86,7 +83,7 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// Checks a value against alternative schemas. The type of the value, or the tag of a table, selects one of them.
+    /// Checks a value against alternative schemas. Its type, or the tag of a table, selects one of them.
     fn check_branches(&mut self, node: &TomlNode, branches: &'a [Json], key: &str) {
         let array = branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "array"));
         if let (Some(array), TomlValue::Array(_)) = (array, &node.value) {
@@ -127,7 +124,7 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// Checks a string against the allowed words. `others` describes values that are allowed besides; it may be empty.
+    /// Checks a string against the allowed words. `others` describes further allowed values.
     fn check_word(&mut self, node: &TomlNode, words: &[&str], others: &str, key: &str) {
         let allowed = format!("{others}{}", quoted_list(words, "\""));
         let TomlValue::String(found) = &node.value else {
@@ -153,7 +150,6 @@ impl<'a> SchemaWalk<'a> {
         self.report(key, format!("`{name}` = \"{found}\" is not an allowed value"), "not allowed", hint);
     }
 
-    /// Checks a table whose `tag` key selects the branch of the schema.
     fn check_tagged_table(&mut self, node: &TomlNode, branches: &'a [Json], tag: &'a str, key: &str) {
         let TomlValue::Table(entries) = &node.value else {
             return self.report_wrong_type(node, key, &format!("a table with `{tag}`"));
@@ -179,7 +175,6 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// Checks a table with the keys of the schema or with user-defined names.
     fn check_table(
         &mut self,
         node: &TomlNode,
@@ -207,7 +202,7 @@ impl<'a> SchemaWalk<'a> {
         let required = schema.get("required").and_then(Json::as_array).into_iter().flatten();
         let known = names(schema);
         for name in required.filter_map(Json::as_str) {
-            // A misspelt key is reported once, as an unknown key with the correct spelling.
+            // A misspelt key is reported once, as an unknown key.
             let there = |entry: &TomlEntry| {
                 entry.name == name
                     || (!known.contains(&entry.name.as_str()) && closest(&entry.name, &known) == Some(name))
@@ -313,7 +308,7 @@ impl<'a> SchemaWalk<'a> {
     }
 
     /// Checks that a number is finite and within the bounds of the schema. Its magnitude must be 0 or lie within
-    /// [`MAGNITUDE_RANGE`]; a `whole` number must instead be an integer of magnitude [`MAX_INTEGER`] at most.
+    /// [`MAGNITUDE_RANGE`]; that of a `whole` number is at most [`MAX_INTEGER`].
     fn check_number(&mut self, node: &TomlNode, schema: &'a Json, key: &str, whole: bool) {
         let found = match node.value {
             TomlValue::Integer(number) => number as f64,
@@ -356,7 +351,7 @@ impl<'a> SchemaWalk<'a> {
         self.report_type(node, key, wanted, format!("give {wanted}"));
     }
 
-    /// As [`Self::report_wrong_type`], where a number is allowed. The help says how to correct a number in quotes.
+    /// As [`Self::report_wrong_type`], with help for a number in quotes.
     fn report_no_number(&mut self, node: &TomlNode, key: &str, wanted: &str) {
         let TomlValue::String(text) = &node.value else { return self.report_wrong_type(node, key, wanted) };
         let (found, with_point) = (text.trim(), text.trim().replace(',', "."));
@@ -376,7 +371,7 @@ impl<'a> SchemaWalk<'a> {
     }
 }
 
-/// Keys of earlier versions, with the help text for each.
+/// Keys of earlier versions, with help.
 const REMOVED_KEYS: [(&str, &str); 2] = [
     (
         "wear.beyond_critical",
@@ -385,7 +380,7 @@ const REMOVED_KEYS: [(&str, &str); 2] = [
     ("solver.precision", "remove it: all products with the flexibility matrix use double precision"),
 ];
 
-/// Values of earlier versions, with the help text for each.
+/// Values of earlier versions, with help.
 const REMOVED_VALUES: [(&str, &str); 4] = [
     ("gauss-seidel", "remove `method`, or use \"auto\": Newton's method solves these contacts"),
     ("mirror-half", "remove it: mirror-symmetric grids are always computed in full"),
@@ -393,35 +388,31 @@ const REMOVED_VALUES: [(&str, &str); 4] = [
     ("reduced-precision", "remove it: all products with the flexibility matrix use double precision"),
 ];
 
-/// If a value should be a table with more keys than this, the help text does not list the keys.
+/// The help lists the keys of a table up to this number.
 const MAX_KEYS_IN_HELP: usize = 4;
 
-/// Maximum magnitude of an integer.
 const MAX_INTEGER: f64 = 1e15;
 
-/// Range of magnitudes of numbers other than 0. Products of up to three such numbers stay within the range of f64.
+/// Magnitudes of numbers other than 0. Products of up to three such numbers stay within the range of f64.
 pub(super) const MAGNITUDE_RANGE: [f64; 2] = [1e-100, 1e100];
 
-/// The key that distinguishes the branches by a constant, if the first branch has one.
+/// The key whose constant distinguishes the branches.
 fn tag_of(branches: &[Json]) -> Option<&str> {
     let first = branches.first()?.get("properties")?.as_object()?;
     let (tag, _) = first.iter().find(|(_, schema)| schema.get("const").is_some())?;
     Some(tag)
 }
 
-/// Value of the constant `tag` in a branch.
 fn tag_word<'a>(branch: &'a Json, tag: &str) -> Option<&'a str> {
     branch.get("properties")?.get(tag)?.get("const")?.as_str()
 }
 
-/// The branch for a number, among branches that also allow words.
 fn number_branch(branches: &[Json]) -> Option<&Json> {
     branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "integer" || t == "number"))
 }
 
-/// The words that the branches allow.
 fn branch_words(branches: &[Json]) -> Vec<&str> {
-    // Words that are allowed instead of a number are nested in a `oneOf` of their own.
+    // Words beside a number are nested in a `oneOf`.
     let branches = branches.iter().flat_map(|branch| match branch.get("oneOf").and_then(Json::as_array) {
         Some(inner) => inner.as_slice(),
         None => std::slice::from_ref(branch),
@@ -435,7 +426,6 @@ fn branch_words(branches: &[Json]) -> Vec<&str> {
         .collect()
 }
 
-/// Names of the keys of a table.
 fn names(schema: &Json) -> Vec<&str> {
     schema
         .get("properties")
@@ -446,7 +436,7 @@ fn names(schema: &Json) -> Vec<&str> {
         .collect()
 }
 
-/// Description of the bounds in `schema` if the number `found` violates one of these bounds.
+/// Description of the bounds in `schema`, if `found` violates one of them.
 fn violated_bounds(found: f64, schema: &Json) -> Option<String> {
     let bound = |name: &str| schema.get(name).and_then(Json::as_f64);
     let (least, most) = (bound("minimum"), bound("maximum"));
@@ -467,7 +457,6 @@ fn violated_bounds(found: f64, schema: &Json) -> Option<String> {
     Some(parts.into_iter().flatten().collect::<Vec<_>>().join(" and "))
 }
 
-/// Description of the list that the schema requires.
 fn describe_list(schema: &Json) -> String {
     let least = schema.get("minItems").and_then(Json::as_u64);
     let most = schema.get("maxItems").and_then(Json::as_u64);
@@ -479,7 +468,6 @@ fn describe_list(schema: &Json) -> String {
     }
 }
 
-/// Last segment of a dotted key.
 fn last(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }

@@ -2,7 +2,7 @@
 
 use strsim::osa_distance;
 
-/// The candidate nearest to `word`, if the edit distance is at most a third of the word's length (for short words: at most 1).
+/// The candidate nearest to `word`, within an edit distance of a third of its length (at least 1).
 pub(crate) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let plain = normalised(word);
     let most = (plain.chars().count() / 3).max(1);
@@ -22,7 +22,6 @@ pub(crate) fn quoted_list(words: &[&str], quote: &str) -> String {
     words.iter().map(|word| format!("{quote}{word}{quote}")).collect::<Vec<_>>().join(", ")
 }
 
-/// The first 64 characters in lower case, with hyphens for underscores and spaces.
 fn normalised(word: &str) -> String {
     word.to_lowercase().replace(['_', ' '], "-").chars().take(64).collect()
 }

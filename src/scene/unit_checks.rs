@@ -1,7 +1,5 @@
-//! Warnings about numbers that indicate mixed-up units. The scene is never refused because of these warnings.
-//!
-//! Every rule compares two magnitudes and warns about ratios that do not occur in realistic scenes. Only the rule for moduli reads
-//! the names of units (N and mm, or N and m).
+//! Warnings about magnitudes that do not occur in realistic scenes and indicate mixed-up units. Only the rule for moduli reads the
+//! names of units.
 
 use std::f64::consts::PI;
 
@@ -18,13 +16,12 @@ const GPA_LIKE_MODULI_MPA: [f64; 2] = [2.0, 1000.0];
 /// Poisson's ratios of stiff solids. Rubber (0.45 to 0.5) and foam can have moduli of a few MPa.
 const STIFF_POISSON_RATIOS: [f64; 2] = [0.15, 0.42];
 
-/// Upper limit of Young's modulus, above the stiffest solid (diamond, 1.2e6 MPa).
+/// Upper limit of Young's modulus, above diamond (1.2e6 MPa).
 const MAX_MODULUS_MPA: f64 = 5e6;
 
-/// Ratio of the moduli of two bodies above which the deformation of the stiffer one is negligible.
+/// Ratio of moduli above which the deformation of the stiffer body is negligible.
 const MAX_MODULUS_RATIO: f64 = 1e4;
 
-/// Warnings about the magnitudes of moduli, radii, displacements, forces, meshes and the frame.
 pub(super) fn unit_warnings(plan: &Plan) -> Vec<Warning> {
     let mut notes = Vec::new();
     check_moduli(plan, &mut notes);
@@ -48,7 +45,6 @@ fn least(values: [f64; 3]) -> f64 {
     values.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Distinct materials of a body, by name.
 fn materials(body: &BodyPlan) -> Vec<(&str, &Stiffness)> {
     let mut found: Vec<(&str, &Stiffness)> = match body {
         BodyPlan::Fe(fe) => {
@@ -62,7 +58,6 @@ fn materials(body: &BodyPlan) -> Vec<(&str, &Stiffness)> {
     found
 }
 
-/// Warns about moduli that would be usual in another unit of stress.
 fn check_moduli(plan: &Plan, notes: &mut Vec<String>) {
     // 1 MPa in the stress unit of the scene.
     let mpa = match (plan.units.force.as_str(), plan.units.length.as_str()) {
@@ -98,7 +93,6 @@ fn check_moduli(plan: &Plan, notes: &mut Vec<String>) {
     }
 }
 
-/// Warns about moduli of the two bodies that differ too much.
 fn check_modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
     let [Some(first), Some(second)] = [0, 1].map(|i| plan.bodies[i].material()) else { return };
     let [a, b] = [first, second].map(|elastic| young(&elastic.stiffness));
@@ -115,8 +109,7 @@ fn check_modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
     }
 }
 
-/// Smallest half-width and smallest cell side of a grid frame; `None` for a mesh frame. A periodic direction counts only if both
-/// directions are periodic.
+/// Smallest half-width and cell side of a grid frame. A periodic direction counts only if both are periodic.
 fn grid_half_width_and_cell(frame: &FramePlan) -> Option<[f64; 2]> {
     let FramePlan::Grid { half_width, cells, periodic, .. } = frame else { return None };
     let cell = |axis: usize| 2.0 * half_width[axis] / cells[axis] as f64;
@@ -128,7 +121,7 @@ fn grid_half_width_and_cell(frame: &FramePlan) -> Option<[f64; 2]> {
     )
 }
 
-/// Length of the frame along its periodic direction, if exactly one direction is periodic.
+/// Length of the frame along its only periodic direction.
 fn line_contact_length(frame: &FramePlan) -> Option<f64> {
     match frame {
         FramePlan::Grid { half_width, periodic: [true, false], .. } => Some(2.0 * half_width[0]),
@@ -137,8 +130,7 @@ fn line_contact_length(frame: &FramePlan) -> Option<f64> {
     }
 }
 
-/// Half-width and cell side of any frame. For a mesh frame: half of its largest extent, and a cell side estimated from its two
-/// largest extents and its number of faces.
+/// Half-width and cell side of any frame; for a mesh, from its two largest extents and its number of faces.
 fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     let FramePlan::Mesh { body, .. } = plan.frame else { return grid_half_width_and_cell(&plan.frame) };
     let fe = plan.bodies[body].as_meshed()?;
@@ -158,7 +150,6 @@ fn radius(plan: &Plan) -> Option<f64> {
     }
 }
 
-/// Compares the radius, displacements and forces with the size of the frame and its cells.
 fn check_contact_size(plan: &Plan, notes: &mut Vec<String>) {
     let approach = plan.max_prescribed_approach().unwrap_or(0.0);
     let Some([half, cell]) = frame_half_width_and_cell(plan) else { return };
@@ -217,13 +208,12 @@ fn hertz_half_width(plan: &Plan, radius: f64) -> Option<(String, f64)> {
         .sum();
     let width = match line_contact_length(&plan.frame) {
         None => (0.75 * force * radius * compliance).cbrt(),
-        // Line contact of half-width a and length L: a² = 4 F R / (π L E*), with force F, radius R and effective modulus E*.
+        // Line contact of half-width a and length L: a² = 4 F R / (π L E*).
         Some(length) => (4.0 / PI * force / length * radius * compliance).sqrt(),
     };
     (force > 0.0 && width > 0.0).then(|| (format!("the force {force:.4e} {}", plan.units.force), width))
 }
 
-/// Extent along x, y, z of the nodes of a group.
 fn extent(fe: &MeshedBodyPlan, group: &str) -> Option<[f64; 3]> {
     let nodes = fe.mesh.group(group).map(|group| fe.mesh.nodes_of(group)).ok()?;
     Some([0, 1, 2].map(|k| {
@@ -232,7 +222,7 @@ fn extent(fe: &MeshedBodyPlan, group: &str) -> Option<[f64; 3]> {
     }))
 }
 
-/// Extent of the mesh along the normal of the frame, the direction of approach.
+/// Extent of the mesh along the normal of the frame.
 fn height(plan: &Plan, fe: &MeshedBodyPlan) -> f64 {
     let normal = match plan.frame {
         FramePlan::Mesh { normal, .. } => Point::from(normal).normalize(),
@@ -242,7 +232,6 @@ fn height(plan: &Plan, fe: &MeshedBodyPlan) -> f64 {
     high - low
 }
 
-/// Compares the size of the meshes with the frame and with the approach.
 fn check_mesh_sizes(plan: &Plan, notes: &mut Vec<String>) {
     for (key, body) in ["body1", "body2"].into_iter().zip(&plan.bodies) {
         let Some(fe) = body.as_meshed() else { continue };

@@ -24,7 +24,6 @@ pub enum Discretisation {
 }
 
 impl Discretisation {
-    /// All models, in the order of messages.
     const ALL: [Self; 5] = [
         Self::FiniteElements,
         Self::BoundaryElements,
@@ -33,7 +32,7 @@ impl Discretisation {
         Self::Rigid,
     ];
 
-    /// Abbreviation of the model in the names of variants.
+    /// Abbreviation in the names of variants.
     pub fn name(self) -> &'static str {
         match self {
             Self::FiniteElements => "FE",
@@ -58,7 +57,7 @@ impl fmt::Display for DiscretisationPair {
 impl std::str::FromStr for DiscretisationPair {
     type Err = String;
 
-    /// Parses "FE-BE", in upper or lower case. The error message lists the allowed names.
+    /// Parses "FE-BE", in upper or lower case.
     fn from_str(text: &str) -> Result<Self, String> {
         let names = Discretisation::ALL.map(Discretisation::name);
         let wanted = format!("two of {} joined by a hyphen, e.g. \"FE-BE\"", names.join(", "));
@@ -80,7 +79,7 @@ impl std::str::FromStr for DiscretisationPair {
 /// Meshes and elements of a body in variants that replace its model.
 #[derive(Debug, Clone)]
 pub struct AlternativeMeshes {
-    /// Closed surface mesh; `None` for the boundary surface of the body's own mesh.
+    /// Closed surface mesh; `None` for the boundary of the body's own mesh.
     pub surface: Option<Arc<Mesh>>,
     /// Interpolation of displacement and traction over the boundary elements.
     pub interpolation: Interpolation,
@@ -105,7 +104,7 @@ pub struct ComparePlan {
 mod tests {
     use super::*;
 
-    /// Truth: names of variants are read in upper and lower case; other names are refused.
+    /// Truth: names are read in upper and lower case; other names are refused.
     #[test]
     fn variants_are_read_as_they_are_written() {
         for text in ["FE-FE", "BE-rigid", "FE-BE", "HS-HS"] {

@@ -12,14 +12,12 @@ pub struct SceneError {
     pub key: String,
 }
 
-/// Error without a key.
 impl From<Error> for SceneError {
     fn from(error: Error) -> Self {
         Self { error, key: String::new() }
     }
 }
 
-/// Adds a scene key to the error of a `Result`.
 pub(crate) trait AtKey<T> {
     fn at(self, key: &str) -> Result<T, SceneError>;
 }
@@ -30,7 +28,7 @@ impl<T> AtKey<T> for crate::error::Result<T> {
     }
 }
 
-/// Dotted scene path of `key` in the entry of step `index`. All load points of a history share one entry and the key `history`.
+/// Dotted key `key` in the entry of step `index`. All load points of a history share one entry and the key `history`.
 pub(crate) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let entry = steps[..=index].iter().filter(first).count() - 1;

@@ -1,7 +1,7 @@
 //! Frames that are enlarged when wear brings the contact to their edge.
 //!
-//! Each enlargement adds, at both ends of an axis, about a quarter of the initial cells along this axis. After at most two
-//! enlargements, the frame has up to four times the initial cells.
+//! Each enlargement adds about a quarter of the initial cells at both ends of an axis. After two, the frame has up to four times
+//! the initial cells.
 
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
@@ -46,7 +46,6 @@ pub fn grown_frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFr
     with_ends(plan, frame)
 }
 
-/// The frame `start` with more cells along the `axes` along which the bodies continue.
 fn enlarged(plan: &Plan, start: &ContactFrame, axes: [bool; 2], growths: usize) -> Result<ContactFrame> {
     let Some(grid) = start.whole_grid() else { return Err(no_grid()) };
     let more_cells = |n: usize| if growths < MAX_GROWTHS { n.div_ceil(4) } else { n / 2 };
@@ -62,7 +61,6 @@ pub(super) fn no_grid() -> Error {
     Error::input("only a grid frame that is not periodic and has no outline is enlarged")
 }
 
-/// Omitted work for the cells that frame growth may add.
 pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     let wears = plan.steps.iter().any(|step| step.kind.cycles().is_some() && plan.has_wear(step));
     (wears && why_not_growable(plan, 0).is_none()).then(|| {

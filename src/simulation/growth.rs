@@ -1,5 +1,5 @@
-//! Continues a run on a larger frame when wear brings the contact to the edge of its frame. Tractions and depths of the existing
-//! cells are transferred unchanged ([`RunCheckpoint::transfer_to`]).
+//! Continues a run on a larger frame when wear brings the contact to the edge of its frame. Existing cells keep their tractions and
+//! depths ([`RunCheckpoint::transfer_to`]).
 
 use crate::body::hybrid::Unsuitable;
 use crate::error::{Error, Result};
@@ -14,12 +14,12 @@ use crate::simulation::grown_frame::no_grid;
 use crate::simulation::mesh_motion;
 use crate::simulation::plan_bodies::BODY_KEYS;
 
-/// Tolerance for changes of a cell's gap between two frames, relative to the largest gap. It allows for the rounding of averages
-/// over mesh faces.
+/// Tolerance for changes of a cell's gap between two frames, relative to the largest gap, for the rounding of averages over mesh
+/// faces.
 const GAP_TOLERANCE: f64 = 1e-9;
 
-/// Applied loads of bodies with half-space near fields contribute to the gap. Between two frames the gap may change by this
-/// tolerance times the largest contribution. The polynomials and the quadrature of the contribution depend on the frame.
+/// As [`GAP_TOLERANCE`], relative to the largest gap due to applied loads of bodies with half-space near fields. The polynomials
+/// and the quadrature of this gap depend on the frame.
 const OWN_LOAD_GAP_TOLERANCE: f64 = 1e-4;
 
 /// State from which a run continues on a larger frame.
@@ -35,7 +35,7 @@ pub struct FrameGrowth {
 }
 
 impl Simulation<'_> {
-    /// Keeps the data with which a simulation on a larger frame continues from `checkpoint`. Bodies and operators are dropped.
+    /// Keeps the data to continue from `checkpoint` on a larger frame. Bodies and operators are dropped.
     pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
         let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
         let model = self.into_model();
@@ -65,7 +65,7 @@ impl FrameGrowth {
         Ok(())
     }
 
-    /// Transfers the state to the larger frame of `simulation` and adds a note. Also returns the new indices of the old cells, `[N]`.
+    /// Transfers the state to the larger frame of `simulation` with a note. Also returns the new indices of the old cells, `[N]`.
     ///
     /// # Errors
     /// If the near field of a body changes to or from a half-space, the old cells' gap changes, or a frame is no grid. If the
@@ -95,7 +95,6 @@ impl FrameGrowth {
     }
 }
 
-/// Error for a body whose near field would change on a larger frame, which would invalidate the state.
 fn other_near_field(key: &str, why: &str) -> Error {
     Error::input(format!(
         "the larger frame would change the near field of {key}: {why}; start with a frame of the final size, or mesh a larger body"
@@ -128,7 +127,6 @@ fn ensure_same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f
     Ok(())
 }
 
-/// Note on when and to which size the frame was enlarged.
 fn note(plan: &Plan, checkpoint: &RunCheckpoint, before: &Grid, now: &Grid) -> String {
     let after = mesh_motion::position_in_run(plan, checkpoint);
     let [x, y] = now.half_width().map(format_number);

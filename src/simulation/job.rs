@@ -3,7 +3,7 @@
 use crate::output::summary::Summary;
 use crate::scene::Plan;
 
-/// Stack size of computing threads, bytes. It equals the stack size of a main thread.
+/// Stack size of computing threads, as of a main thread, bytes.
 pub const THREAD_STACK_BYTES: usize = 8 << 20;
 
 /// Starts a thread of a pool, and waits until it runs. A thread that finds no memory for its signal stack ends the program. If
@@ -14,7 +14,7 @@ pub const THREAD_STACK_BYTES: usize = 8 << 20;
 pub fn start_pool_thread(thread: rayon::ThreadBuilder) -> std::io::Result<()> {
     let (started, wait) = std::sync::mpsc::channel();
     std::thread::Builder::new().stack_size(THREAD_STACK_BYTES).spawn(move || {
-        // The receiver waits, so that sending cannot fail.
+        // The receiver waits, so sending cannot fail.
         let _ = started.send(());
         thread.run();
     })?;

@@ -1,8 +1,7 @@
 //! Moves meshes with wear, so that the stiffness follows the decreasing thickness of the bodies.
 //!
-//! Wear always changes the gap on the frame. `wear.move_mesh` also rebuilds the worn bodies with the contact surface of their
-//! meshes moved by the wear depth. This happens whenever the wear depth since the last motion exceeds a share of the element height
-//! ([`WearBudget`]).
+//! Wear always changes the gap on the frame. With `wear.move_mesh`, the worn bodies are also rebuilt with moved meshes. This
+//! happens whenever the wear depth since the last motion exceeds a share of the element height ([`WearBudget`]).
 
 use crate::body::FeBody;
 use crate::body::worn_mesh::element_height_at_nodes;
@@ -64,14 +63,14 @@ pub struct StiffnessUpdate {
 }
 
 impl Simulation<'_> {
-    /// Keeps the data with which a simulation with moved meshes continues from `checkpoint`; bodies and operators are dropped.
+    /// Keeps the data to continue from `checkpoint` with moved meshes; bodies and operators are dropped.
     pub fn into_stiffness_update(self, checkpoint: RunCheckpoint) -> StiffnessUpdate {
         StiffnessUpdate { previous: PreviousModel::of(self.model()), checkpoint }
     }
 }
 
 impl StiffnessUpdate {
-    /// Transfers the state to the bodies of `simulation` and adds a note.
+    /// Transfers the state to the bodies of `simulation` with a note.
     ///
     /// # Errors
     /// As [`RunCheckpoint::transfer_to`].
@@ -102,7 +101,6 @@ pub fn mesh_not_moved_warning(plan: &Plan, checkpoint: &RunCheckpoint, error: &E
     )
 }
 
-/// Text for the position of the last increment, for notes.
 pub(super) fn position_in_run(plan: &Plan, checkpoint: &RunCheckpoint) -> String {
     checkpoint.records().last().map_or_else(String::new, |last| {
         let mut text = format!(" after step \"{}\" ({})", last.name, last.increment);

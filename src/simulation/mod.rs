@@ -1,9 +1,8 @@
 //! Simulation of a plan: builds bodies, frame and flexibility, runs the steps, and rebuilds the model when frame or meshes change.
 //!
-//! `validate` checks a plan, `build` builds the [`Simulation`], `segments` runs it and writes the results. After each segment
-//! `rebuild` decides whether the run ends, or continues after a change: on a larger frame (`grown_frame` makes it, `growth` transfers
-//! the state), or with meshes moved by wear (`worn_meshes` makes them, `mesh_motion` transfers the state). `resume` starts a run from
-//! the checkpoint of an earlier one.
+//! `validate` checks a plan, `build` builds the [`Simulation`], `segments` runs it and writes the results. After each segment,
+//! `rebuild` ends or continues the run: on a larger frame (made by `grown_frame`, with the state from `growth`) or with worn meshes
+//! (made by `worn_meshes`, with the state from `mesh_motion`). `resume` starts a run from a checkpoint.
 
 pub(crate) mod build;
 pub(crate) mod failure;

@@ -68,8 +68,7 @@ pub(super) fn omitted_by_plan(plan: &Plan, frame: &ContactFrame) -> Vec<OmittedW
     skipped
 }
 
-/// Whether one grid operator represents the flexibility of both bodies. Condensed meshes, boundary elements, periodic frames, sums
-/// of two operators and the block system exclude it.
+/// Whether one grid operator represents the flexibility of both bodies.
 pub(crate) fn on_grid(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> bool {
     let elastic = || plan.bodies.iter().zip(near).filter(|(body, _)| !matches!(body, BodyPlan::Rigid));
     let one =
@@ -81,7 +80,6 @@ pub(crate) fn on_grid(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel;
         && one
 }
 
-/// Omitted work of compressed half-space matrices.
 fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedWork> {
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
     let tolerance = plan.solver.compression_tolerance;
@@ -96,7 +94,6 @@ fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedW
     })
 }
 
-/// Omitted work for fields that are not requested.
 fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     let mut skipped = skipped_stress(plan);
     let without_mesh = |body: &BodyPlan| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::Be(_));
@@ -118,7 +115,6 @@ fn omitted_fields(plan: &Plan) -> Vec<OmittedWork> {
     skipped
 }
 
-/// Omitted work for stresses of finite-element bodies that are not requested.
 fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
     let wanted = &plan.output.fields;
     let (what, why) = if !FieldKind::require_stress(wanted) {
@@ -137,8 +133,7 @@ pub(crate) fn needs_factor_after_condensation(plan: &Plan, frame: &ContactFrame)
     plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg) || frame.candidates.is_some()
 }
 
-/// Omitted work for a flexibility of body `index` from the cache. `solves` states whether fields or loads need the factor, which
-/// then comes from the cache, too.
+/// Omitted work for a cached flexibility of body `index`. `solves`: fields or loads need the factor, which is then cached, too.
 pub(crate) fn omitted_factorisation(index: usize, solves: bool) -> OmittedWork {
     let factor = if solves { " and the factor for fields or loads" } else { "" };
     let (what, why) = (
@@ -148,7 +143,6 @@ pub(crate) fn omitted_factorisation(index: usize, solves: bool) -> OmittedWork {
     OmittedWork::new(None, what, why)
 }
 
-/// Whether the combined flexibility of both bodies couples normal and tangential components.
 fn bodies_couple_normal_tangential(
     plan: &Plan,
     frame: &ContactFrame,
@@ -171,7 +165,6 @@ fn bodies_couple_normal_tangential(
     })
 }
 
-/// Surface Green's functions of the half-spaces.
 fn greens(plan: &Plan, frame: &ContactFrame) -> Result<Vec<SurfaceGreen>, SceneError> {
     let mut greens = Vec::new();
     for index in 0..SIDES.len() {

@@ -1,4 +1,4 @@
-//! Bodies of a plan: their keys and sides, contact faces, unconstrained motions, half-spaces, and the bodies that wear.
+//! Bodies of a plan: keys, contact faces, unconstrained motions, half-spaces, and worn bodies.
 
 use crate::body::HalfSpaceBody;
 use crate::error::{Context, Error, Result as Checked};
@@ -10,13 +10,11 @@ use crate::scene::plan::{BodyMaterial, BodyPlan, MeshedBodyPlan, Plan};
 use crate::simulation::build::settings::cross_blocks;
 use crate::simulation::failure::{AtKey, SceneError};
 
-/// Keys of the two bodies in the scene.
 pub(crate) const BODY_KEYS: [&str; 2] = ["body1", "body2"];
 
-/// Side of the contact on which body 1 and body 2 lie.
 pub(crate) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 
-/// Unconstrained rigid-body modes of `body`. `None` if the supports fix it, or if it is a half-space or rigid.
+/// Unconstrained rigid-body modes of `body`, if it is meshed and its supports do not fix it.
 pub(crate) fn free_motions(body: &BodyPlan, key: &str) -> Result<Option<RigidBodyModes>, SceneError> {
     match body {
         BodyPlan::Fe(fe) => fem::find_rigid_body_modes(&fe.fem_spec(key)).at(key),
@@ -38,7 +36,7 @@ pub(crate) fn configured_half_space(
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }
 
-/// Half-space of the material `elastic` for body `index`, without the settings of the plan.
+/// As [`configured_half_space`], without the settings of the plan.
 pub(crate) fn bare_half_space(
     elastic: &BodyMaterial,
     index: usize,
@@ -47,8 +45,8 @@ pub(crate) fn bare_half_space(
     HalfSpaceBody::new(&elastic.stiffness_in_frame(0.0), SIDES[index], frame).at(BODY_KEYS[index])
 }
 
-/// Map between `frame` and the contact faces of body `index`. Errors for uncovered cells name the key of the grid, or of the
-/// contact group if the frame is no grid.
+/// Map between `frame` and the contact faces of body `index`. Errors for uncovered cells name the key of the grid, or else of the
+/// contact group.
 pub(crate) fn face_map(
     fe: &MeshedBodyPlan,
     index: usize,
@@ -63,7 +61,7 @@ pub(crate) fn face_map(
     FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).context(|| BODY_KEYS[index].to_owned()).at(key)
 }
 
-/// Refuses a contact group without faces whose outward normals point towards the other body along the frame's normal.
+/// Refuses a contact group without faces oriented towards the other body.
 pub(super) fn ensure_faces_other_body(
     fe: &MeshedBodyPlan,
     faces: &[SurfaceFace],
@@ -96,7 +94,6 @@ pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedBo
         .filter(|(.., part)| *part > 0.0)
 }
 
-/// Whether a finite-element body of a plan wears.
 pub(crate) fn wears(plan: &Plan) -> bool {
     plan.wear.specific_rate(plan.friction.ellipse()).is_some() && worn_bodies(plan).next().is_some()
 }

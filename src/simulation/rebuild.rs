@@ -14,34 +14,24 @@ use crate::simulation::mesh_motion;
 use crate::simulation::worn_meshes::{WornMeshes, worn_meshes};
 use crate::simulation::{self, SceneError, Simulation};
 
-/// Changes of frame and meshes so far.
 #[derive(Clone, Default)]
 pub(super) struct RebuildState {
-    /// Number of frame enlargements.
     pub frame_growths: usize,
-    /// Mesh motions with wear.
     pub mesh_updates: MeshUpdates,
 }
 
-/// Change of frame or meshes with which a run continues.
 pub(super) enum Change {
-    /// A larger frame.
     GrownFrame(RunCheckpoint),
-    /// Moved meshes.
     MovedMeshes(RunCheckpoint, WornMeshes),
-    /// The meshes could not be moved: the operators stay.
+    /// The meshes could not be moved.
     SameOperators(RunCheckpoint),
 }
 
-/// Continuation of a run after a segment.
 pub(super) enum Continuation {
-    /// With a change, after the result so far.
     Rebuild(Box<Change>, RunResult),
-    /// The run ends.
     End(Result<RunResult>),
 }
 
-/// Simulation of the next segment, and the state from which it starts.
 pub(super) struct Rebuilt<'p> {
     pub simulation: Simulation<'p>,
     pub checkpoint: RunCheckpoint,
@@ -50,20 +40,16 @@ pub(super) struct Rebuilt<'p> {
     pub cell_map: Option<Vec<usize>>,
 }
 
-/// Builds simulations of a plan on a given frame or the plan's frame.
 pub(super) struct SimulationBuilder<'a, 'p> {
     pub plan: &'p Plan,
-    /// Frame that was made for another plan and that this run also uses.
+    /// Frame made for another plan, which this run uses instead of its own.
     pub frame: Option<&'a ContactFrame>,
-    /// Receives progress events.
     pub show: &'a mut (dyn FnMut(ProgressEvent) + Send),
-    /// Cancellation flag.
     pub stop: &'a AtomicBool,
 }
 
 impl<'p> SimulationBuilder<'_, 'p> {
-    /// Builds the simulation of the plan with the meshes as moved so far. Its frame is the plan's frame as enlarged so far, or the
-    /// shared frame.
+    /// Builds the simulation with the meshes as moved so far, on the enlarged frame, else on the shared one.
     pub fn build(&mut self, rebuilds: &RebuildState) -> std::result::Result<Simulation<'p>, SceneError> {
         let larger = frame_of_state(self.plan, rebuilds)?;
         let frame = larger.as_ref().or(self.frame);
@@ -111,10 +97,7 @@ impl<'p> SimulationBuilder<'_, 'p> {
         Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map: None })
     }
 
-    /// Builds the simulation of the next segment of a run, and transfers the state to it. `simulation` is that of the last segment.
-    ///
-    /// # Errors
-    /// If the next simulation cannot be built, the state cannot be transferred to it, or the run was cancelled meanwhile.
+    /// Builds the simulation of the next segment, and transfers the state of the last one (`simulation`) to it.
     pub fn rebuild(
         &mut self,
         simulation: Simulation<'p>,
@@ -135,7 +118,6 @@ impl<'p> SimulationBuilder<'_, 'p> {
     }
 }
 
-/// Enlarged frame of `rebuilds`; `None` if it has not grown.
 fn frame_of_state(
     plan: &Plan,
     rebuilds: &RebuildState,
@@ -144,8 +126,7 @@ fn frame_of_state(
 }
 
 impl Continuation {
-    /// Decides after a segment whether and how the run continues. A frame of several runs (`shared`) never grows. If the run was
-    /// cancelled meanwhile, it ends with the results so far.
+    /// Decides whether and how the run continues after a segment. A frame of several runs (`shared`) never grows.
     pub fn after(
         result: Result<RunResult>,
         plan: &Plan,
@@ -177,7 +158,6 @@ impl Continuation {
         }
     }
 
-    /// Continuation on a larger frame, or the end of the run if the frame cannot grow.
     fn on_larger_frame(
         plan: &Plan,
         checkpoint: RunCheckpoint,

@@ -16,7 +16,6 @@ use crate::output::provenance::{NamedFile, Provenance};
 use crate::output::summary::{Status, Summary};
 use crate::scene::Plan;
 
-/// Maximum number of missing files that a warning lists.
 const LISTED: usize = 6;
 
 /// Start of a run.
@@ -38,7 +37,7 @@ pub struct ResumePoint {
 }
 
 impl ResumePoint {
-    /// Returns `keeper` with numbering and completed work that continue from this checkpoint.
+    /// Returns `keeper`, continuing from this checkpoint.
     pub fn keeper(&self, keeper: CheckpointWriter) -> CheckpointWriter {
         keeper.continuing_from(self.number, CompletedWork::of(self.checkpoint_data.snapshot.records()))
     }
@@ -78,7 +77,7 @@ impl CheckpointSettings {
     }
 }
 
-/// Decides how the run of `plan` into `output` starts. `say` receives messages for the user.
+/// Decides how the run of `plan` into `output` starts. `say` receives messages.
 ///
 /// # Errors
 /// If the checkpoint belongs to another run or is damaged (kind `Input`), or files cannot be read or moved (kind `Resources`).
@@ -123,8 +122,8 @@ pub fn decide_resume(
     Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data })))
 }
 
-/// Loads the results in `directory` into `summary`: outcome, increments, warnings and timings. Returns whether they belong to
-/// `plan` and have one of the outcomes `ways`; otherwise `summary` is unchanged.
+/// Loads the results in `directory` into `summary`. Returns false, without a change, unless they belong to `plan` and have one of
+/// the outcomes `ways`.
 pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary: &mut Summary) -> bool {
     let Some(mut found) = matching_summary(plan, directory) else { return false };
     let Ok(status) = serde_json::from_value::<Status>(found["status"].take()) else { return false };
@@ -145,12 +144,11 @@ pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary
     true
 }
 
-/// Whether `directory` contains converged results of `plan`.
 fn is_finished(plan: &Plan, directory: &Path) -> bool {
     matching_summary(plan, directory).is_some_and(|summary| summary["status"] == "converged")
 }
 
-/// Summary in `directory` if it belongs to `plan`: same scene, accuracy and version, and not older than the files that the scene
+/// Summary in `directory` if it has the scene, accuracy and version of `plan`, and is not older than the files that the scene
 /// names.
 fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
     let path = directory.join(SUMMARY_FILE);
@@ -164,7 +162,7 @@ fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
     is_of_plan.then_some(summary)
 }
 
-/// Whether a summary belongs to a run with the same target accuracy. An option may set the accuracy, which determines the cells.
+/// An option may set the accuracy, which determines the cells.
 fn has_accuracy_of(plan: &Plan, summary: &Value) -> bool {
     match (summary["accuracy"]["requested"].as_f64(), &plan.accuracy) {
         (Some(requested), Some(accuracy)) => requested == accuracy.relative,

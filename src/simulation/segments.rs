@@ -1,5 +1,4 @@
-//! Runs a plan segment by segment and writes its results. A new segment starts when the frame is enlarged or the meshes move with
-//! wear.
+//! Runs a plan segment by segment. A new segment starts when the frame is enlarged or the meshes move with wear.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -26,7 +25,7 @@ use crate::simulation::{SceneError, Simulation};
 
 /// Options of a run.
 pub struct RunOptions<'a> {
-    /// Frame that was made for another plan and that this run also uses.
+    /// Frame made for another plan, which this run uses instead of its own.
     pub frame: Option<&'a ContactFrame>,
     /// Receives progress events.
     pub on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
@@ -36,16 +35,14 @@ pub struct RunOptions<'a> {
     pub stop: &'a AtomicBool,
     /// Checkpoint settings; `None` disables checkpoints.
     pub checkpoints: Option<CheckpointSettings>,
-    /// Called once when the run ends, with its increments, before the summary is written. Returns whether to keep the run's files;
-    /// `None` keeps them.
+    /// Called once when the run ends, before the summary is written. Returns whether to keep the run's files; `None` keeps them.
     pub on_end: Option<OnEnd<'a>>,
 }
 
-/// Type of [`RunOptions::on_end`].
 type OnEnd<'a> = &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool;
 
 impl<'a> RunOptions<'a> {
-    /// Options for a run on its own frame that writes no checkpoints and keeps its files.
+    /// Options for a run on its own frame, without checkpoints.
     pub fn new(
         on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
         observer: &'a mut dyn Observer,
@@ -72,7 +69,6 @@ impl Observer for NullObserver {
     }
 }
 
-/// Forwards events to the recorder of a run and to the user's observer.
 struct RunObserver<'a, 'r> {
     recorder: &'a mut Recorder<'r>,
     user_observer: &'a mut dyn Observer,
@@ -110,17 +106,16 @@ impl Observer for RunObserver<'_, '_> {
     }
 }
 
-/// Segment of a run, computed on one frame with one set of meshes. A rebuild starts the next one.
+/// Part of a run on one frame with one set of meshes.
 struct Segment<'p> {
     simulation: Simulation<'p>,
     parts: RecorderParts,
-    /// Checkpoint from which the segment starts, with the order in which its operators were formed; `None` at the first increment.
+    /// Checkpoint from which the segment starts, with the order in which its operators were formed.
     from: Option<(RunCheckpoint, OperatorHistory)>,
     rebuilds: RebuildState,
 }
 
-/// Runs the plan into `output`, if given, and completes `summary`. Returns the exit code, or the failure that ended the run, which
-/// the summary contains as well.
+/// Runs the plan into `output`, if given, and completes `summary`. Returns the exit code, or the failure that ended the run.
 pub fn run_simulation(
     plan: &Plan,
     output: Option<OutputDir>,
@@ -133,7 +128,6 @@ pub fn run_simulation(
     }
 }
 
-/// Writes the summary of a run that was refused before it started.
 pub(crate) fn conclude_refused(
     output: Option<OutputDir>,
     summary: &mut Summary,
@@ -142,7 +136,6 @@ pub(crate) fn conclude_refused(
     conclude_unstarted(Recorder::writing_to(output), summary, failure)
 }
 
-/// Writes the output of a run that failed before its first increment.
 fn conclude_unstarted(
     recorder: Recorder<'_>,
     summary: &mut Summary,
@@ -156,7 +149,6 @@ fn conclude_unstarted(
     }
 }
 
-/// Converts a panic into a failure.
 fn catch_panic<T>(
     plan: &Plan,
     work: impl FnOnce() -> std::result::Result<T, SceneError>,
@@ -165,10 +157,6 @@ fn catch_panic<T>(
 }
 
 impl<'p> Segment<'p> {
-    /// First segment of a run: new, or from a checkpoint.
-    ///
-    /// # Errors
-    /// If the simulation cannot be built. Also returns a recorder that writes the summary.
     fn first(
         plan: &'p Plan,
         output: Option<OutputDir>,
@@ -207,10 +195,6 @@ impl<'p> Segment<'p> {
         })
     }
 
-    /// Next segment of a run after the segment of `simulation`, with the changed frame or meshes.
-    ///
-    /// # Errors
-    /// As [`SimulationBuilder::rebuild`]. Also returns a recorder that writes the remaining output.
     fn next(
         plan: &'p Plan,
         simulation: Simulation<'p>,
@@ -233,14 +217,12 @@ impl<'p> Segment<'p> {
     }
 }
 
-/// What remains of a segment whose successor cannot be built.
 struct FinalParts {
     frame: ContactFrame,
     surface: SurfaceProperties,
     parts: RecorderParts,
 }
 
-/// Runs the plan to its end, segment by segment.
 fn run_segments<'p>(
     plan: &'p Plan,
     mut segment: Segment<'p>,
@@ -250,8 +232,7 @@ fn run_segments<'p>(
     let initial = (summary.warnings.clone(), summary.skipped.clone());
     loop {
         let Segment { simulation, parts, from, rebuilds } = segment;
-        // Apart from its initial entries, the summary lists the warnings and omitted work of the last segment only, also after an
-        // interruption.
+        // The summary lists warnings and omitted work of the last segment only, besides its initial entries.
         summary.warnings = initial.0.iter().chain(&simulation.report.warnings).cloned().collect();
         summary.skipped = initial.1.iter().chain(&simulation.report.skipped).cloned().collect();
         fill_from_build(summary, &simulation);
@@ -302,7 +283,6 @@ fn run_segments<'p>(
     }
 }
 
-/// Takes records, times and frame of a built simulation into the summary.
 fn fill_from_build(summary: &mut Summary, simulation: &Simulation) {
     summary.condensation.clone_from(&simulation.report.condensation);
     summary.boundary_elements.clone_from(&simulation.report.boundary_elements);
@@ -312,7 +292,6 @@ fn fill_from_build(summary: &mut Summary, simulation: &Simulation) {
     simulation.report.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
 }
 
-/// Recorder of a segment with its output, earlier records and checkpoints.
 fn segment_recorder<'r>(
     plan: &Plan,
     simulation: &'r Simulation<'_>,
@@ -333,7 +312,7 @@ fn segment_recorder<'r>(
     }
 }
 
-/// Recorder that writes the remaining output after the last segment, without its bodies.
+/// Recorder for the remaining output after the last segment, without its bodies.
 fn final_recorder<'r>(
     plan: &Plan,
     frame: &'r ContactFrame,
@@ -347,7 +326,6 @@ fn final_recorder<'r>(
     recorder
 }
 
-/// Completes the summary and writes the remaining output.
 fn conclude(
     recorder: Recorder<'_>,
     on_end: Option<&mut OnEnd<'_>>,
@@ -384,7 +362,6 @@ fn exit_code(outcome: &Result<Outcome>) -> u8 {
     }
 }
 
-/// Converts a panic into an error. The panic message was printed when it occurred.
 fn internal(plan: &Plan, panic: &(dyn Any + Send)) -> Error {
     let text = panic_message(panic);
     let scene = &plan.document.sha256;
@@ -400,7 +377,6 @@ mod tests {
     use crate::output::summary::Status;
     use crate::scene;
 
-    /// Path and overrides of a scene with 4 x 4 cells and a checkpoint after each increment.
     fn small_scene() -> (&'static Path, Vec<String>) {
         let few = ["frame.cells=[4, 4]", "steps.press.increments=4"];
         let output = "output={ fields = [], checkpoint = { seconds = 1e-9 } }";
@@ -408,8 +384,7 @@ mod tests {
         (path, few.into_iter().chain([output]).map(str::to_owned).collect())
     }
 
-    /// Records the cell count of each frame it receives. At each increment, it records the cell counts of the last frame and of the
-    /// state.
+    /// Records the cell count of each frame, and at each increment those of the last frame and of the state.
     #[derive(Default)]
     struct Frames {
         heard: Vec<usize>,
@@ -429,7 +404,7 @@ mod tests {
     }
 
     /// Truth: the observer receives the frame of 4 x 4 = 16 cells once, before the four increments. A scene read from text has the
-    /// SHA-256 of the scene read from the file.
+    /// file's SHA-256.
     #[test]
     fn who_watches_hears_of_the_frame_first() {
         let (path, overrides) = small_scene();
@@ -443,7 +418,6 @@ mod tests {
         assert_eq!((frames.heard, frames.at_entries), (vec![16], vec![[16, 16]; 4]));
     }
 
-    /// Panics at the given increment.
     struct Breaks(usize);
 
     impl Observer for Breaks {
@@ -453,8 +427,8 @@ mod tests {
         }
     }
 
-    /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic during a run is reported as an internal error with the SHA-256
-    /// of the scene. The summary contains this error. The checkpoint contains the two increments before the panic.
+    /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic is reported as an internal error with the scene's SHA-256, also
+    /// in the summary. The checkpoint contains the two increments before it.
     #[test]
     fn panics_are_internal_errors() {
         let folder = tempfile::tempdir().unwrap();

@@ -14,8 +14,8 @@ use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, wears, worn_bodies};
 /// Worn meshes of the two bodies; `None` for meshes that have not moved.
 pub type WornMeshes = [Option<Arc<Mesh>>; 2];
 
-/// Meshes of the worn bodies for a total wear depth `worn` (`[N]`, mm) of both bodies on `frame` (default: the plan's frame). Both
-/// meshes are `None` if `worn` is empty.
+/// Meshes of the worn bodies for a total wear depth `worn` (`[N]`, mm) of both bodies on `frame` (default: the plan's frame); both
+/// `None` if `worn` is empty.
 ///
 /// # Errors
 /// If the plan's frame is invalid, an element would invert or become too flat, or memory does not suffice.
@@ -39,7 +39,6 @@ pub fn worn_meshes(
     Ok(meshes)
 }
 
-/// Omitted work for meshes that do not move.
 pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     let steps = plan.steps.iter().any(|step| step.wear);
     (plan.mesh_motion_threshold.is_none() && steps && wears(plan)).then(|| {

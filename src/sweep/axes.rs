@@ -17,7 +17,6 @@ pub struct Axis {
     pub name: String,
     /// Keys of the scene.
     pub keys: Vec<String>,
-    /// Location of each key in the study file.
     pub(super) locations: Vec<KeyLocation>,
     /// Values of the axis; each contains one node per key.
     pub values: Vec<Vec<TomlNode>>,
@@ -25,21 +24,16 @@ pub struct Axis {
     pub is_sample: bool,
 }
 
-/// Location of a key and its values in the study file.
 #[derive(Debug, Clone)]
 pub(super) struct KeyLocation {
-    /// Index of the axis in the file.
     axis: usize,
-    /// Name of the axis in the file.
     pub name: String,
-    /// Index of the key in the axis.
     key: usize,
     /// Number of keys of the axis.
     pub of: usize,
     source: AxisKind,
 }
 
-/// Key of the study file that gives the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AxisKind {
     Values,
@@ -47,11 +41,10 @@ enum AxisKind {
     Sample,
 }
 
-/// Name of the axis that contains all sampled axes.
 const SAMPLE: &str = "sample";
 
 impl Axis {
-    /// Label of the value with the index `value`, for the user. For a sample, the number of the point, counted from 1.
+    /// Label of a value for the user; for a sample, the number of the point, from 1.
     pub fn label(&self, value: usize) -> String {
         if self.is_sample {
             return format!("{}", value + 1);
@@ -63,12 +56,11 @@ impl Axis {
         self.values[value].iter().map(word).collect::<Vec<_>>().join(", ")
     }
 
-    /// Number at the index `value`. `None` if the value is not a number, the axis has several keys, or the axis is a sample.
+    /// Number at the index `value`; `None` for other values, several keys or a sample.
     pub fn number(&self, value: usize) -> Option<f64> {
         (self.keys.len() == 1 && !self.is_sample).then(|| self.value_of_key(value, 0)).flatten()
     }
 
-    /// Number that the value with the index `value` gives to the key with the index `key`; `None` for values that are not numbers.
     pub(super) fn value_of_key(&self, value: usize, key: usize) -> Option<f64> {
         match self.values.get(value)?.get(key)?.value {
             TomlValue::Integer(number) => Some(number as f64),
@@ -82,13 +74,11 @@ impl Axis {
         (0..self.values.len()).all(|value| self.number(value).is_some())
     }
 
-    /// Path of key `k` in the study file.
     pub(super) fn place_of_key(&self, k: usize) -> String {
         let KeyLocation { axis, key, .. } = &self.locations[k];
         format!("axes.{axis}.keys.{key}")
     }
 
-    /// Path of the value with the index `value` of key `k` in the study file.
     pub(super) fn place_of_value(&self, k: usize, value: usize) -> String {
         match &self.locations[k] {
             KeyLocation { axis, source: AxisKind::Range, .. } => format!("axes.{axis}.range"),
@@ -99,7 +89,6 @@ impl Axis {
     }
 }
 
-/// Reads the axes of a study. Errors are added to `mistakes`.
 pub(super) fn axes(
     document: &Document,
     keys: &StudyFile,
@@ -115,7 +104,7 @@ pub(super) fn axes(
         let list = document.get(&format!("axes.{i}.values"));
         if own.sample.is_some() {
             sampled(own, list, &mut wrong);
-            // The values are sampled later, when all sampled axes are known.
+            // Sampled later, when all sampled axes are known.
             let written =
                 KeyLocation { axis: i, name: String::new(), key: 0, of: 1, source: AxisKind::Sample };
             let (name, keys) = (own.name.clone(), own.keys.clone());
@@ -168,7 +157,6 @@ pub(super) fn axes(
     merge_zipped(document, keys, axes, mistakes)
 }
 
-/// Reports errors of a sampled axis.
 fn sampled(own: &AxisKeys, list: Option<&TomlNode>, wrong: &mut impl FnMut(String, String, &str)) {
     if list.is_some() || own.range.is_some() {
         let other = if list.is_some() { "values" } else { "range" };
@@ -184,9 +172,8 @@ fn sampled(own: &AxisKeys, list: Option<&TomlNode>, wrong: &mut impl FnMut(Strin
     }
 }
 
-/// Samples the values of all sampled axes.
 fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut Vec<Diagnostic>) {
-    // Counts out of bounds are reported by the schema check.
+    // The schema check reports counts out of bounds.
     let allowed = |spec: &SampleKeys| (1..=MOST_RUNS).contains(&spec.count);
     if keys.sample.is_some_and(|spec| !allowed(&spec)) {
         return;
@@ -240,7 +227,7 @@ fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut
     }
 }
 
-/// Reports keys that are invalid, that vary twice, or to which the option `--set` gives a fixed value.
+/// Reports keys that are invalid, that vary twice, or that the option `--set` fixes.
 fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mistakes: &mut Vec<Diagnostic>) {
     let mut taken: BTreeSet<&str> = BTreeSet::new();
     let by_option: BTreeSet<&str> =
@@ -264,7 +251,6 @@ fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mista
     }
 }
 
-/// Values of an axis from the list `list`; each value has one node per key. Errors are passed to `wrong`.
 fn listed(
     axis: &AxisKeys,
     list: &TomlNode,
@@ -284,7 +270,6 @@ fn listed(
                 continue;
             }
         };
-        // Zipped axes may repeat a value.
         let is_new = known.insert(value.iter().map(TomlNode::to_toml).collect::<Vec<_>>());
         if !is_new && axis.zip.is_empty() {
             let message = format!("the value {} appears twice", item.to_toml());
@@ -295,8 +280,7 @@ fn listed(
     values
 }
 
-/// Names the unnamed axes. The name is the last segment of the first key (indices of lists are skipped), or the whole key if
-/// another axis has this name.
+/// Names unnamed axes by the last segment of their first key (without list indices), or by the whole key if that name is taken.
 fn assign_names(axes: &mut [Axis]) {
     for i in 0..axes.len() {
         if axes[i].name.is_empty() {
@@ -313,7 +297,7 @@ fn assign_names(axes: &mut [Axis]) {
     }
 }
 
-/// Merges axes with the same `zip`, and all sampled axes, into one axis at the position of the first of them.
+/// Merges axes with the same `zip`, and all sampled axes, into one axis at the position of the first.
 fn merge_zipped(
     document: &Document,
     keys: &StudyFile,

@@ -15,7 +15,6 @@ pub struct CollectedQuantity {
     pub path: String,
     /// Name of the step.
     pub step: String,
-    /// Field names, outermost first.
     fields: Vec<String>,
 }
 
@@ -23,7 +22,7 @@ impl CollectedQuantity {
     /// Parses a path.
     ///
     /// # Errors
-    /// The message and help text, if the path is empty or does not lead to a number in the entries of a step.
+    /// The message and help text, if the path does not lead to a number in the entries of a step.
     pub fn parse(path: &str) -> Result<Self, (String, String)> {
         let parts: Vec<String> = key_segments(path).map(Cow::into_owned).collect();
         let Some((step, fields)) = parts.split_first() else {
@@ -53,7 +52,7 @@ impl CollectedQuantity {
         }
     }
 
-    /// The number in an entry; `None` if the entry does not have it. Booleans are 0 or 1.
+    /// The number in an entry, if it has one. Booleans are 0 or 1.
     pub fn value_in(&self, record: &IncrementRecord) -> Option<f64> {
         let entry = serde_json::to_value(record).ok()?;
         let found = self.fields.iter().try_fold(&entry, |at, field| child(at, field))?;
@@ -65,9 +64,8 @@ impl CollectedQuantity {
         self.value_in(records.iter().rev().find(|record| record.name == self.step)?)
     }
 
-    /// Points `[abscissa, value]` of the entries of the step. In steps with wear jumps, the abscissa is the number of cycles or the
-    /// sliding distance, otherwise the number of the increment. With wear jumps, curves of cumulative quantities start from the
-    /// entry before the step, or from 0.
+    /// Points `[abscissa, value]` of the entries of the step. The abscissa is the number of the increment, or with wear jumps the
+    /// cycles or the sliding distance. Curves of cumulative quantities then start from the entry before the step, or from 0.
     pub fn curve(&self, records: &[IncrementRecord]) -> Vec<[f64; 2]> {
         let entries = || records.iter().filter(|record| record.name == self.step);
         let cycles = entries().any(|record| record.stroke_ends.is_some());
@@ -94,7 +92,6 @@ impl CollectedQuantity {
     pub fn label(&self, units: &Units) -> String {
         let name = self.fields.iter().rev().find(|field| field.parse::<usize>().is_err());
         let unit = name.map(|name| units.of_key(name)).unwrap_or_default();
-        // The keys of wear volumes begin with "worn".
         let words = self.fields.join(" ").replace("worn", "wear").replace('_', " ");
         let comma = if unit.is_empty() { "" } else { ", " };
         format!("{words}{comma}{unit}")
@@ -150,8 +147,8 @@ fn names(value: &Value) -> String {
 mod tests {
     use super::*;
 
-    /// Truth: a path gives its field of the last entry of the step. A curve has one point for each entry; with wear jumps, the
-    /// curve of a cumulative quantity starts with the entry before the step.
+    /// Truth: a path gives its field of the last entry. With wear jumps, the curve of a cumulative quantity starts with the entry
+    /// before the step.
     #[test]
     fn paths_lead_to_numbers() {
         let entry = |increment: usize, volume: f64| IncrementRecord {

@@ -1,8 +1,8 @@
 //! Studies: a scene is computed for all combinations of some of its values.
 //!
-//! [`spec`] defines the keys of a study file, and [`mod@read`] reads and checks it with its scenes ([`Sweep`]). The values come
-//! from `axes` with their `range` and `sample`; `require` omits combinations. [`run`] computes the runs, [`collect`] takes numbers
-//! from their results, [`table`] writes these numbers to files, and [`plots`] draws them.
+//! [`spec`] defines the keys of a study file; [`mod@read`] reads and checks it with its scenes ([`Sweep`]). `axes` with their
+//! `range` and `sample` give the values; `require` omits combinations. [`run`] computes the runs, [`collect`] takes numbers from
+//! their results, [`table`] writes them, and [`plots`] draws them.
 
 pub mod axes;
 pub mod collect;

@@ -13,7 +13,6 @@ use crate::sweep::collect::CollectedQuantity;
 use crate::sweep::read::Sweep;
 use crate::sweep::table::{StudyResult, StudyRun};
 
-/// Maximum number of panels of a plot.
 const MOST_PANELS: usize = 12;
 
 /// The plots with the names of their files. Runs that did not converge are omitted.
@@ -36,7 +35,7 @@ pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
     pictures
 }
 
-/// Panels of a plot. The first [`MOST_PANELS`] are drawn; the others are only counted.
+/// The first [`MOST_PANELS`] are drawn; the others are only counted.
 #[derive(Default)]
 struct Panels {
     drawn: Vec<Canvas>,
@@ -51,7 +50,6 @@ impl Panels {
         self.count += 1;
     }
 
-    /// The plot as SVG. If panels are missing, its last line states how many of the panels are shown.
     fn arrange(&self) -> String {
         let note = if self.count > self.drawn.len() {
             format!("the first {} of {} panels; all numbers are in study.csv", self.drawn.len(), self.count)
@@ -62,7 +60,7 @@ impl Panels {
     }
 }
 
-/// Removes double quotes, and replaces other characters that are not allowed in file names by hyphens.
+/// Removes double quotes, and replaces other characters that file names must not have by hyphens.
 fn plain(name: &str) -> String {
     let fine = |c: &char| c.is_ascii_alphanumeric() || "-_.".contains(*c);
     name.chars().filter(|c| *c != '"').map(|c| if fine(&c) { c } else { '-' }).collect()
@@ -71,7 +69,6 @@ fn plain(name: &str) -> String {
 struct StudyPlots<'a> {
     sweep: &'a Sweep,
     result: &'a StudyResult,
-    /// Index of the run for each combination of values.
     places: HashMap<&'a [usize], usize>,
 }
 
@@ -80,20 +77,19 @@ impl StudyPlots<'_> {
         &self.sweep.axes
     }
 
-    /// Axes with more than one value; the first axis if there are none.
+    /// Axes with more than one value, or the first axis.
     fn varied(&self) -> Vec<usize> {
         let varied: Vec<usize> =
             (0..self.axes().len()).filter(|&i| self.axes()[i].values.len() > 1).collect();
         if varied.is_empty() { vec![0] } else { varied }
     }
 
-    /// Whether an axis is suitable as a side of a heat map.
     fn is_side(&self, i: usize) -> bool {
         let axis = &self.axes()[i];
         !axis.is_sample && axis.values.len() > 2
     }
 
-    /// Heat maps of a result: one panel for each pair of suitable axes and each combination of the values of the other axes.
+    /// Heat maps of a result: one panel per pair of suitable axes and combination of the other axes.
     fn heats(&self, quantity: &CollectedQuantity) -> Panels {
         let sides: Vec<usize> = (0..self.axes().len()).filter(|&i| self.is_side(i)).collect();
         let pairs = sides.iter().enumerate().flat_map(|(k, &x)| sides[k + 1..].iter().map(move |&y| [x, y]));
@@ -125,7 +121,6 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// Indices of the values of an axis; numbers in ascending order.
     fn in_order(&self, i: usize) -> Vec<usize> {
         let axis = &self.axes()[i];
         let mut order: Vec<usize> = (0..axis.values.len()).collect();
@@ -138,7 +133,7 @@ impl StudyPlots<'_> {
         order
     }
 
-    /// Results against each key of the sample. Each other varied axis in turn gives the series, one series for each value.
+    /// Results against each key of the sample. Each other varied axis in turn gives the series.
     fn scattered(&self, sample: usize, quantity: &CollectedQuantity) -> Panels {
         let axis = &self.axes()[sample];
         let others: Vec<usize> = self.varied().into_iter().filter(|&i| i != sample).collect();
@@ -171,12 +166,11 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// The converged run of a combination.
     fn run(&self, choice: &[usize]) -> Option<&StudyRun> {
         self.result.runs.get(*self.places.get(choice)?).filter(|run| run.status == Some(Status::Converged))
     }
 
-    /// All combinations of the axes that are not in `free`. The free axes stay at their first value.
+    /// All combinations of the axes that are not in `free`; free axes stay at their first value.
     fn combinations_of_other_axes(&self, free: &[usize]) -> Vec<Vec<usize>> {
         let mut choices = vec![vec![0; self.axes().len()]];
         for (i, axis) in self.axes().iter().enumerate().filter(|(i, _)| !free.contains(i)) {
@@ -193,7 +187,7 @@ impl StudyPlots<'_> {
         choices
     }
 
-    /// Title of a panel: step, quantity and the fixed values of other axes (", angle = 45").
+    /// Step, quantity and the fixed values of other axes (", angle = 45").
     fn title(&self, quantity: &CollectedQuantity, free: &[usize], choice: &[usize]) -> String {
         let words = quantity.label(&self.sweep.units);
         let name = words.split(',').next().unwrap_or("");
@@ -206,12 +200,11 @@ impl StudyPlots<'_> {
         title
     }
 
-    /// Curves of a quantity during a step. Each varied axis in turn gives the curves, one curve for each value. Each combination of
-    /// the values of the other axes gives one panel.
+    /// Curves of a quantity during a step. Each varied axis in turn gives the curves of a panel, the other axes give the panels.
     fn curves(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         if self.axes().iter().any(|axis| axis.is_sample) {
-            // There would be one curve for each point of the sample.
+            // Each point of the sample would have a curve.
             return panels;
         }
         for family in self.varied() {
@@ -233,7 +226,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// Results against the values of each varied axis. Each other varied axis in turn gives the series, one series for each value.
+    /// Results against the values of each varied axis. Each other varied axis in turn gives the series.
     fn results(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         let varied = self.varied();
@@ -260,7 +253,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// Points of a result against the values of an axis, in ascending order. Values that are not numbers are numbered from 1.
+    /// Points of a result against the values of an axis, in ascending order. Other values than numbers are numbered from 1.
     fn over(&self, over: usize, choice: &[usize], quantity: &CollectedQuantity) -> Vec<[f64; 2]> {
         let axis = &self.axes()[over];
         let numeric = axis.is_numeric();
@@ -275,7 +268,6 @@ impl StudyPlots<'_> {
         points
     }
 
-    /// One series for each value of the axis `family`, without empty series; a single unnamed series if `family` is `None`.
     fn family(
         &self,
         family: Option<usize>,
@@ -294,7 +286,6 @@ impl StudyPlots<'_> {
         (0..axis.values.len()).map(series).filter(|series| !series.points.is_empty()).collect()
     }
 
-    /// Adds a panel if a series has a point.
     fn add_chart(
         &self,
         panels: &mut Panels,
@@ -311,7 +302,7 @@ impl StudyPlots<'_> {
     }
 }
 
-/// Label of an axis: its name and key; for values that are not numbers, name and numbered values.
+/// Name and key of an axis; for values that are not numbers, name and numbered values.
 fn axis_words(axis: &Axis) -> String {
     let key = axis.keys.first().filter(|key| **key != axis.name);
     let key = key.map(|key| format!(" ({key})")).unwrap_or_default();

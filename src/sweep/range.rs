@@ -6,11 +6,10 @@ use crate::sweep::spec::{Range, Spacing};
 
 /// Maximum difference between the powers of ten of numbers that are added as decimals.
 const MAX_EXPONENT_SPREAD: i32 = 16;
-/// Logarithmic ranges are rounded to this many digits after the first digit, so that every machine gives the same numbers.
+/// Logarithmic ranges are rounded to this many digits after the first, so that every machine gives the same numbers.
 const DIGITS: usize = 11;
 
-/// Numbers of the range at `key`, which must not have more than `most` numbers. The numbers are integers if all of them are whole
-/// and the file gives both ends as integers.
+/// Numbers of the range at `key`, at most `most`; integers if all are whole and the file gives both ends as integers.
 ///
 /// # Errors
 /// If the range is invalid. The diagnostic names the wrong key.
@@ -77,7 +76,7 @@ pub(super) fn values(
     Ok(numbers.into_iter().map(node).collect())
 }
 
-/// Integers times one power of ten that equal `numbers`; `None` if the powers differ by more than [`MAX_EXPONENT_SPREAD`].
+/// Integers times one power of ten that equal `numbers`, unless the powers differ by more than [`MAX_EXPONENT_SPREAD`].
 fn decimals<const N: usize>(numbers: [f64; N]) -> Option<([i128; N], i32)> {
     let mut parts = [(0_i128, 0_i32); N];
     for (part, number) in parts.iter_mut().zip(numbers) {
@@ -95,7 +94,6 @@ fn decimals<const N: usize>(numbers: [f64; N]) -> Option<([i128; N], i32)> {
     Some((all, least))
 }
 
-/// The float nearest to `digits` times 10^`power`.
 fn nearest(digits: i128, power: i32) -> f64 {
     format!("{digits}e{power}").parse().unwrap_or(f64::NAN)
 }
@@ -128,8 +126,7 @@ fn log(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..=last).map(value).collect()
 }
 
-/// Numbers of a range with a step. The step must lead to `to`, have a magnitude comparable with the ends, and give at most `most`
-/// numbers. Otherwise returns a message and a help text.
+/// Numbers of a range with a step, which must lead to `to` in at most `most` numbers. Otherwise returns a message and a help text.
 fn steps(from: f64, to: f64, step: f64, most: usize) -> Result<Vec<f64>, (String, String)> {
     let use_count = "give `count` instead of `step`".to_owned();
     let Some(([a, b, by], power)) = decimals([from, to, step]) else {
@@ -158,7 +155,7 @@ fn steps(from: f64, to: f64, step: f64, most: usize) -> Result<Vec<f64>, (String
 mod tests {
     use super::*;
 
-    /// Truth: the numbers of a range equal the decimals that a person would write, without any rounding difference.
+    /// Truth: the numbers equal the decimals that a person would write, without rounding difference.
     #[test]
     fn numbers_are_the_decimals_that_are_meant() {
         assert_eq!(linear(0.0, 90.0, 7), [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]);
@@ -171,8 +168,8 @@ mod tests {
         assert_eq!(log(-2.0, -0.02, 3), [-2.0, -0.2, -0.02]);
     }
 
-    /// Truth: multiples of 1/3 have errors of at most 2^-53. Both ends of a range are exact, even if they differ by 60 powers of
-    /// ten. The ratios of a logarithmic range are constant to 2e-11.
+    /// Truth: multiples of 1/3 have errors of at most 2^-53. Both ends are exact, even 60 powers of ten apart. The ratios of a
+    /// logarithmic range are constant to 2e-11.
     #[test]
     fn other_numbers_are_the_nearest() {
         for (i, found) in linear(0.0, 1.0, 4).into_iter().enumerate() {
@@ -187,7 +184,7 @@ mod tests {
         }
     }
 
-    /// Truth: steps that do not meet the end are refused with the possible ends, and other wrong steps with their own messages.
+    /// Truth: steps that miss the end are refused with the possible ends, other wrong steps with their own messages.
     #[test]
     fn steps_that_miss_the_end_are_refused() {
         let (message, mend) = steps(0.0, 1.0, 0.3, 9).expect_err("no step");

@@ -1,4 +1,4 @@
-//! Reads a study file with its axes and runs, and collects all errors of the file and of the scenes of the runs.
+//! Reads a study file, and collects all errors of the file and of the scenes of its runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -18,9 +18,9 @@ use crate::sweep::require::{Requirement, combinations};
 use crate::sweep::scenes::SceneReader;
 use crate::sweep::spec::StudyFile;
 
-/// Maximum number of combinations before `require` omits some of them.
+/// Maximum number of combinations, including those that `require` omits.
 const MOST_COMBINATIONS: usize = 1_000_000;
-/// Maximum length in bytes of a folder name without an appended run number.
+/// Maximum bytes of a folder name without a run number.
 const LONGEST: usize = 80;
 
 /// A run of the study.
@@ -148,10 +148,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     })
 }
 
-/// Keys of a study file, with the mistakes that its schema finds.
-///
-/// # Errors
-/// If the file is no study, or its keys cannot be read in spite of the mistakes.
+/// Keys of a study file, with the errors that its schema finds.
 fn read_keys(path: &Path) -> Result<(Document, StudyFile, Vec<Diagnostic>), Vec<Diagnostics>> {
     let document = parse::read_document(path, &[]).map_err(|mistakes| vec![mistakes])?;
     if document.get("study").is_none() && document.get("body1").is_some() {
@@ -184,7 +181,6 @@ fn read_keys(path: &Path) -> Result<(Document, StudyFile, Vec<Diagnostic>), Vec<
     Ok((document, keys, mistakes))
 }
 
-/// Quantities of the list `output.<key>`. Errors are added to `mistakes`.
 fn quantities(
     document: &Document,
     list: &[String],
@@ -202,7 +198,6 @@ fn quantities(
     list.iter().enumerate().filter_map(parse).collect()
 }
 
-/// The combinations of values that meet all requirements. Errors are added to `mistakes`.
 fn choices(
     document: &Document,
     keys: &StudyFile,
@@ -243,8 +238,7 @@ fn choices(
     choices
 }
 
-/// Runs of the combinations `choices`, without runs whose scene is invalid. `read` reads the scene of each run and returns its
-/// memory limit.
+/// Runs of the combinations `choices` with valid scenes. `read` reads the scene of a run and returns its memory limit.
 fn runs(
     axes: &[Axis],
     choices: Vec<Vec<usize>>,
@@ -267,13 +261,13 @@ fn runs(
     runs
 }
 
-/// Makes a folder name that is not in `taken` (lower case, for file systems that ignore case). A name that is too long is cut. A
-/// name that is too long or taken gets the number of the run.
+/// Folder name that is not in `taken` (lower case, for file systems that ignore case). A name that is too long or taken gets the
+/// run's number.
 fn unique_folder_name(name: String, number: usize, taken: &BTreeSet<String>) -> String {
     if name.len() <= LONGEST && !taken.contains(&name.to_lowercase()) {
         return name;
     }
-    // The name is ASCII, so that every byte index is a character boundary.
+    // Byte indices are valid, because the name is ASCII.
     let mut short = format!("{}-{}", &name[..name.len().min(LONGEST)], number + 1);
     while taken.contains(&short.to_lowercase()) {
         short.push('-');
@@ -290,7 +284,7 @@ fn folder_name(axes: &[Axis], choice: &[usize]) -> String {
     axes.iter().zip(choice).map(part).collect::<Vec<_>>().join("_")
 }
 
-/// Quantities of the last step, collected if the study names no quantities.
+/// Quantities collected if the study names none.
 fn default_quantities(plan: &Plan) -> Vec<CollectedQuantity> {
     let Some(last) = plan.steps.last() else { return Vec::new() };
     let names = [
@@ -311,7 +305,7 @@ fn default_quantities(plan: &Plan) -> Vec<CollectedQuantity> {
 mod tests {
     use super::*;
 
-    /// Truth: each run has its own folder, also on a file system that ignores case.
+    /// Truth: the folders of runs differ also on a file system that ignores case.
     #[test]
     fn folders_differ_by_more_than_case() {
         let taken = BTreeSet::from(["material-a".to_owned()]);

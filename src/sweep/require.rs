@@ -5,14 +5,12 @@ use crate::sweep::axes::Axis;
 
 /// Tolerance for equality, relative to the magnitude of the terms: 0.1 + 0.2 equals 0.3.
 const SAME: f64 = 1e-12;
-/// Maximum length of a condition, bytes.
 const LONGEST: usize = 500;
-/// Comparison operators. `<=` and `>=` come before `<` and `>`, so that the longer operator is recognised.
+/// `<=` comes before `<`, so that the longer operator is recognised.
 const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
 
 const EXAMPLE: &str = "write a comparison of axis names and numbers, as in \"tilt + angle <= 120\"";
 
-/// A message and its help text.
 type MessageAndHelp = (String, String);
 
 /// A comparison or a chain of comparisons: `0 <= tilt - angle <= 30`.
@@ -22,11 +20,9 @@ pub(super) struct Requirement {
     signs: Vec<&'static str>,
 }
 
-/// Arithmetic expression in the values of axes.
 #[derive(Debug)]
 enum Expression {
     Number(f64),
-    /// Index of an axis, and of one of its keys.
     AxisValue(usize, usize),
     Negative(Box<Expression>),
     Binary(Box<[Expression; 2]>, char),
@@ -47,10 +43,7 @@ pub(super) fn combinations(axes: &[Axis], requirements: &[Requirement]) -> Vec<V
 }
 
 impl Requirement {
-    /// Parses a requirement.
-    ///
-    /// # Errors
-    /// The message and help text of the first error.
+    /// Parses a requirement, or returns message and help of the first error.
     pub fn parse(text: &str, axes: &[Axis]) -> Result<Self, MessageAndHelp> {
         if text.len() > LONGEST {
             let message =
@@ -95,7 +88,7 @@ impl Requirement {
 }
 
 impl Expression {
-    /// Value of the expression, and the magnitude of its terms for estimating the rounding error.
+    /// Value of the expression, and the magnitude of its terms for the rounding error.
     fn value(&self, axes: &[Axis], choice: &[usize]) -> [f64; 2] {
         match self {
             Self::Number(number) => [*number, number.abs()],
@@ -120,14 +113,13 @@ impl Expression {
     }
 }
 
-/// Maximum nesting depth of parentheses and minus signs.
 const DEEPEST: usize = 40;
 
 struct Parser<'a> {
     text: &'a str,
     rest: &'a str,
     axes: &'a [Axis],
-    /// Whether the text parsed so far contains the name of an axis.
+    /// Whether an axis was named so far.
     named: bool,
 }
 
@@ -146,7 +138,6 @@ impl<'a> Parser<'a> {
         (format!("`{}` has {found} where {wanted} is expected", self.text), EXAMPLE.to_owned())
     }
 
-    /// Parses a sum or difference of products.
     fn sum(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         let mut sum = self.product(depth)?;
         while let Some(sign) = ['+', '-'].into_iter().find(|sign| self.takes(&sign.to_string())) {
@@ -155,7 +146,6 @@ impl<'a> Parser<'a> {
         Ok(sum)
     }
 
-    /// Parses a product or quotient of factors.
     fn product(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         let mut product = self.factor(depth)?;
         while let Some(sign) = ['*', '/'].into_iter().find(|sign| self.takes(&sign.to_string())) {
@@ -164,7 +154,7 @@ impl<'a> Parser<'a> {
         Ok(product)
     }
 
-    /// Parses a number, a name, or an expression in parentheses, each with or without a minus sign.
+    /// Parses a number, a name, or an expression in parentheses, with or without a minus sign.
     fn factor(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         if depth > DEEPEST {
             return Err((format!("`{}` is nested too deeply", self.text), EXAMPLE.to_owned()));
@@ -233,7 +223,6 @@ impl<'a> Parser<'a> {
         quoted_list(&names, "`")
     }
 
-    /// The value of the axis or key `name` as an expression.
     fn axis(&mut self, name: &str) -> Result<Expression, MessageAndHelp> {
         let known = self.known();
         let Some(&(_, i, k)) = known.iter().find(|(known, ..)| *known == name) else {
@@ -262,7 +251,6 @@ mod tests {
         ]
     }
 
-    /// Values of the combinations that meet a requirement.
     fn kept(text: &str) -> Vec<[f64; 2]> {
         let axes = axes();
         let requirement = Requirement::parse(text, &axes).expect(text);
@@ -271,7 +259,7 @@ mod tests {
         combinations(&axes, &[requirement]).iter().map(number).collect()
     }
 
-    /// Truth: the combinations that meet a requirement are those found by hand. Decimals that differ only by rounding are equal.
+    /// Truth: combinations found by hand. Decimals that differ only by rounding are equal.
     #[test]
     fn requirements_are_arithmetic() {
         assert_eq!(kept("tilt + 'the angle' == 2.3"), [[0.3, 2.0]]);
@@ -283,7 +271,7 @@ mod tests {
         assert!(kept("1 / tilt < 0").is_empty(), "nothing is below 0, a division by 0 is not either");
     }
 
-    /// Truth: each kind of error in a condition has its own message and a help text; docs/study.md defines the valid conditions.
+    /// Truth: each kind of error has its own message and help (docs/study.md).
     #[test]
     fn mistakes_are_named() {
         for (text, words) in [

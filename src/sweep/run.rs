@@ -1,4 +1,4 @@
-//! Runs of a study: computed in parallel, each with its own folder.
+//! Runs of a study, computed in parallel.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -22,7 +22,6 @@ use crate::sweep::plots::pictures;
 use crate::sweep::share::{Concurrency, plan_concurrency};
 use crate::sweep::table::{StudyResult, StudyRun};
 
-/// Reason why the results in a folder are not used.
 const STALE_FOLDER: &str = "the results in its folder are from another scene, other values or another version, or older than a file of the scene";
 
 /// A study with the settings of its execution.
@@ -52,7 +51,6 @@ pub struct StudyOutcome {
     pub problems: Vec<String>,
 }
 
-/// A finished run.
 struct FinishedRun {
     number: usize,
     result: StudyRun,
@@ -60,7 +58,6 @@ struct FinishedRun {
     kept: bool,
 }
 
-/// Message from a worker thread.
 enum WorkerMessage {
     Ended(Box<FinishedRun>),
     Problem(String),
@@ -116,14 +113,13 @@ impl StudyRunner<'_> {
         ended
     }
 
-    /// Computes one run after the other until none is left or the study is stopped.
     fn worker(&self, threads: usize, numbers: &[usize], next: &AtomicUsize, said: &Sender<WorkerMessage>) {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(threads).spawn_handler(start_pool_thread).build();
         let pool = match pool {
             Ok(pool) => pool,
             Err(error) => {
-                // Sending can fail only at the end of the study, when the receiver is dropped.
+                // Sending fails only after the end of the study.
                 let _ = said.send(WorkerMessage::Problem(format!(
                     "the threads for a run cannot be started: {error}"
                 )));
@@ -156,7 +152,7 @@ impl StudyRunner<'_> {
         FinishedRun { number, result, code, kept }
     }
 
-    /// The result of `run`. A panic is caught and makes only this run fail.
+    /// A panic makes only this run fail.
     fn catch_panic(&self, number: usize, run: impl FnOnce() -> FinishedRun) -> FinishedRun {
         catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
             let message = panic_message(&*panic);
@@ -200,7 +196,7 @@ impl StudyRunner<'_> {
         run(&plan, Some(output), summary, job)
     }
 
-    /// Collects the results of all runs from their folders, however the runs were computed. Computes nothing.
+    /// Collects the results of all runs from their folders, without computing.
     pub fn collect(&self) -> StudyOutcome {
         let mut ended = StudyOutcome::default();
         for (number, spec) in self.sweep.runs.iter().enumerate() {
@@ -280,7 +276,7 @@ impl StudyRunner<'_> {
 mod tests {
     use super::*;
 
-    /// Truth: a panic in a run gives a failed run with exit code 1 and does not end the study.
+    /// Truth: a panic gives a failed run with exit code 1 and does not end the study.
     #[test]
     fn a_panic_ends_its_run_alone() {
         let folder = tempfile::tempdir().unwrap();

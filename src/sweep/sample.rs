@@ -4,7 +4,7 @@ use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue};
 use crate::sweep::spec::{SampleKeys, SampleMethod, SampledRange, Spacing};
 
-/// Number of digits after the first digit to which sampled numbers are rounded.
+/// Digits after the first digit to which sampled numbers are rounded.
 const DIGITS: usize = 11;
 
 /// Points in the unit cube, `[count][dimensions]`.
@@ -38,10 +38,7 @@ fn points(keys: &SampleKeys, dimensions: usize) -> Vec<Vec<f64>> {
 /// Maximum number of dimensions that both methods support.
 pub(super) const MOST_DIMENSIONS: usize = 256;
 
-/// The sampled numbers of each range, `[dimensions][count]`. Each range comes with its key in the study file.
-///
-/// # Errors
-/// If ranges are invalid or there are too many ranges. The list contains all errors.
+/// The sampled numbers of each range, `[dimensions][count]`, or all errors. Each range comes with its key in the study file.
 pub(super) fn values(
     keys: &SampleKeys,
     ranges: &[(&SampledRange, String)],
@@ -83,7 +80,7 @@ pub(super) fn values(
     Ok(ranges.iter().enumerate().map(column).collect())
 }
 
-/// The number at the fraction `share` (0 to 1) of a range, rounded to [`DIGITS`] digits after the first digit.
+/// The number at the fraction `share` (0 to 1) of a range, rounded to [`DIGITS`] digits after the first.
 fn within(range: &SampledRange, share: f64) -> f64 {
     let SampledRange { from, to, spacing } = *range;
     let between = |a: f64, b: f64| a * (1.0 - share) + b * share;
@@ -102,16 +99,16 @@ mod tests {
         SampleKeys { method, count, seed }
     }
 
-    /// Divides dimension `k` of the unit cube into `parts` equal intervals, and returns how many of them contain a point.
+    /// Number of `parts` equal intervals of dimension `k` that contain a point.
     fn parts_met(points: &[Vec<f64>], k: usize, parts: usize) -> usize {
         let mut met = vec![false; parts];
         points.iter().for_each(|point| met[(point[k] * parts as f64) as usize] = true);
         met.into_iter().filter(|met| *met).count()
     }
 
-    /// Truth: a Latin hypercube has one point in each of `count` equal intervals of each axis. So does a scrambled Sobol sequence
-    /// if `count` is a power of two. In the first two axes, every cell of a 2^a x 2^b grid with `count` cells then contains one
-    /// point (McKay et al. 1979; Owen 1995).
+    /// Truth: a Latin hypercube has one point in each of `count` equal intervals of each axis. So has a scrambled Sobol sequence
+    /// for powers of two. In its first two axes, every cell of a 2^a x 2^b grid with `count` cells then contains one point (McKay
+    /// et al. 1979; Owen 1995).
     #[test]
     fn points_are_stratified() {
         let latin = points(&keys(SampleMethod::LatinHypercube, 37, 5), 6);
@@ -132,7 +129,6 @@ mod tests {
         }
     }
 
-    /// Truth: equal seeds give equal points, different seeds different points.
     #[test]
     fn seeds() {
         for method in [SampleMethod::Sobol, SampleMethod::LatinHypercube] {
@@ -142,7 +138,7 @@ mod tests {
         }
     }
 
-    /// Truth: the mean of a sample is the middle of its range (4, and -7 for the decimal logarithm). Tolerance: 1/256 of the range.
+    /// Truth: the mean of a sample is the middle of its range (4, and -7 for the decimal logarithm), to 1/256 of the range.
     #[test]
     fn ranges_are_covered() {
         let linear = SampledRange { from: 2.0, to: 6.0, spacing: Spacing::Linear };

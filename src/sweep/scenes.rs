@@ -1,5 +1,3 @@
-//! Reads the scenes of the runs of a study.
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -11,21 +9,15 @@ use crate::scene::{self, Diagnostic, DiagnosticKind, Diagnostics, Document, Mesh
 use crate::sweep::axes::Axis;
 use crate::sweep::collect::CollectedQuantity;
 
-/// Reads the scene of each run and collects the errors.
 pub(super) struct SceneReader<'a> {
     document: &'a Document,
     scene: &'a Path,
-    /// Cache of the meshes of all runs.
     meshes: &'a MeshCache,
-    /// Errors of the study file.
     pub study_diagnostics: Vec<Diagnostic>,
-    /// Errors of the scene itself.
     scene_diagnostics: Option<Diagnostics>,
-    /// For each error of the scene: indices (from 0) of the affected runs, and the axis values of the first affected run.
+    /// Per error of the scene: indices (from 0) of the affected runs, and the axis values of the first one.
     runs_of_mistakes: Vec<(Vec<usize>, String)>,
-    /// Number of runs read.
     n_runs: usize,
-    /// The plan of the first run.
     pub first: Option<Plan>,
     steps: BTreeSet<String>,
     /// Kinds of the steps with wear jumps, by step name.
@@ -33,7 +25,6 @@ pub(super) struct SceneReader<'a> {
 }
 
 impl<'a> SceneReader<'a> {
-    /// A reader that has not read any scene.
     pub fn new(document: &'a Document, scene: &'a Path, meshes: &'a MeshCache) -> Self {
         let (steps, step_kinds) = (BTreeSet::new(), BTreeMap::new());
         Self {
@@ -50,7 +41,7 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// Reads the scene of a run. Returns its memory limit, or `None` if the scene is invalid.
+    /// Reads the scene of a run, and returns its memory limit if the scene is valid.
     pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<MemoryLimit> {
         self.n_runs += 1;
         match scene::read_with_meshes(self.scene, overrides, self.meshes) {
@@ -60,7 +51,7 @@ impl<'a> SceneReader<'a> {
                 self.step_kinds.extend(wear_steps.map(|step| (step.name.clone(), step.kind)));
                 let memory = plan.memory_limit;
                 if let Some(first) = &self.first {
-                    // If the scene gives no memory limit, all runs have the default limit of the first plan.
+                    // Without a limit in the scene, all runs have the default limit of the first plan.
                     let given = plan.solver.memory_limit.is_some();
                     let memory = if given { memory } else { first.memory_limit };
                     if first.units != plan.units {
@@ -75,7 +66,7 @@ impl<'a> SceneReader<'a> {
                 Some(memory)
             }
             Err(mistakes) => {
-                // An override with an invalid key hides other errors. The scene is read again without it.
+                // An override with an invalid key hides other errors, so the scene is read again without it.
                 let lost = |mistake: &Diagnostic| match &mistake.location {
                     Location::SetOption(option) if mistake.kind == DiagnosticKind::BadOverride => {
                         Some(option.clone())
@@ -102,7 +93,7 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// Assigns errors to the keys or values of the study that cause them, or else to the scene itself.
+    /// Assigns errors to the keys or values of the study that cause them, or else to the scene.
     fn sort_diagnostics(&mut self, mistakes: Diagnostics, axes: &[Axis], choice: &[usize]) {
         let mut remaining = mistakes.clone();
         remaining.list.clear();
@@ -128,7 +119,7 @@ impl<'a> SceneReader<'a> {
         let run = self.n_runs - 1;
         for mistake in std::mem::take(&mut remaining.list) {
             let known = &mut self.scene_diagnostics.get_or_insert_with(|| remaining.clone()).list;
-            // Messages of different runs are not compared, because the numbers in these messages may differ.
+            // Messages may contain numbers that differ between runs.
             let is_same = |(other, (runs, _)): (&Diagnostic, &(Vec<usize>, String))| {
                 *other == mistake
                     || runs.last() != Some(&run)
@@ -149,7 +140,7 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// Errors of the scene itself. If only some runs have an error, its message names the axis values of the first of these runs.
+    /// Errors of the scene. If only some runs have an error, its message names the axis values of the first one.
     pub fn scene_diagnostics(&self) -> Option<Diagnostics> {
         let mut diagnostics = self.scene_diagnostics.clone()?;
         for (mistake, (runs, values)) in diagnostics.list.iter_mut().zip(&self.runs_of_mistakes) {
@@ -161,7 +152,7 @@ impl<'a> SceneReader<'a> {
         Some(diagnostics)
     }
 
-    /// Path in the study file of the key or value that causes an error of a scene, if there is one.
+    /// Path in the study file of the key or value that causes an error of a scene.
     fn study_key_of(&self, mistake: &Diagnostic, axes: &[Axis], choice: &[usize]) -> Option<String> {
         let Location::SetOption(option) = &mistake.location else { return None };
         let (key, _) = option.split_once('=')?;
@@ -174,7 +165,6 @@ impl<'a> SceneReader<'a> {
         None
     }
 
-    /// Reports quantities whose step does not occur in any run.
     pub fn check_steps(&mut self, lists: [(&Vec<CollectedQuantity>, &str); 2]) {
         if self.first.is_none() {
             return;

@@ -9,7 +9,7 @@ use crate::scene::document::{TomlNode, TomlValue};
 use crate::sweep::axes::Axis;
 use crate::sweep::read::Sweep;
 
-/// Sections of a scene whose numbers do not change the size of the problem.
+/// Sections whose numbers do not change the size of the problem.
 const SECTIONS_WITHOUT_MEMORY: [&str; 6] = ["title", "units", "materials", "friction", "wear", "gap"];
 
 /// Number of parallel runs, and threads of each.
@@ -22,8 +22,8 @@ pub struct Concurrency {
 }
 
 impl Sweep {
-    /// Largest estimated memory of the runs with the indices `numbers`, bytes; `None` if no run has an estimate. Runs that differ
-    /// only in values without effect on memory are estimated once. Runs with an invalid scene do not count.
+    /// Largest estimated memory of the runs with the indices `numbers`, bytes; `None` without an estimate. Runs that differ only in
+    /// values without effect on memory are estimated once.
     pub fn largest_memory(&self, numbers: &[usize]) -> Option<f64> {
         let sizing: Vec<usize> =
             (0..self.axes.len()).filter(|&axis| may_change_memory(&self.axes[axis])).collect();
@@ -44,7 +44,6 @@ fn may_change_memory(axis: &Axis) -> bool {
     !axis.values.iter().flatten().all(is_number) || axis.keys.iter().any(|key| sets_size(key))
 }
 
-/// Whether a number at this key of the scene may change the size of the problem.
 fn sets_size(key: &str) -> bool {
     let mut segments = key.split('.');
     let section = segments.next().unwrap_or("");
@@ -67,7 +66,6 @@ pub fn plan_concurrency(runs: usize, threads: usize, needed: Option<f64>, free: 
 mod tests {
     use super::*;
 
-    /// Truth: parallel runs need at most the given threads and memory, but at least one run is computed.
     #[test]
     fn threads_and_memory_suffice() {
         let shares = |runs, threads, needed, free| {

@@ -137,7 +137,7 @@ impl StudyRun {
         self.results.get(path)?.as_f64()
     }
 
-    /// The points of a curve.
+    /// Points of a curve.
     pub fn curve(&self, path: &str) -> Vec<[f64; 2]> {
         let points = self.curve_points.get(path).and_then(Value::as_array).into_iter().flatten();
         points.filter_map(|point| Some([point.get(0)?.as_f64()?, point.get(1)?.as_f64()?])).collect()
@@ -163,10 +163,10 @@ impl StudyResult {
         }
     }
 
-    /// The results as JSON text.
+    /// The results as JSON text; numbers that are not finite become null.
     ///
     /// # Errors
-    /// If serialisation fails. Numbers that are not finite do not cause this, because they become null.
+    /// If serialisation fails.
     pub fn to_json(&self) -> Result<String> {
         let text = serde_json::to_string_pretty(self).map_err(|error| {
             Error::numerical(format!("the results of the study cannot be written as JSON: {error}"))
@@ -209,8 +209,7 @@ impl StudyResult {
         archive.finish()
     }
 
-    /// CSV table with one row per run: values of the keys, status and collected quantities. It contains no times, so that it does
-    /// not depend on the number of threads.
+    /// CSV table with one row per run. Without times, so that it does not depend on the number of threads.
     pub fn to_csv(&self) -> String {
         let keys: Vec<&String> = self.axes.iter().flat_map(|axis| &axis.keys).collect();
         let fixed = ["status", "reason", "folder", "natural_residual"].map(str::to_owned);
@@ -232,7 +231,6 @@ impl StudyResult {
     }
 }
 
-/// A value as text; strings without the quotes of JSON.
 fn plain(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }

@@ -4,10 +4,7 @@
 //! the step sizes, R the gaps per unit motion. The tractions must do the prescribed work F on each motion, Σ A R·P = F with cell
 //! areas A (docs/theory-contact.md).
 //!
-//! For given radii of the friction discs the admissible set is convex, and ρ minimises a convex potential. Damped Newton steps find
-//! ρ. The potential is piecewise quadratic in the normal components of P* - D R ρ and a Huber function of the tangential
-//! components. The radii are the computed pressures, so that each minimisation uses the pressures of the previous one. If the
-//! pressures do not depend on the tangential tractions, as on flat frames, the second minimisation is exact.
+//! For given radii of the friction discs, ρ minimises a convex potential. The radii are the pressures of the previous minimisation.
 
 mod potential;
 
@@ -16,8 +13,7 @@ use nalgebra::{DMatrix, SVector, SymmetricEigen};
 use super::friction_scaling::FrictionScaling;
 use crate::laws::friction::FrictionEllipse;
 
-/// Largest number of additional rigid modes of an increment. These are at most six modes of unconstrained bodies, or three
-/// rotations of body 2.
+/// Largest number of additional rigid modes of an increment: six of unconstrained bodies, or three rotations of body 2.
 pub const MAX_RIGID_MODES: usize = 6;
 
 /// Number of components of a relative rigid motion: along the frame's x, y, n, then the additional modes.
@@ -29,8 +25,8 @@ pub type RigidMotion = [f64; MOTION_COMPONENTS];
 /// Vector of one value per unknown motion; its remaining entries are zero.
 type MotionValues = SVector<f64, MOTION_COMPONENTS>;
 
-/// Largest eigenvalue of the Gram matrix of the gaps at which a combination of motions counts as unresisted. The motions are scaled
-/// to unit mean square gap.
+/// Largest eigenvalue of the Gram matrix of the gaps at which a combination of motions, scaled to unit mean square gap, is
+/// unresisted.
 const RANK_TOLERANCE: f64 = 1e-12;
 
 /// Rounding error of the work of the loads on an unresisted motion, relative to the largest prescribed work on a motion.
@@ -60,7 +56,7 @@ pub struct StepSizes {
     pub tangential: f64,
 }
 
-/// Relation between tangential tractions and their predictors, the tractions before the friction limit applies.
+/// Relation between tangential tractions and their predictors, the tractions before the friction limit.
 #[derive(Clone, Copy)]
 enum FrictionBound<'a> {
     /// Unlimited friction: the traction equals the predictor.
@@ -71,7 +67,7 @@ enum FrictionBound<'a> {
     Saturated(&'a [f64], MotionValues),
 }
 
-/// Unknown motion, and the work that the tractions must do on this motion.
+/// Unknown motion, and the work that the tractions must do on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BalanceConstraint {
     /// Unknown motion.
@@ -89,7 +85,6 @@ pub struct UnresistedLoad {
     pub work: f64,
 }
 
-/// Cells of the frame on which motions are balanced.
 #[derive(Clone, Copy)]
 pub(super) struct BalanceCells<'a> {
     /// Cell areas, `[N]`.
@@ -107,11 +102,10 @@ pub struct Balance {
     /// Scaled gap per unit of each motion, by cell: `[N, m]` of components along friction axes 1, 2 and the normal.
     columns: Vec<[f64; 3]>,
     target_work: MotionValues,
-    /// Motions without resistance and without load. They keep their values.
+    /// Motions without resistance and without load, which keep their values.
     pub unresisted_motions: Vec<RigidMotion>,
 }
 
-/// Start of a projection.
 #[derive(Clone, Copy)]
 pub(super) struct ProjectionStart<'a> {
     /// Scaled tractions, `[3, N]`.
@@ -122,9 +116,8 @@ pub(super) struct ProjectionStart<'a> {
 }
 
 impl Balance {
-    /// Creates the balance of the motions `wanted`, on cells of the given areas under a friction law. `gap(component, cell)` is the
-    /// local gap (x, y, n) per unit of a component of motion. Motions that move no cell against pressure or friction are fixed if
-    /// no load acts on them.
+    /// Creates the balance of the motions `wanted`. `gap(component, cell)` is the local gap (x, y, n) per unit of a component of
+    /// motion. Motions that move no cell against pressure or friction are fixed if no load acts on them.
     ///
     /// # Errors
     /// If a load acts along a motion that no traction resists. Returns the first such motion.
@@ -137,11 +130,7 @@ impl Balance {
         Self::new(BalanceCells { areas, hat: friction.map(FrictionScaling::new) }, gap, wanted)
     }
 
-    /// Creates the balance of the motions `wanted` on `cells`. `gap(component, cell)` is the local gap (x, y, n) per unit of a
-    /// component of motion. Motions that move no cell against pressure or friction are fixed if no load acts on them.
-    ///
-    /// # Errors
-    /// If a load acts along a motion that no traction resists. Returns the first such motion.
+    /// As [`Self::for_frame`].
     fn new(
         cells: BalanceCells,
         gap: impl Fn(usize, usize) -> [f64; 3],
@@ -211,12 +200,10 @@ impl Balance {
         }
     }
 
-    /// Gap per unit of each motion in a cell, `[m]`.
     fn row(&self, cell: usize) -> &[[f64; 3]] {
         &self.columns[cell * self.n..(cell + 1) * self.n]
     }
 
-    /// Scaled gap of the motion `rho` in a cell.
     fn gap(&self, cell: usize, rho: &MotionValues) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (column, r) in self.row(cell).iter().zip(rho.iter()) {
@@ -233,12 +220,10 @@ impl Balance {
         sum
     }
 
-    /// The unknown motions, with the prescribed work on each.
     pub(super) fn constraints(&self) -> impl Iterator<Item = (RigidMotion, f64)> {
         self.motions.iter().copied().zip(self.target_work.iter().copied())
     }
 
-    /// The balance of the same motions and works on the cells `cells` alone.
     pub(super) fn restricted_to(&self, cells: &[usize]) -> Self {
         let columns = cells.iter().flat_map(|&cell| self.row(cell)).copied().collect();
         Self {
@@ -265,8 +250,7 @@ impl Balance {
         if defect == 0.0 { 0.0 } else { defect / size }
     }
 
-    /// Projects a predictor onto the tractions that do the prescribed works, writes them to `out`, and returns the motion ρ. Also
-    /// returns how equilibrium is lost, if no motion balances the works. Does not allocate.
+    /// Projects a predictor onto the tractions that do the prescribed works, writes them to `out`, and returns the motion ρ.
     pub(super) fn project(
         &self,
         cells: BalanceCells,
@@ -305,7 +289,6 @@ impl Balance {
     }
 }
 
-/// Gap per unit of each motion in `wanted`, `[N, m]`.
 fn raw_columns(
     cells: BalanceCells,
     gap: impl Fn(usize, usize) -> [f64; 3],
@@ -331,7 +314,6 @@ fn resisted_product(a: [f64; 3], b: [f64; 3], friction: bool) -> f64 {
     tangential + a[2] * b[2]
 }
 
-/// The motion, scaled so that its largest component has magnitude 1.
 fn with_unit_maximum(motion: RigidMotion) -> RigidMotion {
     let largest = motion.iter().fold(0.0f64, |m, c| m.max(c.abs()));
     if largest > 0.0 { motion.map(|c| c / largest) } else { motion }

@@ -1,5 +1,4 @@
-//! Convex potential of a balance, and its minimisation by Newton's method. The minimum is the motion for which the tractions do the
-//! prescribed works.
+//! Convex potential of a balance. Its minimum is the motion for which the tractions do the prescribed works.
 
 use nalgebra::{SMatrix, SymmetricEigen};
 
@@ -8,16 +7,13 @@ use super::{
     ProjectionStart, StepSizes, with_unit_maximum,
 };
 
-/// Largest number of Newton steps for one set of friction radii.
 const MAX_NEWTON_STEPS: usize = 80;
 
-/// Largest relative defect of the works at the end of Newton's method. A larger defect means that equilibrium is lost. This number
-/// is also a bound on eigenvalues, relative to the largest one: motions with a larger eigenvalue change normal gaps.
+/// Largest relative defect of the works in equilibrium. Also the relative eigenvalue above which a motion changes normal gaps.
 const UNBALANCED_SHARE: f64 = 1e-6;
 
 type Matrix = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
 
-/// Potential with its gradient and Hessian.
 struct PotentialValue {
     potential: f64,
     gradient: MotionValues,
@@ -31,8 +27,8 @@ impl Balance {
     /// change normal gaps and are orthogonal to the sliding motion.
     ///
     /// # Errors
-    /// If the potential is unbounded below, because no motion gives the prescribed works with these radii: returns a direction of
-    /// unbounded decrease. If the works at the end differ from the prescribed works: returns the last Newton direction.
+    /// If no motion gives the prescribed works with these radii. Returns a direction of unbounded decrease, or the last Newton
+    /// direction.
     pub(super) fn minimise(
         &self,
         cells: BalanceCells,
@@ -45,7 +41,6 @@ impl Balance {
         } else {
             None
         };
-        // Projects onto the motions that pressures can balance and that are orthogonal to the sliding motion.
         let across = |v: MotionValues| match fixed {
             None => v,
             Some((d, pressing)) => {
@@ -63,8 +58,7 @@ impl Balance {
             if error <= 1e-14 * here.size {
                 return Ok(());
             }
-            // The floor makes the matrix regular if no cell touches or all cells slip in one direction. It limits a step to about
-            // 10 (|rho| + size / stiffness).
+            // The floor makes the matrix regular if no cell touches or all cells slip in one direction.
             let floor = 0.1 * error / (rho.norm() + here.size / stiffness);
             let mut matrix = here.hessian;
             (0..MOTION_COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
@@ -99,7 +93,6 @@ impl Balance {
         last.filter(|_| undone).map_or(Ok(()), Err)
     }
 
-    /// Projector onto the motions that change normal gaps.
     fn normal_motion_projector(&self, cells: BalanceCells) -> Matrix {
         let mut gram = Matrix::zeros();
         for (cell, area) in cells.areas.iter().enumerate() {
@@ -184,8 +177,8 @@ impl Balance {
         }
     }
 
-    /// Returns the potential of the predictor `star` in a cell, its gradient (the traction), and the derivatives of the traction.
-    /// The potential is Huber's function; for a constant traction it is the product of traction and predictor.
+    /// Huber function of the predictor `star` in a cell, its gradient (the traction), and the derivatives of the traction. With a
+    /// given traction, the function is linear.
     fn tangential(
         &self,
         cell: usize,
@@ -221,7 +214,7 @@ impl Balance {
         if norm > 0.0 { [-radius * gap[0] / norm, -radius * gap[1] / norm] } else { [0.0; 2] }
     }
 
-    /// Returns whether the potential falls without bound along `direction`: no cell closes, and friction does not balance the load.
+    /// Returns whether no cell closes along `direction` and friction does not balance the load.
     fn is_unbounded_along(
         &self,
         cells: BalanceCells,
@@ -246,7 +239,6 @@ impl Balance {
         closing >= -1e-9 * largest && driven > resisted * (1.0 + 1e-12)
     }
 
-    /// Describes the loss of equilibrium along the motion `direction`.
     pub(super) fn failure(
         &self,
         cells: BalanceCells,
@@ -269,7 +261,7 @@ impl Balance {
         (*direction, failure)
     }
 
-    /// Computes the pressures at the motion `rho`. Returns whether they equal the previous values to rounding.
+    /// Returns whether the pressures equal the previous ones to rounding.
     pub(super) fn write_pressures(
         &self,
         from: ProjectionStart,
@@ -288,8 +280,7 @@ impl Balance {
         change <= 1e-14 * largest
     }
 
-    /// Computes the projected tractions at the motion `rho`. If `sliding` is given, all tangential tractions are at their limits,
-    /// opposite to `sliding`.
+    /// If `sliding` is given, all tangential tractions are at their limits, opposite to `sliding`.
     pub(super) fn write(
         &self,
         cells: BalanceCells,
@@ -333,7 +324,6 @@ mod tests {
         ((k as f64) * 0.618_033_988_75).fract() - 0.5
     }
 
-    /// Balance on cells with irregular gaps. A normal force, a tangential force and a moment are prescribed.
     fn bowl(areas: &[f64], hat: FrictionScaling) -> Balance {
         let gap = |component: usize, cell: usize| match component {
             0 => [1.0, 0.2 * number(cell), number(3 * cell)],

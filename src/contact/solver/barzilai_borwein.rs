@@ -3,7 +3,7 @@
 //!
 //! The step sizes alternate between s·s / s·y and s·y / y·y. s is the change of the scaled tractions, y the change of the gradient.
 //! Step sizes are clipped to [1, r] / λ_max, with λ_max the estimated largest eigenvalue of the block. r is 1000 at first; each
-//! restart divides it by 4, but not below 2. The iteration is nonmonotone and keeps the best state.
+//! restart divides it by 4, but not below 2.
 
 use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
@@ -54,8 +54,7 @@ fn products(
     sums
 }
 
-/// Adds the products of the path point `end`, which has a balance. Its rigid motion is a Lagrange multiplier, so the change of gap
-/// that this motion causes is subtracted from every component of y.
+/// Adds the products of the path point `end`, which has a balance. The change of gap by its rigid motion is subtracted from y.
 fn add_balanced(
     problem: &Increment,
     old: &ContactState,
@@ -119,8 +118,7 @@ impl StepRule for BarzilaiBorweinRule {
     }
 }
 
-/// Solves from the state in `it`. Afterwards `it` contains the best state, or the last state if equilibrium is lost or a value is
-/// not finite.
+/// As [`run_projected_gradient`].
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let shortest = step_sizes(problem, it, 1.0);
     let mut rule =

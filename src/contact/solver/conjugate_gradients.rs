@@ -4,8 +4,8 @@
 //! pressure. Under a prescribed force the sum of A p is fixed.
 //!
 //! Each step minimises the energy along a direction that is conjugate to the previous one on the cells in contact. Negative
-//! pressures are set to zero, and their cells leave the contact. Cells with overlap enter the contact. The residual is
-//! preconditioned with the approximate inverse of S, or with the inverse of its diagonal if S has no approximate inverse.
+//! pressures are set to zero. Cells with overlap enter the contact. The residual is preconditioned with the approximate inverse of
+//! S, or with the inverse of its diagonal.
 //!
 //! # Source
 //! Polonsky and Keer 1999, "A numerical method for solving rough contact problems based on the multi-level multi-summation and
@@ -17,16 +17,14 @@ use super::super::{ContactState, Increment, NormalControl, TangentialControl};
 use super::control::SolveControl;
 use super::report::SolveReport;
 
-/// Number of iterations without a new best residual after which the method stops and the next method of the sequence continues.
+/// Number of iterations without a new best residual after which the next method continues.
 const MAX_STEPS_WITHOUT_GAIN: usize = 200;
 
 /// Factor on the step length if setting negative pressures to zero raised the energy.
 const BACKTRACK_FACTOR: f64 = 0.25;
-/// Largest number of trial lengths of one step.
 const MAX_BACKTRACKS: usize = 8;
 
-/// Returns whether only pressures are unknown: one path point, no friction, no wear, and a rigid motion that is given or follows
-/// from a positive normal force.
+/// Returns whether only pressures are unknown, with a rigid motion that is given or follows from a positive normal force.
 pub(super) fn is_applicable(problem: &Increment) -> bool {
     let [end] = problem.path_points.as_slice() else { return false };
     let pulled = matches!(end.normal, NormalControl::Force(force) if force <= 0.0);
@@ -68,7 +66,6 @@ impl CgWorkspace {
     }
 }
 
-/// Solves from the state in `it`. Afterwards `it` contains the last state.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let n = problem.n();
     let mut work = CgWorkspace::new(n);
@@ -104,7 +101,7 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
             if work.product_before.take().is_none() {
                 return report;
             }
-            // The previous direction is not conjugate on the present contact: repeat the step without it.
+            // The previous direction is not conjugate on the present contact.
             report.applications += 1;
             continue;
         };
@@ -154,8 +151,8 @@ fn start(problem: &Increment, it: &mut ContactState) {
     }
 }
 
-/// Updates the normal gap, the rigid motion under a prescribed force, the active cells and their residual, from the pressures and S
-/// p of `it`. Returns the natural residual without the force defect.
+/// Updates the normal gap, the rigid motion under a prescribed force, the active cells and their residual. Returns the natural
+/// residual without the force defect.
 fn update_active_set(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> f64 {
     let n = problem.n();
     problem.fill_normal_gap(it, 0);
@@ -185,7 +182,6 @@ fn update_active_set(problem: &Increment, it: &mut ContactState, work: &mut CgWo
     if sum.is_nan() { f64::NAN } else { residual }
 }
 
-/// Result of a step.
 struct CgStep {
     /// Number of products with S.
     products: usize,
@@ -193,7 +189,7 @@ struct CgStep {
     cut: bool,
 }
 
-/// Takes a step along the next conjugate direction. Returns `None` if the step length is not positive and finite.
+/// Takes a step. Returns `None` if its length is not positive and finite.
 fn step(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> Option<CgStep> {
     let n = problem.n();
     work.pressures_before.copy_from_slice(&it.scaled[2 * n..]);
@@ -232,7 +228,7 @@ fn step(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> O
     }
 }
 
-/// Adds `length` times `direction` to `pressures` and sets negative pressures to zero. Returns whether any pressure was negative.
+/// Returns whether any pressure was negative.
 fn advance(pressures: &mut [f64], direction: &[f64], length: f64) -> bool {
     let mut cut = false;
     for (p, d) in pressures.iter_mut().zip(direction) {

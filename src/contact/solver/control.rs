@@ -49,10 +49,9 @@ impl Default for SolverOptions {
 /// Callback between iterations, with the iteration count and the residual. Returning `true` cancels the solve.
 pub type IterationCallback<'a> = dyn FnMut(usize, f64) -> bool + 'a;
 
-/// Settings and callback of one stage of a solve, and the iterations of the stages before it.
+/// Settings and callback of one stage of a solve.
 pub(super) struct SolveControl<'a> {
     pub(super) options: SolverOptions,
-    /// Iterations of the earlier stages of the solve.
     iterations_before: usize,
     watch: &'a mut IterationCallback<'a>,
 }
@@ -62,7 +61,6 @@ impl<'a> SolveControl<'a> {
         Self { options, iterations_before: 0, watch }
     }
 
-    /// Control for the rest of the solve after `iterations` iterations of the current stage.
     pub(super) fn rest(&mut self, iterations: usize) -> SolveControl<'_> {
         let max_iterations = self.options.max_iterations.saturating_sub(iterations);
         SolveControl {
@@ -72,13 +70,11 @@ impl<'a> SolveControl<'a> {
         }
     }
 
-    /// Calls the callback. Returns whether the solve is cancelled.
     pub(super) fn is_cancelled(&mut self, iterations: usize, residual: f64) -> bool {
         (self.watch)(self.iterations_before + iterations, residual)
     }
 
-    /// Returns why the solve ends after `iterations` iterations at the given residual, or `None` if it continues. `exhausted`
-    /// states that no iterations are left.
+    /// `exhausted` states that no iterations are left.
     pub(super) fn stop_reason(
         &mut self,
         iterations: usize,
@@ -97,6 +93,5 @@ impl<'a> SolveControl<'a> {
     }
 }
 
-/// Solver that a method calls for a part of its problem. It starts from the tractions and rigid motions in the state. Afterwards
-/// the state is the solution, or the best or last state found.
+/// Solver that a method calls for a part of its problem. It updates the state to the solution, or to the best or last state found.
 pub(super) type PartSolver = fn(&Increment, &mut ContactState, &mut SolveControl) -> SolveReport;

@@ -17,7 +17,6 @@ pub use report::{SolveReport, StopReason};
 use super::{ContactState, Increment, NormalControl};
 use control::SolveControl;
 
-/// Solver of an increment on all cells.
 #[derive(Clone, Copy)]
 enum IncrementSolver {
     ConjugateGradients,
@@ -37,7 +36,6 @@ impl IncrementSolver {
         }
     }
 
-    /// Solves from the tractions and rigid motions in `it`. Afterwards `it` contains the best or the last state.
     fn solve(self, problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         match self {
             Self::ConjugateGradients => conjugate_gradients::solve(problem, it, control),
@@ -48,8 +46,7 @@ impl IncrementSolver {
     }
 }
 
-/// Solvers in the order in which they are tried. Each solver continues from the state at which the previous solver stopped making
-/// progress.
+/// Solvers in the order in which they are tried. Each solver continues from the last state of the previous one.
 fn solver_sequence(method: Method, problem: &Increment) -> Vec<IncrementSolver> {
     use IncrementSolver::{BarzilaiBorwein, ConjugateGradients, Newton, Uzawa};
     match method {
@@ -64,8 +61,8 @@ fn solver_sequence(method: Method, problem: &Increment) -> Vec<IncrementSolver> 
     }
 }
 
-/// Solves the increment from the tractions and rigid motions in `it`. Afterwards `it` contains the solution. If the solve did not
-/// converge, `it` contains the best or the last state.
+/// Solves the increment from the tractions and rigid motions in `it`. Afterwards `it` contains the solution, or the best or the
+/// last state.
 pub fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -99,7 +96,7 @@ fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
             it.gap[planes.clone()][2 * n..].iter().copied().fold(f64::INFINITY, f64::min)
         };
         it.rigid_motion[end][2] -= least(it);
-        // Separates the bodies until no overlap is left from rounding. Without pressure, the residual has no scale for an overlap.
+        // Without pressure, the residual has no scale for an overlap that rounding leaves.
         let mut lift = least(it).abs();
         while least(it) < 0.0 {
             it.rigid_motion[end][2] += lift;
@@ -108,7 +105,6 @@ fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
     }
 }
 
-/// Solves from coarse to fine cells and on windows if [`solves_windows`] allows it, and on all cells otherwise.
 fn solve_nested(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     if !solves_windows(problem.flexibility.grid(), &control.options) {
         return solve_by_sequence(problem, it, control);
@@ -120,7 +116,6 @@ fn solve_nested(problem: &Increment, it: &mut ContactState, control: &mut SolveC
     solve_by_sequence(problem, it, &mut control.rest(report.iterations)).with_work_of(&report)
 }
 
-/// Solves on all cells with the methods of the sequence, one after the other.
 fn solve_by_sequence(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let mut total = SolveReport::default();
     for (index, solver) in solver_sequence(control.options.method, problem).into_iter().enumerate() {

@@ -1,9 +1,7 @@
 //! Solves for the pressures first and for the tangential tractions afterwards.
 //!
 //! Applies to pairs of bodies whose normal and tangential problems do not couple: bodies of equal elastic constants, or
-//! incompressible bodies on rigid bodies. Each pressure iteration costs one product with the normal part of the operator. The
-//! tangential equations then have a given friction limit in every cell. They have two components instead of three, in the cells in
-//! contact only.
+//! incompressible bodies on rigid bodies. The tangential equations have a given friction limit in every cell.
 //!
 //! # Source
 //! Johnson 1985, Contact Mechanics, section 7.2: the normal and the tangential problem of similar bodies are independent.
@@ -13,12 +11,12 @@ use super::control::{Method, PartSolver, SolveControl, SolverOptions};
 use super::report::{SolveReport, StopReason};
 use crate::omitted::OmittableWork;
 
-/// Share of the tolerance for the pressures. An error of the pressures is also an error of the friction limits.
+/// Share of the tolerance for the pressures, whose errors are also errors of the friction limits.
 const PRESSURE_TOLERANCE_SHARE: f64 = 0.2;
 /// Share of the tolerance for the tangential tractions.
 const TANGENTIAL_TOLERANCE_SHARE: f64 = 0.7;
 
-/// Returns whether the increment separates into a normal and a tangential problem that are solved one after the other.
+/// Returns whether normal and tangential problem are solved one after the other.
 pub(super) fn is_applicable(problem: &Increment, options: &SolverOptions) -> bool {
     let [end] = problem.path_points.as_slice() else { return false };
     let laws = problem.friction.is_some() && problem.wear.is_none();
@@ -39,7 +37,6 @@ pub(super) fn without_friction<'p>(problem: &Increment<'p>) -> Increment<'p> {
     Increment { friction: None, scales: problem.scales.clone(), path_points, ..*problem }
 }
 
-/// Solves from the state in `it`, each of the two problems with `solver`.
 pub(super) fn solve(
     problem: &Increment,
     it: &mut ContactState,

@@ -9,23 +9,20 @@ use super::report::{SolveReport, StopReason};
 
 /// Chooses the step sizes of the next iteration from the last change of tractions and gradient.
 pub(super) trait StepRule {
-    /// Step sizes of the first iteration.
     fn first(&self) -> StepSizes;
-    /// Step sizes after the iterate changed from `old` to `new`.
     fn next(&mut self, problem: &Increment, old: &ContactState, new: &ContactState) -> StepSizes;
     /// Step sizes after the iteration has returned to its best state, because the residual stopped decreasing.
     fn restart(&mut self) -> StepSizes;
 }
 
-/// Number of consecutive iterations without equilibrium after which a solve with balances ends, even if the pressures have not
-/// converged.
+/// Number of consecutive iterations without equilibrium after which a solve with balances ends.
 const MAX_STEPS_WITHOUT_EQUILIBRIUM: usize = 300;
 
 /// Number of iterations without a new best residual after which the iteration returns to its best state.
 const MAX_STEPS_WITHOUT_GAIN: usize = 400;
 
 /// Evaluates the state. Returns `factor` divided by estimates of the largest eigenvalues of the normal and tangential blocks of the
-/// increment. The estimates include the diagonal of the wear and the coupling of the path points.
+/// increment.
 pub(super) fn step_sizes(problem: &Increment, it: &mut ContactState, factor: f64) -> StepSizes {
     problem.evaluate(it);
     let ends = problem.path_points.len() as f64;
@@ -107,7 +104,6 @@ pub(super) fn run_projected_gradient(
     report
 }
 
-/// Computes and evaluates `next` = proj(P - a ĝ(P)) from the state `it` with the tractions P and the step sizes a.
 fn gradient_step(
     problem: &Increment,
     it: &ContactState,
@@ -126,7 +122,6 @@ fn finite_motions(it: &ContactState) -> bool {
     it.rigid_motion.iter().flatten().chain(it.mode_amplitudes.iter().flatten()).all(|x| x.is_finite())
 }
 
-/// Best state so far.
 struct BestState {
     unknowns: Unknowns,
     measure: f64,
@@ -140,7 +135,6 @@ impl BestState {
         self.iteration = at;
     }
 
-    /// Restores and evaluates the best state.
     fn restore(&self, problem: &Increment, it: &mut ContactState, report: &mut SolveReport) {
         self.unknowns.restore_into(it);
         problem.evaluate(it);

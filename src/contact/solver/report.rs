@@ -1,4 +1,4 @@
-//! Result of a solve: numbers of iterations and operator applications, residual, and why the solve ended.
+//! Result of a solve.
 
 use super::super::balance::LossOfEquilibrium;
 
@@ -54,25 +54,23 @@ impl Default for SolveReport {
 }
 
 impl SolveReport {
-    /// Returns whether the residual met the tolerance.
     pub(super) fn converged(&self) -> bool {
         self.stop == StopReason::Converged
     }
 
-    /// Returns this report with the iterations and operator applications of another one added.
+    /// Adds the iterations and operator applications of another report.
     pub fn with_work_of(mut self, other: &Self) -> Self {
         self.add_work_of(other);
         self
     }
 
-    /// Adds the iterations and operator applications of another report.
+    /// As [`Self::with_work_of`], in place.
     pub fn add_work_of(&mut self, other: &Self) {
         self.iterations += other.iterations;
         self.applications += other.applications;
     }
 
-    /// Combines this report with the report of the next stage: sums the work, joins the method names, and keeps the outcome of
-    /// `next`.
+    /// Combines this report with the report of the next stage, whose outcome it keeps.
     pub(super) fn joined_with(self, next: Self) -> Self {
         let next = next.with_work_of(&self);
         let method = if self.method == next.method {
@@ -83,8 +81,7 @@ impl SolveReport {
         Self { method, ..next }
     }
 
-    /// Combines this report with the report of the solver `name`, which continued the solve. Sums the work and keeps the outcome of
-    /// `next`.
+    /// As [`Self::joined_with`], for the solver `name` that continued the solve.
     pub(super) fn followed_by(self, name: &str, next: Self) -> Self {
         let next = next.with_work_of(&self);
         let method = if self.method.is_empty() {

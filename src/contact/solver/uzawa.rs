@@ -1,9 +1,8 @@
 //! Uzawa predictor-corrector with radial return: the reference method (docs/theory-contact.md).
 //!
 //! Predictor: the gap for the current tractions. Corrector: p <- (p - r_n g_n)+, q <- radial return of q - r_t M² Δg_t on |q|_μ <=
-//! p. M = diag(μ1, μ2) and |q|_μ = |M⁻¹ q|. In scaled variables the radial return is a clip to the disc of radius p. The steps r =
-//! 1.8 / λ_max are constant between restarts. The convergence rate is 1 - O(h/L) with cell side h and frame size L, so the method
-//! is slow on fine frames.
+//! p. M = diag(μ1, μ2) and |q|_μ = |M⁻¹ q|. The steps r = 1.8 / λ_max are constant between restarts. The convergence rate is 1 -
+//! O(h/L) with cell side h and frame size L.
 
 use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
@@ -24,7 +23,7 @@ impl StepRule for Constant {
         self.0
     }
 
-    /// Halves the step sizes. If they are unstable, the residual stops decreasing, and the iteration restarts.
+    /// Halves the step sizes, because unstable steps cause restarts.
     fn restart(&mut self) -> StepSizes {
         self.0.normal *= 0.5;
         self.0.tangential *= 0.5;
@@ -32,8 +31,7 @@ impl StepRule for Constant {
     }
 }
 
-/// Solves from the state in `it`. Afterwards `it` contains the best state, or the last state if equilibrium is lost or a value is
-/// not finite.
+/// As [`run_projected_gradient`].
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let mut rule = Constant(step_sizes(problem, it, RELAXATION));
     run_projected_gradient(problem, it, &mut rule, control)

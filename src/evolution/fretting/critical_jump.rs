@@ -8,14 +8,13 @@ use crate::evolution::run::Run;
 use crate::flexibility::Flexibility;
 use crate::linalg::vector::dot;
 
-/// Largest number of Lanczos vectors.
 const MAX_LANCZOS_VECTORS: usize = 60;
 
 /// Norm of the next Lanczos vector, relative to the first diagonal entry, at which the Lanczos process ends.
 const LANCZOS_BREAKDOWN: f64 = 1e-10;
 
 impl Run<'_> {
-    /// Longest stable explicit jump for the path points of a cycle, in cycles or mm of sliding; `None` without wear.
+    /// Longest stable explicit jump, in cycles or mm of sliding; `None` without wear.
     pub(super) fn critical_length(&self, it: &ContactState) -> Option<f64> {
         let (n, points) = (self.prepared.n(), it.rigid_motion.len());
         let touching = self.cells_in_contact(&it.scaled);
@@ -26,8 +25,8 @@ impl Run<'_> {
     }
 }
 
-/// Smallest λ of S_nn p = λ D p on the cells where `wear`, the diagonal of D (`[N]`), is positive. The Lanczos process starts with
-/// pressures that alternate in sign from cell to cell. The result is an upper bound, at most a few percent too large.
+/// Smallest λ of S_nn p = λ D p on the cells where `wear`, the diagonal of D (`[N]`), is positive. The result is an upper bound, at
+/// most a few percent too large.
 fn smallest_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) -> Option<f64> {
     let n = wear.len();
     let cells: Vec<usize> = (0..n).filter(|&cell| wear[cell] > 0.0).collect();
@@ -85,7 +84,6 @@ mod tests {
 
     use crate::flexibility::per_cell::PerCell;
 
-    /// Operator with normal components only.
     struct Normal(DMatrix<f64>);
 
     impl Flexibility for Normal {

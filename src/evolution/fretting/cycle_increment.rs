@@ -15,16 +15,13 @@ pub(super) fn stroke_options(options: &SolverOptions) -> SolverOptions {
     SolverOptions { tolerance: options.tolerance.max(STICK_ZONE.stroke_tolerance), ..*options }
 }
 
-/// Slip reference and initial guess of the next increment.
 #[derive(Clone)]
 pub(super) struct IncrementStart {
     /// Tangential gap from which slip is measured, `[2, N]`, mm.
     pub reference: Vec<f64>,
-    /// Tractions and motions from which the iterations start.
     pub contact: ContactState,
 }
 
-/// Strokes of a cycle at one wear depth, to be solved increment by increment.
 pub(super) struct Strokes<'c> {
     pub path: &'c FrettingPath,
     /// Loads other than the cyclic motion.
@@ -34,7 +31,6 @@ pub(super) struct Strokes<'c> {
     pub options: &'c SolverOptions,
 }
 
-/// Solved increment, and the start of the next one.
 pub(super) struct SolvedIncrement {
     pub next: IncrementStart,
     pub report: SolveReport,
@@ -53,10 +49,6 @@ impl IncrementStart {
 }
 
 impl Run<'_> {
-    /// Solves the increment of a cycle from `start` to the path point `point`.
-    ///
-    /// # Errors
-    /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
     pub(super) fn solve_cycle_increment(
         &mut self,
         strokes: &Strokes,

@@ -16,16 +16,12 @@ use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
 
-/// Resolved cycle whose wear changes little with more increments.
 pub(super) struct RefinedCycle {
-    /// Wear of the cycle.
     pub wear: CycleWear,
     /// Relative change of the wear by the last refinement, `[N]`.
     pub change: Vec<f64>,
-    /// Increments per stroke.
     pub increments: usize,
-    /// Whether the wear volumes of three cycles agree within the tolerance: the coupled cycle, this cycle and a coarser resolved
-    /// cycle.
+    /// Whether the wear volumes of the coupled cycle, this cycle and a coarser resolved cycle agree within the tolerance.
     pub agrees_with_coupled: bool,
 }
 
@@ -36,7 +32,6 @@ pub(super) struct CoupledCycle {
     pub wear: CycleWear,
 }
 
-/// What a cycle is resolved from: its path, its coupled path points, and how accurately.
 pub(super) struct Refinement<'r> {
     pub path: &'r FrettingPath,
     pub closed: &'r ClosedPath,
@@ -46,16 +41,13 @@ pub(super) struct Refinement<'r> {
     pub areas: &'r [f64],
 }
 
-/// Resolved cycle, and its number of increments per stroke.
+/// Increments per stroke and wear of a resolved cycle.
 type Resolution = (usize, CycleWear);
 
-/// Comparison of a cycle with the coarser one before it.
 struct Convergence {
-    /// Root mean square of the change of the wear.
+    /// Relative root-mean-square change of the wear.
     change: f64,
-    /// Allowed change.
     tolerance: f64,
-    /// Whether the wear volumes of the coupled cycle and of two resolved cycles agree.
     agrees_with_coupled: bool,
     /// Whether the cycle needs no more increments, or may have no more.
     is_last: bool,
@@ -67,28 +59,23 @@ impl Refinement<'_> {
         self.closed.amplitude[1] != 0.0
     }
 
-    /// Largest number of increments per stroke.
     fn max_increments(&self) -> usize {
         REFINEMENT.max_increments.max(4 * self.closed.increments)
     }
 
-    /// First number of increments per stroke, after the resolved cycle `before`.
     fn first_increments(&self, before: Option<&PathCorrection>) -> usize {
         let coarser = if self.extrapolates() { 8 } else { 4 };
         before.map_or(1, |before| before.increments / coarser).max(self.closed.increments)
     }
 
-    /// Returns whether a cycle has enough increments to be compared with the coupled cycle.
     fn is_refined(&self, increments: usize) -> bool {
         increments >= REFINEMENT.min_refinement * self.closed.increments
     }
 
-    /// Returns whether the wear volumes of two cycles agree within the tolerance.
     fn agree(&self, one: &CycleWear, other: &CycleWear) -> bool {
         volume_difference(one, other, self.areas) <= self.settings.tolerance
     }
 
-    /// Returns whether the coupled cycle may stay uncorrected.
     fn may_agree(&self) -> bool {
         self.coupled.slip.full_slip && self.settings.correction == Correction::WhereNeeded
     }
@@ -105,7 +92,7 @@ impl Refinement<'_> {
         }
     }
 
-    /// Compares the cycle `now` of `increments` per stroke with the coarser cycle `last`. `first` is the first refined cycle.
+    /// `last` is the coarser cycle before `now`, and `first` the first refined cycle.
     fn convergence(
         &self,
         increments: usize,
@@ -136,8 +123,7 @@ impl Refinement<'_> {
 }
 
 impl Run<'_> {
-    /// Refines the increments of a cycle until the wear changes less than the tolerance, or their largest number is reached. `None`
-    /// if a cycle does not converge.
+    /// `None` if a cycle does not converge.
     pub(super) fn refine_cycle(
         &mut self,
         refinement: &Refinement,
@@ -145,7 +131,7 @@ impl Run<'_> {
     ) -> Result<Option<RefinedCycle>> {
         let (extrapolates, coupled) = (refinement.extrapolates(), refinement.coupled);
         let mut increments = refinement.first_increments(wear_step.path_correction.as_ref());
-        // Each cycle starts from the coarser one before it, so the tractions approach the steady state meanwhile.
+        // Each cycle starts from the coarser one before it, so the tractions approach the steady state.
         let mut start =
             IncrementStart::at_path_point(&coupled.cycle.contact, refinement.path.reversal_index());
         let mut coarser = if increments == refinement.closed.increments && !extrapolates {
@@ -187,8 +173,8 @@ impl Run<'_> {
         }
     }
 
-    /// Warns if the last refinement still changes the wear by more than the tolerance, unless the resolved cycle before had the
-    /// largest number of increments, too.
+    /// Warns that the last refinement still changes the wear, unless the resolved cycle before had the largest number of
+    /// increments, too.
     fn warn_of_refinement(
         &mut self,
         refinement: &Refinement,
@@ -211,9 +197,8 @@ impl Run<'_> {
         ));
     }
 
-    /// Computes wear and dissipation of a cycle with a given number of increments per stroke, at the current wear depth. The cycle
-    /// begins at the - reversal point with `start`, and replaces `start` by the state one cycle later. `None` if an increment does
-    /// not converge.
+    /// Computes wear and dissipation of a cycle at the current wear depth. The cycle begins at the - reversal point with `start`,
+    /// and replaces `start` by the state one cycle later. `None` if an increment does not converge.
     fn resolved_cycle(
         &mut self,
         refinement: &Refinement,
@@ -276,7 +261,6 @@ impl Run<'_> {
     }
 }
 
-/// A share in percent with two decimals, for messages.
 pub(super) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent < 0.01 { "less than 0.01 %".to_owned() } else { format!("{percent:.2} %") }

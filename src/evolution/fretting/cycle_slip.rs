@@ -7,7 +7,7 @@ use crate::evolution::fretting::settings::REFINEMENT;
 use crate::evolution::run::Run;
 
 impl Run<'_> {
-    /// Computes slip and elastic lag between the path points of `cycle`, which must be evaluated with `problem`.
+    /// `cycle` must be evaluated with `problem`.
     pub(super) fn cycle_slip(&self, problem: &Increment, cycle: &CycleState) -> CycleSlip {
         let (it, n, areas) = (&cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
         let points = it.rigid_motion.len();

@@ -10,18 +10,17 @@ use crate::evolution::fretting::path::FrettingPath;
 pub struct StickZone {
     /// Whether a cell sticks, `[N]`.
     pub mask: Vec<bool>,
-    /// Tangential gap at which the cells of `mask` stick, `[2, N]`, mm. The values of the other cells are not used.
+    /// Tangential gap at which the cells of `mask` stick, `[2, N]`, mm.
     pub gap: Vec<f64>,
 }
 
 impl StickZone {
-    /// Slip reference of all path points of the cycle.
     pub fn slip_reference(&self) -> SlipReference {
         SlipReference::PreviousPoint { stick_mask: self.mask.clone(), stick_gap: self.gap.clone() }
     }
 }
 
-/// Unknowns at the path points of a cycle, and its stick zone: what remains of a cycle between jumps.
+/// What remains of a cycle between jumps.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CycleUnknowns {
     pub contact: Unknowns,
@@ -37,14 +36,13 @@ impl CycleUnknowns {
     }
 }
 
-/// Path points of a cycle, solved together, and the stick zone.
 pub struct CycleState {
     pub contact: ContactState,
     pub stick_zone: StickZone,
 }
 
 impl From<&CycleUnknowns> for CycleState {
-    /// Creates a cycle from its unknowns. The contact must be evaluated afterwards.
+    /// The contact must be evaluated afterwards.
     fn from(cycle: &CycleUnknowns) -> Self {
         Self { contact: (&cycle.contact).into(), stick_zone: cycle.stick_zone.clone() }
     }
@@ -68,7 +66,6 @@ impl CycleState {
         Self { contact, stick_zone: StickZone { mask: vec![true; n], gap: vec![0.0; 2 * n] } }
     }
 
-    /// Single path point, for steady sliding.
     pub fn for_sliding(n: usize, rigid: [f64; 3]) -> Self {
         Self {
             contact: ContactState::new(n, vec![rigid]),
@@ -76,7 +73,7 @@ impl CycleState {
         }
     }
 
-    /// Stores the solution `it` of the increment that ends at a path point, and its tangential gap as stick gap.
+    /// Stores the solution `it` of the increment that ends at `point`, and its tangential gap as stick gap.
     pub(super) fn record_increment(&mut self, it: &ContactState, point: usize) {
         let n = self.stick_zone.mask.len();
         let planes = point * 3 * n..(point + 1) * 3 * n;

@@ -4,7 +4,6 @@ use crate::evolution::field_measures::{root_mean_square, volume};
 use crate::evolution::fretting::settings::CORRECTION;
 use crate::evolution::records::Resultants;
 
-/// Wear of one cycle.
 #[derive(Clone)]
 pub(super) struct CycleWear {
     /// Wear depth per cycle, `[N]`, mm.
@@ -33,8 +32,7 @@ impl CycleWear {
         self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)
     }
 
-    /// First-order extrapolation of wear and dissipation from a coarser cycle and this one. `ratio` is the number of increments of
-    /// this cycle divided by the number of increments of the coarser cycle.
+    /// First-order extrapolation from a coarser cycle and this one, which has `ratio` times as many increments.
     pub fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
         let limit = |fine: f64, coupled_path: f64| (ratio * fine - coupled_path) / (ratio - 1.0);
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
@@ -57,7 +55,7 @@ pub(super) fn volume_difference(wear: &CycleWear, other: &CycleWear, areas: &[f6
 }
 
 /// Factors on the wear of the coupled cycle, `[N]`, that give the wear of the resolved cycle. Also returns the share of the
-/// resolved wear volume that the factors miss.
+/// resolved wear volume that they miss.
 pub(super) fn wear_factors(wear: &[f64], coupled: &[f64], areas: &[f64]) -> (Vec<f64>, f64) {
     let [all, all_coupled] = [wear, coupled].map(|rate| volume(rate, areas));
     if all <= 0.0 || all_coupled <= 0.0 {

@@ -13,17 +13,13 @@ use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::Spin;
 
-/// Jump whose result becomes the state of the run.
 pub(super) struct AcceptedJump {
     pub jump: WearJump,
-    /// Number of longer trials that were rejected.
     pub rejected: usize,
-    /// Start of the computation of the jump.
     pub clock: Instant,
 }
 
 impl AcceptedJump {
-    /// Record of the jump of a wear step.
     fn record(&self, wear_step: &WearStepState) -> JumpRecord {
         let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.is_new);
         JumpRecord {
@@ -54,7 +50,6 @@ fn mean_of_reversal_points(reversals: &[Resultants; 2]) -> Resultants {
 }
 
 impl WearStepState {
-    /// Takes cycle, rates and factors at the end of a jump.
     fn accept(&mut self, jump: WearJump) {
         self.cycle = jump.cycle.into();
         (self.wear_rate, self.dissipation_rate) = (jump.wear_rate, jump.dissipation_rate);
@@ -65,7 +60,6 @@ impl WearStepState {
 }
 
 impl Run<'_> {
-    /// Completes the remaining cycles of a step in which nothing wears any more.
     pub(super) fn finish_worn_out_step(&mut self, wear_step: &mut WearStepState, clock: Instant) -> Advance {
         let length = self.cycles().count - wear_step.completed;
         self.result.warnings.push(format!(
@@ -85,7 +79,6 @@ impl Run<'_> {
         self.commit_jump(wear_step, AcceptedJump { jump, rejected: 0, clock })
     }
 
-    /// Ends the run before a jump that brings the contact to the edge of the frame, where it would be cut off.
     pub(super) fn stop_at_frame_edge(&mut self, wear_step: &WearStepState, jump: &WearJump) -> RunEnd {
         let unit = wear_step.length_unit();
         self.result.warnings.push(format!(
@@ -105,8 +98,7 @@ impl Run<'_> {
         RunEnd::FrameEdge(work - kept)
     }
 
-    /// Adds the result of a converged jump to the state, and delivers the record of the jump. A jump that did not converge is
-    /// recorded without its wear, and ends the run.
+    /// A jump that did not converge is recorded without its wear, and ends the run.
     pub(super) fn commit_jump(&mut self, wear_step: &mut WearStepState, accepted: AcceptedJump) -> Advance {
         let AcceptedJump { jump, clock, .. } = &accepted;
         let number = wear_step.jumps_done + 1;
@@ -148,7 +140,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Adds wear, dissipation, estimated errors and completed cycles of a converged jump to the state.
     fn add_to_state(&mut self, wear_step: &mut WearStepState, jump: &WearJump) {
         let (step, cycles) = (self.step(), self.cycles());
         wear_step.completed += jump.length;
@@ -177,7 +168,7 @@ impl Run<'_> {
         }
     }
 
-    /// Warns if cycles under a spin moment from an earlier step do not converge (`converged`). With full slip the friction moment reverses in
+    /// Warns if cycles under a spin moment from an earlier step do not converge. With full slip the friction moment reverses in
     /// every stroke, so it cannot balance a constant moment.
     pub(super) fn warn_of_spin_moment(&mut self, converged: std::result::Result<(), RunEnd>) {
         let Spin::Moment(moment) = self.controls.spin else { return };

@@ -12,9 +12,6 @@ use crate::evolution::step::ClosedPath;
 
 impl Run<'_> {
     /// Resolves the cycle at the current wear depth and records its fretting loop. The state of the run does not change.
-    ///
-    /// # Errors
-    /// As [`Self::solve_cycle_increment`].
     pub(super) fn record_fretting_loop(&mut self, wear_step: &WearStepState) -> Advance {
         let (step, cycles) = (self.step(), self.cycles());
         let (SlipSource::ClosedPath(coupled_path), Some(closed)) =

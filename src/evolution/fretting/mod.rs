@@ -1,12 +1,10 @@
-//! Wear steps: fretting cycles or steady sliding, computed in jumps over many cycles. Jumps integrate dw/dN = F(w) with wear depth
-//! w and number of cycles N. F = Σ_k p_k |s_k|_i sums pressure times slip over the increments k of a cycle. The norm |s|_i =
-//! √((i1·s1)² + (i2·s2)²) contains the specific wear rates i1, i2 along the wear axes.
+//! Wear steps: fretting cycles or steady sliding, computed in jumps over many cycles (equations in `wear_integrator`).
 //!
 //! * Step: `wear_step` runs it: it finds the periodic cycle (`strokes`), evaluates its rates (`rates`) and takes jumps.
-//! * Jump: `next_jump` tries jumps until the step controller accepts one, and `jump_record` commits it. `wear_integrator` integrates
-//!   a trial; each of its stages solves one cycle at a wear depth.
-//! * Stick zone: `stick_zone` solves the path points of a cycle together, decides which cells stick, and solves them again until the
-//!   zone agrees with the solution. `cycle_state` contains the zone.
+//! * Jump: `next_jump` tries jumps until the step controller accepts one, and `jump_record` commits it. `wear_integrator`
+//!   integrates a trial; each of its stages solves one cycle at a wear depth.
+//! * Stick zone: `stick_zone` solves the path points of a cycle together and decides which cells stick. `cycle_state` contains the
+//!   zone.
 //! * Path between the path points: `resolved_cycle` corrects the wear by a cycle of more increments (`cycle_refinement`); `loops`
 //!   records such cycles.
 

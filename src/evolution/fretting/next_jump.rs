@@ -19,7 +19,6 @@ use crate::evolution::step_controller::{PlannedTrial, STEP_CONTROLLER, TrialMeas
 use crate::geometry::format_short;
 
 impl Run<'_> {
-    /// Computes the next jump and commits it.
     pub(super) fn take_jump(&mut self, wear_step: &mut WearStepState) -> Advance {
         let clock = Instant::now();
         if self.is_worn_out(wear_step) {
@@ -81,7 +80,7 @@ impl Run<'_> {
         }
     }
 
-    /// Integrates a jump again by the first-order method, which allows cells to lose contact, and warns.
+    /// Integrates a jump again by the first-order method, which allows cells to lose contact.
     fn repeat_by_backward_euler(
         &mut self,
         wear_step: &WearStepState,
@@ -104,7 +103,6 @@ impl Run<'_> {
         Ok(jump)
     }
 
-    /// Returns whether wear at a fixed approach has removed nearly all of the overlap of the bodies.
     fn is_worn_out(&self, wear_step: &WearStepState) -> bool {
         let still = matches!(self.controls.normal, Normal::Approach(_)) && self.step().normal.is_none();
         still
@@ -113,8 +111,7 @@ impl Run<'_> {
                 <= WEAR_STEP.worn_out_pressure_ratio * wear_step.initial_peak_pressure
     }
 
-    /// Warns, once per step, of a jump accepted with `ratio` times the allowed error after the largest number of longer
-    /// trials was rejected.
+    /// Warns of a jump with `ratio` times the allowed error, accepted because no trials are left.
     fn warn_of_jump_error(&mut self, wear_step: &WearStepState, length: f64, ratio: f64) {
         if ratio <= 1.0 || !self.is_first_in_step(StepWarning::JumpError) {
             return;
@@ -129,7 +126,6 @@ impl Run<'_> {
         )));
     }
 
-    /// Warns, once per step, that explicit jumps exceed the stability limit.
     fn warn_of_unstable(&mut self, wear_step: &WearStepState, length: f64) {
         let Some(critical) = wear_step.critical_length else { return };
         if length <= critical * (1.0 + 1e-9) || !self.is_first_in_step(StepWarning::UnstableJump) {
@@ -145,7 +141,6 @@ impl Run<'_> {
         )));
     }
 
-    /// Refuses a prescribed number of explicit jumps if the jumps exceed the stability limit.
     pub(super) fn refuse_unstable(&self, wear_step: &WearStepState) -> Result<()> {
         let cycles = self.cycles();
         let (Some(critical), JumpPolicy::Number(jumps)) = (wear_step.critical_length, cycles.jumps) else {
@@ -176,7 +171,6 @@ impl Run<'_> {
         )))
     }
 
-    /// Ratio of the estimated error of a jump to the allowed error.
     fn error_ratio(&self, tolerance: f64, jump: &WearJump) -> f64 {
         let cycles = self.cycles();
         if jump.depth_error == 0.0 {
@@ -194,7 +188,7 @@ impl Run<'_> {
         jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))
     }
 
-    /// Measures of a trial for the step controller. `contact` and `stick` are the radii before the jump.
+    /// `contact` and `stick` are the radii before the jump.
     fn trial_measures(&self, tolerance: f64, [contact, stick]: [f64; 2], jump: &WearJump) -> TrialMeasures {
         let [new_contact, new_stick] =
             self.contact_and_stick_radius(&jump.cycle.contact.scaled, &jump.cycle.stick_zone);
@@ -208,8 +202,7 @@ impl Run<'_> {
         }
     }
 
-    /// Radii of two circles: with the area of the cells in contact at any path point, and with the area of those that stick through
-    /// the cycle.
+    /// Radii of two circles, with the area of the cells in contact at any path point, and of those that stick.
     fn contact_and_stick_radius(&self, scaled: &[f64], stick_zone: &StickZone) -> [f64; 2] {
         let areas = &self.prepared.model.frame.areas;
         let touching = self.cells_in_contact(scaled);

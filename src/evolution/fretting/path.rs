@@ -6,10 +6,8 @@ use crate::contact::TangentialControl;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::step::{ClosedPath, Drive, Tangential};
 
-/// Prescribed positions or forces at the path points of a cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct FrettingPath {
-    /// Quantity that follows the path.
     pub drive: Drive,
     /// Displacement of body 2 (mm) or force on body 1 (N) along x, y at each path point, the + reversal point first.
     path_points: Vec<[f64; 2]>,
@@ -20,7 +18,7 @@ pub struct FrettingPath {
 }
 
 impl FrettingPath {
-    /// Path points of a closed path. Its centre is the displacement `center` or the force `force` at the start of the step.
+    /// The centre is the displacement `center` or the force `force` at the start of the step.
     pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
         Self::from_offsets(&closed.offsets(), closed.drive, center, force)
     }
@@ -31,19 +29,15 @@ impl FrettingPath {
         Self { drive, path_points, center, center_force }
     }
 
-    /// The same path with the increments of `closed`. On a line with prescribed displacement the increments grow along each stroke,
-    /// because slip spreads in its first part. `transition` is this part as a fraction of the stroke. Other paths have equal
-    /// increments.
+    /// The same path with the increments of `closed`, at [`ClosedPath::graded_offsets`].
     pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
         Self::from_offsets(&closed.graded_offsets(transition), closed.drive, self.center, self.center_force)
     }
 
-    /// Number of path points.
     pub fn len(&self) -> usize {
         self.path_points.len()
     }
 
-    /// Index of the - reversal point.
     pub fn reversal_index(&self) -> usize {
         self.len() / 2
     }
@@ -55,8 +49,7 @@ impl FrettingPath {
         }
     }
 
-    /// Loads that return to the start of the path: to the displacement `center`, or to the force `center_force`. Also returns the
-    /// tangential control for the steps that follow.
+    /// Loads that return to the start of the path, and the tangential control for the steps that follow.
     pub fn return_to_center(&self, loads: PrescribedLoads) -> (PrescribedLoads, Tangential) {
         match self.drive {
             Drive::Shift => (
@@ -71,7 +64,6 @@ impl FrettingPath {
         }
     }
 
-    /// Loads at a path point.
     pub fn loads(&self, point: usize, loads: PrescribedLoads) -> PrescribedLoads {
         let tangential = match self.drive {
             Drive::Shift => TangentialControl::Shift,

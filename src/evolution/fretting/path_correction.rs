@@ -10,7 +10,7 @@ use crate::frame::grid::extend_field;
 /// Result of a resolved cycle: correction and error of the wear that the coupled path points give.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct PathCorrection {
-    /// Whether the factors correct the wear. If not, all factors are 1, and the cycle only measures the error.
+    /// Whether the factors correct the wear. If not, all factors are 1.
     pub corrects: bool,
     /// Ratio of the wear by the resolved cycle to the wear by the coupled path points, `[N]`, extrapolated to the middle of the
     /// last jump.
@@ -21,27 +21,26 @@ pub struct PathCorrection {
     pub(super) factor_rate: Vec<f64>,
     /// Cycles of the step before the resolved cycle.
     pub(super) at_cycle: f64,
-    /// Ratio of the dissipation of the resolved cycle to the dissipation of the coupled path points; 1 without correction.
+    /// Ratio of the dissipation of the resolved cycle to that of the coupled path points; 1 without correction.
     pub dissipation_factor: f64,
     /// Increments per stroke.
     pub increments: usize,
     /// Whether no jump has followed this resolved cycle yet.
     pub is_new: bool,
-    /// Slip between the coupled path points when the cycle was resolved, `[E, 2, N]` for E path points, mm.
+    /// Slip between the coupled path points at the resolved cycle, `[E, 2, N]` for E path points, mm.
     pub(super) slip: Vec<f64>,
-    /// Ratio of elastic lag to slip when the cycle was resolved.
+    /// Ratio of elastic lag to slip at the resolved cycle.
     pub(super) lag_ratio: f64,
-    /// Whether the whole contact slid when the cycle was resolved.
+    /// Whether the whole contact slid at the resolved cycle.
     pub(super) full_slip: bool,
-    /// Mean normal force at the reversal points when the cycle was resolved, N.
+    /// Mean normal force at the reversal points of the resolved cycle, N.
     pub(super) normal_force: f64,
-    /// Wear depth when the cycle was resolved, `[N]`, mm.
+    /// Wear depth at the resolved cycle, `[N]`, mm.
     pub(super) wear_depth: Vec<f64>,
     /// Remaining error of the wear per cycle, `[N]`. With correction it is relative to the wear of the cell. Otherwise it is the
     /// error of the wear depth per wear volume, 1/mm2.
     pub(super) remaining_error: Vec<f64>,
-    /// Remaining relative error of the wear volume per cycle. With correction, the errors of the cells (`remaining_error`) are
-    /// added to it.
+    /// Remaining relative error of the wear volume per cycle, to which the errors of the cells are added with correction.
     pub(super) remaining_volume_error: f64,
     /// Share of the wear volume that the factors do not represent.
     pub(super) unresolved_wear_fraction: f64,
@@ -50,7 +49,7 @@ pub struct PathCorrection {
 }
 
 /// Difference of the resultants between a resolved and a coupled cycle at a reversal point. Forces and moments are relative to the
-/// normal force, the stick area is relative to the contact area. The correction thus scales when the load or the contact changes.
+/// normal force, the stick area is relative to the contact area.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct ReversalCorrection {
     shift: [f64; 2],
@@ -75,7 +74,7 @@ impl ReversalCorrection {
         }
     }
 
-    /// Adds the difference to the resultants at the reversal point.
+    /// Adds the difference to `values`.
     pub fn apply(&self, values: &mut Resultants) {
         let force = values.normal_force;
         (0..2).for_each(|k| values.shift[k] += self.shift[k]);
@@ -112,7 +111,7 @@ impl PathCorrection {
         self.measured_factors.iter().zip(&self.factor_rate).map(factor).collect()
     }
 
-    /// Transfers the resolved cycle to a larger frame of `n` cells. `places` contains the new index of each cell.
+    /// Transfers the correction to a larger frame of `n` cells. `places` contains the new index of each cell.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
         Self {
             factors: extend_field(&self.factors, places, n, |_| 1.0),
@@ -125,8 +124,7 @@ impl PathCorrection {
         }
     }
 
-    /// Returns whether to resolve the cycle again for the present slip and normal force. `changed` returns the relative change of
-    /// the slip since a given earlier slip.
+    /// Returns whether to resolve the cycle again. `changed` returns the relative change of the slip since a given earlier slip.
     pub(super) fn is_due(
         &self,
         used: ResolvedCycleSettings,

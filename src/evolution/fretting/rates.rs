@@ -1,4 +1,4 @@
-//! Contact solution at the path points of a cycle (or in steady sliding), and the wear rates from it, before a jump.
+//! Wear rates before a jump.
 
 use std::time::Instant;
 
@@ -11,8 +11,7 @@ use crate::evolution::run::{Advance, Run};
 use crate::evolution::step::Integrator;
 
 impl Run<'_> {
-    /// Solves the contact at the path points for the current wear depth, and computes the rates. If the contact does not converge,
-    /// records a jump of length 0 and ends the run.
+    /// Computes the rates at the current wear depth. If the contact does not converge, records a jump of length 0 and ends the run.
     pub(super) fn evaluate_rates(&mut self, wear_step: &mut WearStepState, clock: Instant) -> Advance {
         let cycles = self.cycles();
         let (worn, at) = (self.state.wear_depth.clone(), wear_step.completed / cycles.count);
@@ -35,8 +34,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// As [`Self::evaluate_rates`], after the operators have changed. Warns if explicit jumps of a prescribed number exceed the
-    /// stability limit.
+    /// As [`Self::evaluate_rates`], after the operators have changed.
     pub(super) fn reevaluate_rates(&mut self, wear_step: &mut WearStepState) -> Advance {
         self.evaluate_rates(wear_step, Instant::now())?;
         wear_step.rates_outdated = false;

@@ -18,7 +18,7 @@ use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
 
 impl<'a> Run<'a> {
-    /// Closed path whose cycles the current step resolves, and settings of the resolved cycles; `None` if it does not.
+    /// Closed path and settings of the resolved cycles of the current step, if any.
     fn resolved_path(&self) -> Option<(&'a ClosedPath, ResolvedCycleSettings)> {
         let closed = self.step().kind.closed_path()?;
         let wears = self.step().wear && self.prepared.specific_wear_rate.is_some();
@@ -26,7 +26,7 @@ impl<'a> Run<'a> {
         (settings.correction == Correction::Always || self.has_friction()).then_some((closed, settings))
     }
 
-    /// Evaluates the path points of `wear_step`. A restored run has not evaluated them yet.
+    /// Evaluates the path points of `wear_step`, because a restored run has not evaluated them yet.
     fn coupled_cycle(&self, wear_step: &WearStepState, path: &FrettingPath) -> CoupledCycle {
         let mut cycle = CycleState::from(&wear_step.cycle);
         let problem = self.reporting_problem(wear_step, &cycle, &self.state.wear_depth);
@@ -42,11 +42,7 @@ impl<'a> Run<'a> {
         CoupledCycle { slip: self.cycle_slip(&problem, &cycle), wear, cycle }
     }
 
-    /// Resolves the cycle at the current wear depth if that is due, and updates the error estimates. With correction, it also
-    /// updates factors and rates of `wear_step`. If increments do not converge, rates and factors stay as they are.
-    ///
-    /// # Errors
-    /// As [`Self::solve_cycle_increment`].
+    /// Resolves the cycle if that is due. With correction, also updates factors and rates of `wear_step`.
     pub(super) fn update_path_correction(&mut self, wear_step: &mut WearStepState) -> Result<()> {
         let (SlipSource::ClosedPath(path), Some((closed, settings))) =
             (&wear_step.slip_source, self.resolved_path())
@@ -80,8 +76,6 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Corrects the wear of `wear_step` by a resolved cycle, or measures its error. Warns if the correction or the prescribed
-    /// increments miss the tolerance.
     fn apply_resolved_cycle(
         &mut self,
         wear_step: &mut WearStepState,
@@ -137,8 +131,8 @@ impl<'a> Run<'a> {
         wear_step.path_correction = Some(correction);
     }
 
-    /// Measurement of the error of the coupled cycle, after `completed` cycles. Remaining errors are the difference from the resolved
-    /// cycle plus the change by the last refinement. The error of the wear volume also includes the drift of the tractions.
+    /// Error of the coupled cycle after `completed` cycles: the difference from the resolved cycle plus the change by the last
+    /// refinement.
     fn error_measurement(
         &self,
         completed: f64,
@@ -175,7 +169,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Adds the remaining path error of a jump to the estimated errors. `by` is the wear depth of the jump, `[N]`, mm.
+    /// `by` is the wear depth of the jump, `[N]`, mm.
     pub(super) fn add_path_error(&mut self, resolved: &PathCorrection, by: &[f64]) {
         let areas = &self.prepared.model.frame.areas;
         let wear_volume = volume(by, areas).abs();
@@ -205,7 +199,7 @@ impl<'a> Run<'a> {
 }
 
 impl PathCorrection {
-    /// The correction by `factors` instead of the measurement `self`. `before` is the previous correction.
+    /// `before` is the previous correction.
     fn with_factors(
         self,
         factors: Vec<f64>,

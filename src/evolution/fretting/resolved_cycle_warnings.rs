@@ -25,7 +25,6 @@ impl Run<'_> {
         ));
     }
 
-    /// Warns that the prescribed number of increments per stroke misses the tolerance.
     pub(super) fn warn_of_increments(&mut self, refinement: &Refinement, refined: &RefinedCycle) {
         let (coupled, areas) = (&refinement.coupled.wear, refinement.areas);
         let (increments, tolerance) = (refinement.closed.increments, refinement.settings.tolerance);

@@ -1,12 +1,10 @@
 //! Settings of wear steps. Where a setting names no measurement, none is recorded that chose its value.
 
-/// Settings of the stick zone and of the strokes that decide it.
 pub(super) struct StickZoneSettings {
-    /// Largest ratio of the slip in one increment to the amplitude at which a cell counts as sticking. Strokes decide the stick
-    /// zone by this slip, because their tractions are less accurate than the margin of [`crate::contact::Increment::sticks`], which
-    /// tests the zone afterwards.
+    /// Largest ratio of the slip in one increment to the amplitude at which a cell counts as sticking. Strokes do not use the
+    /// margin of [`crate::contact::Increment::sticks`], because their tractions are less accurate.
     pub stick_slip_share: f64,
-    /// Largest number of solutions of a stage, with strokes between them to update the stick zone.
+    /// Largest number of solutions of a stage.
     pub max_passes: usize,
     /// Largest number of cycles without wear that are solved until a cycle is periodic.
     pub max_settling_cycles: usize,
@@ -24,7 +22,6 @@ pub(super) const STICK_ZONE: StickZoneSettings = StickZoneSettings {
     stroke_tolerance: 1e-6,
 };
 
-/// Settings of wear steps and of the integration of jumps.
 pub(super) struct WearStepSettings {
     /// Largest wear depth that the first controlled jump aims at, relative to the approach.
     pub first_jump_depth_share: f64,
@@ -32,11 +29,11 @@ pub(super) struct WearStepSettings {
     pub min_tolerance_ratio: f64,
     /// Ratio of wear depth to approach below which errors are negligible.
     pub negligible_depth_share: f64,
-    /// Ratio of the largest pressure to its value at the start of the step, below which wear at a fixed approach has ended. The
-    /// remaining overlap is proportional to the pressure. Smaller pressures are lost in the rounding of the gap.
+    /// Ratio of the largest pressure to its value at the start of the step, below which wear at a fixed approach has ended. Smaller
+    /// pressures are lost in the rounding of the gap.
     pub worn_out_pressure_ratio: f64,
-    /// Largest share of the contact area that the second stage of SDIRK2 may lose. A jump that loses more is too long: wear widens
-    /// contacts, so that only single cells at the edge open.
+    /// Largest share of the contact area that the second stage of SDIRK2 may lose. Wear widens contacts, so a jump that loses more
+    /// is too long.
     pub max_lost_contact_share: f64,
     /// Ratio of the reported error of the wear volume to the embedded estimate. In the reference scene with a tilt of 90 degrees,
     /// the embedded estimate contains a fifth to a third of the error (docs/theory-wear.md).
@@ -55,7 +52,6 @@ pub(super) const WEAR_STEP: WearStepSettings = WearStepSettings {
     min_error_budget_share: 0.1,
 };
 
-/// Settings of the refinement of resolved cycles.
 pub(super) struct RefinementSettings {
     /// Largest number of increments per stroke, unless four times the coupled increments are more.
     pub max_increments: usize,
@@ -64,17 +60,15 @@ pub(super) struct RefinementSettings {
     /// Ratio of the increments of a second resolved cycle to the increments of the first. The coupled cycle stays uncorrected only
     /// if its wear volume agrees with both resolved cycles.
     pub confirming_refinement: usize,
-    /// Largest relative change of the tangential force at a reversal point by the last refinement. Measured with a pin that slides
-    /// at 15 to 75 degrees to the fibre. With 8 increments the wear was right to 1e-3, but the force across the stroke was 15 % too
-    /// small.
+    /// Largest relative change of the tangential force at a reversal point by the last refinement. With 8 increments the wear was
+    /// right to 1e-3, but the force across the stroke was 15 % too small.
     pub max_force_change: f64,
     /// Relative accuracy with which a resolved cycle measures the error of the coupled cycle if it does not correct this error.
     pub measurement_tolerance_share: f64,
     /// Lower bound on the share of a stroke in which slip spreads over the contact.
     pub min_slip_spread_share: f64,
-    /// Least number of increments per stroke of a fretting loop.
     pub min_loop_increments: usize,
-    /// Number of cycles until a fretting loop no longer depends on its initial state. Only the last cycle is reported.
+    /// Number of cycles until a fretting loop no longer depends on its initial state.
     pub loop_cycles: usize,
 }
 
@@ -89,12 +83,9 @@ pub(super) const REFINEMENT: RefinementSettings = RefinementSettings {
     loop_cycles: 2,
 };
 
-/// Settings of the correction of the wear by resolved cycles.
 pub(super) struct CorrectionSettings {
-    /// Smallest wear of a cell, relative to the largest, for which the cell has an individual factor. Both wear depths follow from
-    /// the coupled path points.
+    /// Smallest wear of a cell, relative to the largest, for which the cell has an individual factor.
     pub negligible_wear_share: f64,
-    /// Largest factor on the wear of a cell.
     pub max_wear_factor: f64,
     /// Largest relative change of a factor by extrapolation to the middle of a jump.
     pub max_factor_extrapolation: f64,

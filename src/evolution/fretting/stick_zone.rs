@@ -1,14 +1,11 @@
 //! Stick zone of a cycle: the cells that stick through the whole cycle, and the tangential gap at which they stick.
 //!
-//! * [`CycleState::decide_by_stroke`] decides the zone while the increments of a stroke are solved one after the other: at the
-//!   start of a wear step, and in [`Run::recompute_stick_zone`].
+//! * [`CycleState::decide_by_stroke`] decides the zone while the increments of a stroke are solved one after the other.
 //! * [`Run::solve_path_points`] solves the path points together with a given zone, and [`CycleState::has_consistent_stick_zone`]
 //!   tests whether the zone agrees with the solution. If not, the zone is recomputed, unless the responses of the cycle no longer
-//!   change; then it is accepted.
-//! * After the iteration limit, [`CycleState::release_slipping_cells`] only shrinks the zone.
+//!   change.
 //!
-//! A cycle without an accepted zone ends with `StickZoneNotConverged`. With controlled jumps `StepController::judge` asks for a
-//! shorter one. With a given number of jumps, a jump of one cycle, or no trials left, the run ends (`Divergence::StickZone`).
+//! A cycle without an accepted zone ends with `StickZoneNotConverged`. The run then ends, unless a shorter jump is possible.
 
 use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, Increment, SlipReference, Unknowns};
@@ -24,11 +21,10 @@ use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_prob
 use crate::evolution::run::Run;
 
 impl CycleState {
-    /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`. A cell leaves the zone
-    /// if it slips by more than `stick_slip_share` of the amplitude in one increment, or loses contact.
+    /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`.
     ///
-    /// Point 1 follows the + reversal point; there all cells are in the zone again. The zone is thus that of the stroke from point
-    /// 1 to the - reversal point: in a periodic cycle the other stroke slips back.
+    /// Point 1 follows the + reversal point; there all cells are in the zone again. The zone is thus that of the stroke to the -
+    /// reversal point: in a periodic cycle the other stroke slips back.
     pub(super) fn decide_by_stroke(&mut self, it: &ContactState, point: usize) {
         let (n, slip_limit) = (self.stick_zone.mask.len(), STICK_ZONE.stick_slip_share * self.amplitude());
         if point == 1 {
@@ -39,7 +35,7 @@ impl CycleState {
         }
     }
 
-    /// Releases cells of the stick zone that slip at a path point of a state that did not converge. Returns whether there were any.
+    /// Releases cells that slip at a path point of a state that did not converge. Returns whether there were any.
     pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
         let (n, points, slip_limit) =
             (problem.n(), problem.path_points.len(), STICK_ZONE.stick_slip_share * self.amplitude());
@@ -79,13 +75,7 @@ impl CycleState {
 }
 
 impl Run<'_> {
-    /// Solves the path points of a cycle together, or steady sliding, and decides the stick zone of the cycle. If the zone
-    /// disagrees with the solution, it is recomputed and the path points are solved again, `max_passes` times at most. The report
-    /// of `jump` says how it ended. If not converged, the step controller tries a shorter jump, or the record of the jump ends the
-    /// run.
-    ///
-    /// # Errors
-    /// As `solve_and_check`, and if a load acts along a motion that nothing resists.
+    /// Solves the path points of a cycle together, or steady sliding, and decides the stick zone of the cycle.
     pub(super) fn solve_path_points(
         &mut self,
         StageSpec { step_fraction, wear_depth: worn, implicit_passes, options }: StageSpec,
@@ -144,16 +134,12 @@ impl Run<'_> {
                 return Ok(());
             }
         }
-        // The stick zone did not converge.
         jump.report.stop = StopReason::StickZoneNotConverged;
         Ok(())
     }
 
     /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If a stroke does not converge, the path
-    /// points keep their coupled solution and the report gives the reason. Also returns the number of solves.
-    ///
-    /// # Errors
-    /// As [`Self::solve_cycle_increment`].
+    /// points keep their coupled solution.
     fn recompute_stick_zone(
         &mut self,
         strokes: &Strokes,

@@ -18,7 +18,7 @@ use crate::evolution::state;
 use crate::evolution::step::Drive;
 use crate::omitted::OmittableWork;
 
-/// Returns whether the responses at the path points equal the responses in the previous cycle, within `periodic_tolerance` of their range.
+/// Returns whether the responses equal those of the previous cycle, within `periodic_tolerance` of their range.
 pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
     let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
@@ -27,8 +27,7 @@ pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]])
 }
 
 impl Run<'_> {
-    /// Solves cycles without wear, stroke by stroke, until the cycle is periodic. The stick zone depends on this history. Returns
-    /// the work of the solves.
+    /// Solves cycles without wear, stroke by stroke, until the cycle is periodic. The stick zone depends on this history.
     pub(super) fn find_periodic_cycle(
         &mut self,
         path: &FrettingPath,
@@ -85,8 +84,7 @@ impl Run<'_> {
         (0..path.len()).map(at).collect()
     }
 
-    /// Solves one increment without wear and updates the state of the run. `rigid` contains the prescribed motions and the initial
-    /// guess of the unknown motions.
+    /// `rigid` contains prescribed motions and initial guesses.
     pub(super) fn advance_cycle_increment(
         &mut self,
         loads: PrescribedLoads,
@@ -125,10 +123,7 @@ impl Run<'_> {
         Ok((it, report))
     }
 
-    /// Path points of a cycle; slip at each path point is measured from the previous path point.
-    ///
-    /// # Errors
-    /// If a load acts along a motion that nothing resists.
+    /// Slip at each path point is measured from the previous path point.
     pub(in crate::evolution) fn path_points(
         &mut self,
         path: &FrettingPath,

@@ -30,22 +30,20 @@ const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 struct StageWeights {
     implicit_weight: f64,
     solution_weight: f64,
-    /// Position of the stage in the jump, 0..=1.
     abscissa: f64,
 }
 
-/// Runge-Kutta scheme with an embedded quadrature one order higher, which gives the error estimate.
+/// Runge-Kutta scheme with an embedded quadrature one order higher for the error estimate.
 struct Scheme {
     stages: &'static [StageWeights],
-    /// Weight of the rate at the start of the jump.
     start_weight: f64,
     /// Differences b - b̃ of the weights of method and embedded quadrature, for the rates at the start and in the stages.
     error_weights: &'static [f64],
 }
 
 /// L-stable SDIRK method of order 2 with an embedded third-order quadrature. The weights b̃ of the quadrature for the rates at the
-/// abscissae c = 0, γ, 1 satisfy Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. The estimate contains all of the error from growing contacts, which
-/// is the larger part. It contains only a part of the error of a rate that is linear in the depth (docs/theory-wear.md).
+/// abscissae c = 0, γ, 1 satisfy Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. The estimate contains only a part of the error of a rate that is
+/// linear in the depth (docs/theory-wear.md).
 const SDIRK2: Scheme = Scheme {
     stages: &[
         StageWeights { implicit_weight: GAMMA, solution_weight: 1.0 - GAMMA, abscissa: GAMMA },
@@ -55,7 +53,7 @@ const SDIRK2: Scheme = Scheme {
     error_weights: &[SDIRK2_ERROR[0], SDIRK2_ERROR[1], SDIRK2_ERROR[2]],
 };
 
-/// Differences b - b̃ of the weights, with b̃1 = (1/6) / (γ - γ²), b̃2 = 1/2 - γ b̃1, b̃0 = 1 - b̃1 - b̃2.
+/// b - b̃ with b̃1 = (1/6) / (γ - γ²), b̃2 = 1/2 - γ b̃1, b̃0 = 1 - b̃1 - b̃2.
 const SDIRK2_ERROR: [f64; 3] = {
     let first = (1.0 / 6.0) / (GAMMA - GAMMA * GAMMA);
     let second = 0.5 - GAMMA * first;
@@ -87,9 +85,8 @@ impl Integrator {
 
     /// Allowed error of a jump that covers the part `share` of its step, as a fraction of the allowed error of the step. With
     /// SDIRK2 most of the error is in cells that come into contact. These cells differ from jump to jump, so the squares of their
-    /// errors add up, and the fraction is sqrt(share). Errors of the Euler methods have the same sign in all cells, so the fraction
-    /// is `share`. A multiple of sqrt(share) is its lower bound, because short jumps also have errors in cells that come into
-    /// contact.
+    /// errors add up. Errors of the Euler methods have the same sign in all cells, except in cells that come into contact, which
+    /// set the lower bound.
     pub(super) fn error_budget(self, share: f64) -> f64 {
         if self == Self::Sdirk2 {
             share.sqrt()
@@ -98,14 +95,13 @@ impl Integrator {
         }
     }
 
-    /// Order p of the integrator: the error of a jump grows as length^(p + 1), so the error divided by the length grows as
-    /// length^p.
+    /// Order p of the integrator: the error of a jump grows as length^(p + 1).
     pub(super) fn order(self) -> f64 {
         if self == Self::Sdirk2 { 2.0 } else { 1.0 }
     }
 }
 
-/// Trial of a jump. It becomes the state of the run when the jump is committed.
+/// Trial of a jump, not yet committed to the state of the run.
 pub(super) struct WearJump {
     /// Cycles, or sliding distance in mm.
     pub length: f64,
@@ -121,7 +117,6 @@ pub(super) struct WearJump {
     pub report: SolveReport,
     /// Worst checks of all stages.
     pub checks: StateChecks,
-    /// Number of contact problems solved.
     pub solves: usize,
     pub dissipation: f64,
     /// Wear depth of the jump, `[N]`, mm.
@@ -134,12 +129,10 @@ pub(super) struct WearJump {
     pub volume_error: f64,
     /// Whether the second stage of SDIRK2 lost too much of the contact.
     pub lost_contact: bool,
-    /// Whether contact reached the edge of the frame in a stage.
     pub reaches_frame_edge: bool,
 }
 
 impl WearJump {
-    /// Jump of the given length without any solution yet.
     pub fn new(wear_step: &WearStepState, length: f64) -> Self {
         let n = wear_step.wear_rate.len();
         let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.corrects);
@@ -162,7 +155,6 @@ impl WearJump {
         }
     }
 
-    /// Work of all solutions.
     pub fn work(&self) -> SolveWork {
         SolveWork { solves: self.solves, ..SolveWork::of(&self.report) }
     }
@@ -174,18 +166,15 @@ impl WearJump {
         self.report.applications += work.applications;
     }
 
-    /// Returns whether all solutions converged.
     pub fn converged(&self) -> bool {
         self.report.stop == StopReason::Converged
     }
 }
 
-/// Adds `factor` times a field to the field `to`.
 pub(super) fn add(to: &mut [f64], factor: f64, field: &[f64]) {
     to.iter_mut().zip(field).for_each(|(to, value)| *to += factor * value);
 }
 
-/// Jump to integrate.
 #[derive(Clone, Copy)]
 pub(super) struct JumpSpec {
     pub integrator: Integrator,
@@ -194,7 +183,6 @@ pub(super) struct JumpSpec {
     pub options: SolverOptions,
 }
 
-/// Contact problem of one stage of a jump.
 pub(super) struct StageSpec<'s> {
     /// Fraction of the step at which the loads are taken.
     pub step_fraction: f64,
@@ -206,11 +194,7 @@ pub(super) struct StageSpec<'s> {
 }
 
 impl Run<'_> {
-    /// Integrates the wear over `length` (cycles, or mm of sliding), from the present state of the run and of `wear_step`. Neither
-    /// changes.
-    ///
-    /// # Errors
-    /// As [`Self::solve_path_points`].
+    /// Integrates the wear over `length` from the present state of the run and of `wear_step`. Neither changes.
     pub(super) fn integrate(
         &mut self,
         JumpSpec { integrator, length, options }: JumpSpec,
@@ -259,13 +243,12 @@ impl Run<'_> {
         Ok(jump)
     }
 
-    /// Marks the cells that carry pressure at any path point. `scaled` contains the scaled tractions, `[3, N]` per path point.
+    /// Marks the cells that carry pressure at any path point of the scaled tractions, `[3, N]` per path point.
     pub(super) fn cells_in_contact(&self, scaled: &[f64]) -> Vec<bool> {
         let n = self.prepared.n();
         (0..n).map(|i| scaled.chunks_exact(3 * n).any(|planes| planes[2 * n + i] > 0.0)).collect()
     }
 
-    /// Share of the previous contact area that no longer carries pressure.
     fn lost_contact_share(&self, before: &[bool], scaled: &[f64]) -> f64 {
         let (mut lost, mut all) = (0.0, 0.0);
         let areas = &self.prepared.model.frame.areas;
@@ -278,7 +261,6 @@ impl Run<'_> {
         if all > 0.0 { lost / all } else { 0.0 }
     }
 
-    /// Equations of the path points of `cycle` at the given wear depth, for reports.
     pub(super) fn reporting_problem<'b>(
         &'b self,
         wear_step: &WearStepState,

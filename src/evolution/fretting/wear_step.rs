@@ -21,7 +21,6 @@ use crate::evolution::step_controller::StepController;
 use crate::geometry::format_short;
 
 impl Run<'_> {
-    /// Runs the remaining jumps of a step of fretting cycles or steady sliding.
     pub(in crate::evolution) fn run_wear_step(&mut self) -> Advance {
         loop {
             // A jump changes this copy. If the run ends in the jump, it resumes from the state before: `self.progress`.
@@ -44,8 +43,7 @@ impl Run<'_> {
         }
     }
 
-    /// Ends the step: records the last fretting loop on request. If steps follow, restores the displacement or force at the centre
-    /// of the cycles.
+    /// Records the last fretting loop on request. If steps follow, restores the displacement or force at the centre of the cycles.
     fn finish_wear_step(&mut self, wear_step: &WearStepState) -> Advance {
         if self.observer.wants_loops() {
             self.record_fretting_loop(wear_step)?;
@@ -59,7 +57,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Warns of an estimated error of the wear volume above the tolerance, at the end of a step.
     fn warn_of_wear_error(&mut self) {
         let Some(ClosedPath { resolved_cycles: Some(used), .. }) = self.step().kind.closed_path() else {
             return;
@@ -94,7 +91,6 @@ impl Run<'_> {
         )));
     }
 
-    /// Solves the first strokes and the rates before the first jump, and records the first fretting loop on request.
     fn begin_wear_step(&mut self) -> Advance<WearStepState> {
         let clock = Instant::now();
         self.warn_of_small_jump_tolerance();
@@ -118,7 +114,6 @@ impl Run<'_> {
         Ok(wear_step)
     }
 
-    /// Warns of a tolerance of the wear that the contact solutions are too inaccurate for.
     fn warn_of_small_jump_tolerance(&mut self) {
         if let JumpPolicy::Tolerance(tolerance) = self.cycles().jumps
             && tolerance < WEAR_STEP.min_tolerance_ratio * self.options.tolerance
@@ -130,7 +125,6 @@ impl Run<'_> {
         }
     }
 
-    /// Wear step before its first strokes.
     fn new_wear_step(&self) -> WearStepState {
         let (cycles, n, center) = (self.cycles(), self.prepared.n(), self.state.rigid_motion);
         let (cycle, slip_source) = match &self.step().kind {
@@ -208,7 +202,6 @@ impl Run<'_> {
         (loads, (loads.normal == NormalControl::Approach).then_some(controls.rigid[2]))
     }
 
-    /// Restores the tangential displacement or force at the centre of the cycles, for the steps that follow.
     fn return_to_center(&mut self, path: &FrettingPath) -> Advance {
         let rigid = [path.center[0], path.center[1], self.state.rigid_motion[2]];
         let loads = self.effective_loads(self.controls.loads_at_shift());

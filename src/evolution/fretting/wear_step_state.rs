@@ -10,7 +10,6 @@ use crate::evolution::fretting::path_correction::PathCorrection;
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::step_controller::{StepController, StepPosition};
 
-/// Wear step in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct WearStepState {
     /// Cycle at the end of the last jump.
@@ -22,20 +21,17 @@ pub struct WearStepState {
     pub wear_rate: Vec<f64>,
     /// Dissipation per cycle (N mm), or per mm of sliding (N), at the current wear depth.
     pub dissipation_rate: f64,
-    /// The last resolved cycle, if strokes are resolved.
     pub path_correction: Option<PathCorrection>,
     /// Loads other than the cyclic motion, from the start of the step to its end.
     pub load_path: LoadPath,
     pub step_controller: StepController,
-    /// Work that is not in any record yet: first strokes, rejected trials and resolved cycles.
+    /// Work that is not in any record yet.
     pub uncharged_work: SolveWork,
-    /// Number of records of the step.
     pub jumps_done: usize,
     /// Longest stable jump of an explicit integrator: cycles, or mm of sliding.
     pub critical_length: Option<f64>,
     /// Largest pressure at the start of the step, MPa.
     pub initial_peak_pressure: f64,
-    /// Whether contact reached the edge of the frame at the start of the step.
     pub touched_edge_initially: bool,
     /// Number of cycles and sliding distance (mm) before the step.
     pub totals_before: (u64, f64),
@@ -43,17 +39,14 @@ pub struct WearStepState {
     pub rates_outdated: bool,
 }
 
-/// Source of the slip of a cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub enum SlipSource {
-    /// Path points of a closed path.
     ClosedPath(FrettingPath),
     /// Slip per mm of steady sliding, `[2, N]`, dimensionless.
     Sliding(Vec<f64>),
 }
 
 impl WearStepState {
-    /// Unit of `completed` in messages.
     pub fn length_unit(&self) -> &'static str {
         if matches!(self.slip_source, SlipSource::ClosedPath(_)) {
             "cycles"
@@ -62,7 +55,6 @@ impl WearStepState {
         }
     }
 
-    /// Position in the step before the next jump.
     pub fn position(&self) -> StepPosition {
         StepPosition {
             completed: self.completed,
@@ -72,7 +64,7 @@ impl WearStepState {
         }
     }
 
-    /// Ratio of the dissipation of a cycle to the dissipation of its coupled path points; 1 without resolved cycles.
+    /// Ratio of the dissipation of a cycle to that of its coupled path points.
     pub fn dissipation_factor(&self) -> f64 {
         self.path_correction.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
     }

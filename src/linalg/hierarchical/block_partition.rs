@@ -9,7 +9,7 @@ pub struct ClusterPair {
     pub rows: usize,
     /// Index of the column cluster in the tree. With [`MirrorBlocks::One`], the column range does not start before the row range.
     pub columns: usize,
-    /// Whether the distance of the clusters is large relative to the smaller diameter, so that the block has low rank.
+    /// Whether the clusters are far apart, so that the block has low rank.
     pub is_admissible: bool,
 }
 
@@ -45,7 +45,7 @@ pub fn partition<const D: usize>(
                 }
                 waiting.extend([(first, second), (first, first)]);
             }
-            // The larger cluster is divided, so that both clusters keep similar sizes.
+            // The larger cluster is divided.
             (false, Some([first, second]), _) if rows_first => {
                 waiting.extend([(second, columns), (first, columns)]);
             }
@@ -98,7 +98,7 @@ mod tests {
     }
 
     /// Truth: the blocks cover each ordered pair of points once, and admissible blocks satisfy the distance condition of
-    /// [`partition`]. The points lie on two walls in space.
+    /// [`partition`].
     #[test]
     fn all_blocks_hold_every_pair_once() {
         let at = |k: usize| {

@@ -73,7 +73,7 @@ impl<const D: usize> ClusterTree<D> {
         Self { clusters, order }
     }
 
-    /// Ascending ranges of the largest clusters with at most `size` points, or of larger leaves. Each point is in one range.
+    /// Ascending ranges of the largest clusters with at most `size` points, or of larger leaves.
     pub fn clusters_of_size(&self, size: usize) -> Vec<Range<usize>> {
         let (mut parts, mut waiting) = (Vec::new(), vec![0]);
         while let Some(index) = waiting.pop() {

@@ -1,5 +1,4 @@
-//! Two-level preconditioner for [`CollocationMatrix`]: dense inverses of diagonal blocks, and a coarse correction by rigid motions
-//! of groups of nodes.
+//! Two-level preconditioner for [`CollocationMatrix`]: dense inverses of diagonal blocks, and a coarse correction by rigid motions.
 
 use std::ops::Range;
 
@@ -15,15 +14,14 @@ use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::norm;
 
-/// Maximum number of nodes of a diagonal block. A leaf of the cluster tree with more nodes is one block, too.
+/// Maximum number of nodes of a diagonal block, unless it is a larger leaf of the cluster tree.
 const MAX_BLOCK_NODES: usize = 160;
 
-/// Maximum number of nodes of a rigid group in small matrices. In large matrices, the maximum is the number of nodes divided by
-/// [`MAX_GROUPS`].
+/// Maximum number of nodes of a rigid group; in large matrices, the number of nodes divided by [`MAX_GROUPS`].
 const NODES_PER_GROUP: usize = 16;
 const MAX_GROUPS: usize = 500;
 
-/// A motion is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share of the initial norm.
+/// A motion is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share.
 const DEPENDENCE_TOLERANCE: f64 = 1e-3;
 
 /// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b) of A x = b, where A is a collocation matrix with a
@@ -93,7 +91,6 @@ impl RigidGroup {
         Self { places, first_motion, motions }
     }
 
-    /// Number of motions of the group.
     pub fn n_motions(&self) -> usize {
         self.motions.len() / self.places.len()
     }
@@ -166,7 +163,7 @@ impl CoarseBlockJacobi {
 
     /// Expected memory [peak during construction, kept afterwards] for a layout, bytes.
     ///
-    /// Diagonal blocks are counted exactly. Six motions per group and six border rows are assumed.
+    /// Six motions per group and six border rows are assumed.
     pub fn expected_bytes(layout: &CollocationLayout) -> [usize; 2] {
         let nodes = layout.groups().n_nodes();
         let locals: usize =

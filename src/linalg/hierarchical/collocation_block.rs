@@ -1,5 +1,4 @@
-//! Lazily computed blocks of collocation matrices. The kernel is evaluated for the three rows of a node and all columns of an
-//! element together.
+//! Lazily computed blocks of collocation matrices.
 
 use std::ops::Range;
 
@@ -50,7 +49,7 @@ impl ElementNumbering {
         self.element_of.len()
     }
 
-    /// Number of summed columns of each element. Only the sums of these columns over all elements are kept.
+    /// Number of summed columns of each element.
     pub fn n_sum_columns(&self) -> usize {
         self.n_sum_columns
     }
@@ -66,7 +65,6 @@ impl ElementNumbering {
         ROWS_PER_NODE * nodes.start..ROWS_PER_NODE * nodes.end
     }
 
-    /// Number of columns of an element, including the summed columns.
     fn n_columns(&self, element: usize) -> usize {
         ROWS_PER_NODE * (self.first[element + 1] - self.first[element]) + self.n_sum_columns
     }
@@ -85,7 +83,6 @@ pub(super) struct CollocationBlock<'k, K> {
     values: Vec<f64>,
     /// Index in `row_places` of the first row of each node, or [`NOT_COMPUTED`].
     first_row_of_node: Vec<u32>,
-    /// Index in `column_places` of the first column of each element, or [`NOT_COMPUTED`].
     first_column_of_element: Vec<u32>,
     row_places: Vec<usize>,
     row_values: Vec<f64>,
@@ -119,7 +116,6 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         }
     }
 
-    /// Computes the rows and columns with which a cross approximation starts.
     pub fn with_initial_lines(mut self) -> Self {
         let (nodes, elements) = (self.nodes.len(), self.elements.len());
         for share in FIRST_ROWS {
@@ -129,7 +125,6 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         self
     }
 
-    /// Number of matrix columns, without the summed columns.
     pub fn n_matrix_columns(&self) -> usize {
         self.n_matrix_columns
     }
@@ -167,7 +162,6 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         self.first_row_of_node[node] as usize
     }
 
-    /// Computes all columns of an element, unless they are known.
     fn compute_element_columns(&mut self, element: usize) {
         if self.first_column_of_element[element] != NOT_COMPUTED {
             return;
@@ -206,8 +200,7 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
 }
 
 impl<K: CollocationKernel> LazyMatrix for &mut CollocationBlock<'_, K> {
-    /// The share is small, because a new column requires all columns of its element. These cost more than the additional crosses
-    /// through known columns.
+    /// The share is small, because a new column requires all columns of its element.
     const KNOWN_COLUMN_SHARE: f64 = 0.1;
 
     fn size(&self) -> (usize, usize) {

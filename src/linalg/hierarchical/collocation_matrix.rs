@@ -18,13 +18,12 @@ use crate::linalg::dense_matrix::DenseMatrix;
 /// Group of nodes with common motions: translations of the displacements or of the tractions, and rotations of the displacements.
 pub(super) struct RigidGroup {
     pub places: Range<usize>,
-    /// Index of the group's first motion among the motions of all groups.
+    /// Index of the group's first motion among all motions.
     pub first_motion: usize,
     /// Orthonormal motions, stored one after the other.
     pub motions: Vec<f64>,
 }
 
-/// Block of the matrix in single precision.
 struct StoredBlock {
     rows: Range<usize>,
     columns: Range<usize>,
@@ -34,7 +33,7 @@ struct StoredBlock {
 enum BlockContent {
     /// Dense entries, column by column.
     Near(Vec<f32>),
-    /// Low-rank approximation Σ u vᵀ in single precision; each term stores u, then v.
+    /// Low-rank approximation Σ u vᵀ; each term stores u, then v.
     Far(Vec<f32>),
 }
 
@@ -91,9 +90,7 @@ impl CollocationLayout {
         })
     }
 
-    /// Computes a block and, for each summed column, the sum over the elements of the block, `[n_sum_columns][row]`.
-    ///
-    /// The root-mean-square error of the entries is at most `error`, except for rounding to single precision. If the run is
+    /// Computes a block and, for each summed column, the sum over the elements of the block, `[n_sum_columns][row]`. If the run is
     /// cancelled, the block is empty.
     fn build_block(
         &self,
@@ -192,8 +189,8 @@ impl CollocationMatrix {
 
     /// Computes y += A x for each column, with the first n rows of `x` and `y`. Uses one thread.
     ///
-    /// The type `T` is the precision of the arithmetic. In single precision, the arithmetic has rounding errors of the same size as
-    /// the stored entries. In double precision, the stored entries count as exact.
+    /// `T` is the precision of the arithmetic. Single precision adds rounding errors of the same size as those of the stored
+    /// entries.
     pub fn add_product<T: BlockScalar>(&self, x: MatRef<T>, mut y: MatMut<T>) {
         let (mut wide, mut between) = (Vec::new(), Vec::new());
         for block in &self.blocks {
@@ -336,8 +333,8 @@ mod tests {
 
     const NODES: usize = 2;
 
-    /// Unsymmetric 3 x 3 kernel for elements on two walls; each element has two nodes. The single summed column of an element is
-    /// the sum of its matrix columns.
+    /// Unsymmetric 3 x 3 kernel for elements of two nodes on two walls. The single summed column of an element is the sum of its
+    /// matrix columns.
     struct Walls(Vec<[f64; 3]>);
 
     impl Walls {
@@ -363,8 +360,8 @@ mod tests {
         }
     }
 
-    /// Truth: products and a diagonal block of the dense kernel matrix. Products are computed in double and single precision.
-    /// Tolerances follow from the requested error of the entries. The summed column equals the product with a vector of ones.
+    /// Truth: products and a diagonal block of the dense kernel matrix. The summed column equals the product with a vector of ones.
+    /// Tolerances follow from the requested error of the entries.
     #[test]
     fn products_are_sums_over_the_kernel() {
         let at = |k: usize| {

@@ -19,8 +19,7 @@ impl<F: Fn(usize, usize, &mut [f64]) + Sync> KernelEntries for F {}
 /// truncation.
 pub(super) const CROSS_ERROR_SHARE: f64 = 0.3;
 
-/// After this number of consecutive rows without a cross above the bound, a component counts as complete, apart from the check
-/// rows.
+/// Number of consecutive rows without a cross above the bound after which only the check rows are left.
 const SMALL_CROSSES_TO_STOP: usize = 2;
 
 /// A cross through a check row is added only if a residual entry exceeds this × bound / √(m n) in a block `[m, n]`. bound / √(m n)
@@ -36,7 +35,7 @@ const FIRST_LINE_SHARE: f64 = 0.5;
 const INITIAL_ROW_SHARES: [f64; 2] = [0.0, 1.0];
 const FINAL_CHECK_ROW_SHARES: [f64; 3] = [0.25, 0.75, 0.1];
 
-/// Matrix with rows and columns that are computed on first use and stored.
+/// Matrix whose rows and columns are computed on first use.
 pub(super) trait LazyMatrix {
     /// A known column becomes the pivot column if its residual entry is at least this share of the largest residual entry of the
     /// row.
@@ -48,17 +47,13 @@ pub(super) trait LazyMatrix {
     /// Indices of the known rows, in the order of their computation.
     fn known_rows(&self) -> &[usize];
 
-    /// Indices of the known columns.
     fn known_columns(&self) -> &[usize];
 
-    /// Row `i`.
     fn row(&mut self, i: usize) -> &[f64];
 
-    /// Column `j`.
     fn column(&mut self, j: usize) -> &[f64];
 }
 
-/// One component of a kernel block as a [`LazyMatrix`].
 pub(super) struct ComponentLines<'l, 'k, K> {
     pub lines: &'l mut KernelBlock<'k, K>,
     pub component: usize,
@@ -128,7 +123,6 @@ impl<'k, K: KernelEntries> KernelBlock<'k, K> {
         lines
     }
 
-    /// Numbers of rows and columns.
     fn size(&self) -> (usize, usize) {
         (self.rows.len(), self.columns.len())
     }
@@ -158,7 +152,7 @@ impl<'k, K: KernelEntries> KernelBlock<'k, K> {
         self.row_places.len() - 1
     }
 
-    /// Position of column `j` of the block among the known columns; computes the column if it is unknown.
+    /// As [`Self::row`], for a column.
     fn column(&mut self, j: usize) -> usize {
         if let Some(known) = self.column_places.iter().position(|&place| place == j) {
             return known;
@@ -189,12 +183,10 @@ pub(super) struct OuterProducts {
     pub rank: usize,
 }
 
-/// State of a cross approximation.
 struct CrossApproximation<L> {
     lines: L,
     terms: OuterProducts,
     used: Vec<bool>,
-    /// Residual entries of the current row.
     row: Vec<f64>,
     /// Residual entries of the current column, divided by the pivot.
     column: Vec<f64>,
@@ -236,15 +228,12 @@ pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
 }
 
 impl<L: LazyMatrix> CrossApproximation<L> {
-    /// Unused row with the largest entry of the last column; `None` if all rows are used.
     fn largest_unused_row(&self) -> Option<usize> {
         let free = (0..self.used.len()).filter(|&i| !self.used[i]);
         free.max_by(|&a, &b| self.column[a].abs().total_cmp(&self.column[b].abs()))
     }
 
-    /// Adds the cross through row `i` if the largest residual entry of the row exceeds `least`.
-    ///
-    /// Returns the Frobenius norm of the added term, or `None` if no cross was added.
+    /// Adds the cross through row `i` and returns its Frobenius norm. `None` if no residual entry of the row exceeds `least`.
     fn add(&mut self, i: usize, least: f64) -> Option<f64> {
         let (m, n) = self.lines.size();
         self.used[i] = true;

@@ -1,12 +1,9 @@
-//! Low-rank blocks Σ u vᵀ with few terms for a given tolerance; small terms are in single precision.
-//!
-//! The terms are orthogonal, and their size decreases roughly from term to term. Small terms tolerate the relative error of single
-//! precision.
+//! Low-rank blocks Σ u vᵀ with few orthogonal terms for a given tolerance; small terms are in single precision.
 
 use super::cross_approximation::OuterProducts;
 use crate::linalg::vector::dot8;
 
-/// Relative error of a term in single precision. Both factors are rounded; the rounding errors are random.
+/// Relative error of a term in single precision.
 const SINGLE_PRECISION_ERROR: f64 = 5e-8;
 
 /// Share of the error bound for the omitted terms.
@@ -17,7 +14,7 @@ const ROUNDING_SHARE: f64 = 0.5;
 /// A vector is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share.
 const DEPENDENCE_TOLERANCE: f64 = 1e-13;
 
-/// Low-rank block Σ u vᵀ; each term stores u, then v. Large terms are in double, small terms in single precision.
+/// Low-rank block Σ u vᵀ; each term stores u, then v. Small terms are in single precision.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct LowRank {
     pub double: Vec<f64>,
@@ -61,7 +58,6 @@ impl LowRank {
         shrunk
     }
 
-    /// Memory of the terms, bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.double.as_slice()) + size_of_val(self.single.as_slice())
     }
@@ -101,7 +97,6 @@ mod tests {
     use super::super::cross_approximation::{ComponentLines, KernelBlock, approximate};
     use super::*;
 
-    /// Entry (i, j) of the sum of the terms.
     fn entry(block: &LowRank, (m, n): (usize, usize), (i, j): (usize, usize)) -> f64 {
         let double: f64 = block.double.chunks_exact(m + n).map(|t| t[i] * t[m + j]).sum();
         let single: f64 =

@@ -17,20 +17,17 @@ use crate::error::Result;
 /// Smallest tolerance of a block, unless the requested tolerance is smaller.
 const MIN_BLOCK_TOLERANCE: f64 = 1e-13;
 
-/// Number of sampled far blocks per size class in [`BlockLayout::sampled_bytes`].
 const SAMPLED_BLOCKS_PER_SIZE: usize = 3;
 
 /// Number of block ranges of a parallel product. It is fixed, so that results have the same bits for any number of threads.
 pub(super) const N_PRODUCT_PARTS: usize = 16;
 
-/// Block of the matrix with all components.
 pub(super) struct StoredBlock {
     pub rows: Range<usize>,
     pub columns: Range<usize>,
     pub content: BlockContent,
 }
 
-/// Values of a block: dense or low-rank.
 pub(super) enum BlockContent {
     /// Dense entries, `[component][row][column]`.
     Near(Vec<f64>),
@@ -50,7 +47,7 @@ impl BlockContent {
 }
 
 impl BlockContent {
-    /// Calls `with(row, column, value)` for each summand of the entries of a component. A low-rank entry has one summand per term.
+    /// Calls `with(row, column, value)` for each summand of the entries of a component.
     fn for_each_term(&self, component: usize, [m, n]: [usize; 2], mut with: impl FnMut(usize, usize, f64)) {
         match self {
             Self::Near(values) => {
@@ -72,7 +69,6 @@ impl BlockContent {
 }
 
 impl StoredBlock {
-    /// Whether rows and columns are the same cluster.
     pub fn is_diagonal(&self) -> bool {
         self.rows == self.columns
     }
@@ -104,7 +100,6 @@ impl BlockLayout {
         Self { tolerance_shares, ..self }
     }
 
-    /// Tolerance of a block: `tolerance` times its factor, but at least [`MIN_BLOCK_TOLERANCE`] or, if smaller, `tolerance`.
     fn tolerance_of(&self, block: &ClusterPair, tolerance: f64) -> f64 {
         (tolerance * self.tolerance_shares[block.rows].min(self.tolerance_shares[block.columns]))
             .max(MIN_BLOCK_TOLERANCE.min(tolerance))
@@ -115,7 +110,6 @@ impl BlockLayout {
         &self.tree
     }
 
-    /// Ranges of the rows and columns of a block.
     fn ranges(&self, block: &ClusterPair) -> [Range<usize>; 2] {
         [block.rows, block.columns].map(|cluster| self.tree.clusters[cluster].range.clone())
     }
@@ -139,8 +133,7 @@ impl BlockLayout {
         components * (far.sum::<f64>() as usize + size_of::<f64>() * self.near_entries())
     }
 
-    /// Estimates the memory of the matrix from [`Self::fill`], bytes. Near blocks are counted; the memory of far blocks is
-    /// extrapolated from samples of each size class.
+    /// Estimates the memory of the matrix from [`Self::fill`], bytes, from samples of far blocks of each size class.
     pub fn sampled_bytes(&self, entries: &impl KernelEntries, components: usize, tolerance: f64) -> usize {
         let mut of_size: Vec<Vec<&ClusterPair>> = Vec::new();
         for block in self.blocks.iter().filter(|block| block.is_admissible) {
@@ -243,7 +236,6 @@ pub struct HierarchicalMatrix {
     pub(super) blocks: Vec<StoredBlock>,
     /// Sign of the mirrored entries for each component, 1 or -1.
     pub(super) signs: Vec<f64>,
-    /// Range of blocks for each part of a product.
     pub(super) parts: Vec<Range<usize>>,
     /// Partial results of a product, one vector per part.
     pub(super) scratch: Mutex<Vec<f64>>,

@@ -1,6 +1,5 @@
 //! Hierarchical matrices of smooth kernels: a cluster tree of points, dense blocks between near clusters, low-rank blocks `Σ u vᵀ`
-//! between distant clusters. [`ClusterTree`] and [`partition`] define the blocks; adaptive cross approximation computes low-rank
-//! blocks.
+//! between distant clusters.
 //!
 //! [`HierarchicalMatrix`] has points in the plane and symmetric or antisymmetric components; only one of two transposed blocks is
 //! stored. [`CollocationMatrix`] is unsymmetric and has elements in space; its kernel is evaluated for a node and an element.

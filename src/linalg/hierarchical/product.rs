@@ -1,4 +1,4 @@
-//! Products of hierarchical matrices with vectors. Results have the same bits for any number of threads; buffers are reused.
+//! Products of hierarchical matrices with vectors. Results have the same bits for any number of threads.
 
 use rayon::prelude::*;
 
@@ -19,7 +19,6 @@ pub struct ComponentProduct {
     pub sign: f64,
 }
 
-/// Number of entries of y for which one parallel task sums the partial results.
 const SUMMATION_CHUNK: usize = 1024;
 
 impl HierarchicalMatrix {
@@ -58,7 +57,7 @@ impl HierarchicalMatrix {
             &x[one.source_plane * n..(one.source_plane + 1) * n],
             &mut y[one.target_plane * n..(one.target_plane + 1) * n],
         );
-        // Blocks are skipped if x vanishes in their rows and columns, as it does outside the contact, where tractions vanish.
+        // Blocks outside the contact are skipped, because x vanishes there.
         let [x_of_columns, back] = [&block.columns, &block.rows].map(|range| {
             let values = &x[range.clone()];
             values.iter().any(|value| *value != 0.0).then_some(values)
@@ -92,7 +91,6 @@ impl HierarchicalMatrix {
     }
 }
 
-/// Product of a far block: the block, x on its columns and rows, the result, and the factors of the block and its mirror image.
 struct FarBlockProduct<'b> {
     block: &'b StoredBlock,
     x_of_columns: Option<&'b [f64]>,
@@ -125,7 +123,6 @@ mod tests {
 
     type Points = Vec<[f64; 2]>;
 
-    /// Points with gaps and a dense cluster, and a kernel with a symmetric and an antisymmetric component.
     fn example() -> (Points, impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) {
         let at = |k: usize| {
             let (i, j) = ((k % 30) as f64, (k / 30) as f64);

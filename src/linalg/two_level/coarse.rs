@@ -11,8 +11,8 @@ use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
-/// Eigenvalue above which a combination of rigid motions counts as independent. The combinations are the eigenvectors of the Gram
-/// matrix of a part's six rigid motions, scaled to unit diagonal.
+/// Eigenvalue of the Gram matrix of a part's six rigid motions, scaled to unit diagonal, above which an eigenvector counts as
+/// independent.
 ///
 /// A part with few nodes, or with nodes on a line, has fewer than six independent motions.
 const MIN_MOTION_SHARE: f64 = 1e-6;
@@ -26,13 +26,12 @@ const MIN_FORCE_SHARE: f64 = 1e-12;
 /// Six motions of a part at a node, `[3, 6]` row by row.
 type NodeMotions = [f64; 18];
 
-/// Coarse space: Z, the displacements of all nodes by rigid motions of the parts, and the factor of Zᵀ A Z.
+/// Coarse space: Z, the rigid motions of the parts, and the factor of Zᵀ A Z.
 pub(super) struct CoarseSpace {
     /// Part of each node, `[n]`.
     part_of_node: Vec<u32>,
-    /// Z: rigid motions at each node, `[3, 6]` row by row, orthonormal over each part.
+    /// Z: rigid motions at each node, orthonormal over each part.
     motions: Vec<NodeMotions>,
-    /// A Z.
     forces: MotionForces,
     factor: CholeskyFactor,
 }
@@ -41,24 +40,18 @@ pub(super) struct CoarseSpace {
 struct MotionForces {
     /// Offsets of the blocks of each node, `[n + 1]`.
     offsets: Vec<usize>,
-    /// Part of each block.
     parts: Vec<u32>,
-    /// Values of each block, `[3, 6]` row by row.
     values: Vec<NodeMotions>,
 }
 
 impl MotionForces {
-    /// Range of the blocks of a node.
     fn blocks_of_node(&self, node: usize) -> Range<usize> {
         self.offsets[node]..self.offsets[node + 1]
     }
 }
 
 impl CoarseSpace {
-    /// Builds the coarse space of `matrix` with parts of about `nodes_per_part` nodes.
-    ///
-    /// # Errors
-    /// If memory does not suffice, METIS fails, Zᵀ A Z is not positive definite, or the run is cancelled.
+    /// Builds the coarse space with parts of about `nodes_per_part` nodes.
     pub fn new(matrix: &NodeMatrix, nodes_per_part: usize) -> Result<Self> {
         let graph = matrix.graph();
         // Strongly coupled nodes tend to share a part, so that the coarse space represents the directions of weak coupling.
@@ -80,17 +73,11 @@ impl CoarseSpace {
         Ok(Self { part_of_node, motions, forces, factor })
     }
 
-    /// Number of coarse unknowns.
     pub fn n(&self) -> usize {
         self.factor.n()
     }
 
     /// Computes `y += Z (Zᵀ A Z)⁻¹ (Zᵀ x - (A Z)ᵀ y)`, both `[3 n]`.
-    ///
-    /// This removes the error that rigid motions of the parts can represent.
-    ///
-    /// # Errors
-    /// If memory for the workspace of the factor does not suffice.
     pub fn add_correction(&self, x: &[Lanes], y: &mut [Lanes], work: &mut CoarseVectors) -> Result<()> {
         restrict(self, x, y, &mut work.lanes);
         let n = self.n();
@@ -113,7 +100,6 @@ pub(super) struct CoarseVectors {
 }
 
 impl CoarseVectors {
-    /// Allocates vectors for the coarse unknowns of `space`.
     pub fn new(space: &CoarseSpace) -> Self {
         Self { lanes: vec![[0.0; LANES]; space.n()], columns: vec![0.0; LANES * space.n()] }
     }
@@ -161,7 +147,6 @@ fn add_motion_products(motions: &NodeMotions, x: &[Lanes; 3], sign: f64, coarse:
     }
 }
 
-/// Coarse unknowns of a part.
 #[inline(always)]
 fn rows_of_part(coarse: &mut [Lanes], part: u32) -> &mut [Lanes] {
     &mut coarse[6 * part as usize..6 * part as usize + 6]
@@ -180,7 +165,6 @@ fn prolong(space: &CoarseSpace, coarse: &[Lanes], y: &mut [Lanes]) {
     }
 }
 
-/// Rigid motions at each node, orthonormal over the nodes of each part.
 fn motions(matrix: &NodeMatrix, part: &[usize], n_parts: usize) -> Vec<NodeMotions> {
     let (mut centre, mut count) = (vec![[0.0; 3]; n_parts], vec![0.0; n_parts]);
     for (&part, point) in part.iter().zip(&matrix.points) {

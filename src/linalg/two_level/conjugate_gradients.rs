@@ -7,17 +7,15 @@ use crate::cancel;
 use crate::error::{Error, Result};
 use crate::linalg::vector::nan_max;
 
-/// Maximum number of iterations. A solve that needs more iterations fails.
 const MAX_ITERATIONS: usize = 2000;
 
 /// Number of last steps from which the error is estimated.
 const ERROR_ESTIMATE_STEPS: usize = 5;
 
-/// Vectors of the iteration, `[3 n]` each. The next system reuses their memory.
+/// Vectors of the iteration, `[3 n]` each.
 pub(super) struct CgVectors {
     /// Right-hand sides on entry; residuals on return.
     pub residual: Vec<Lanes>,
-    /// Solutions.
     pub solution: Vec<Lanes>,
     direction: Vec<Lanes>,
     image: Vec<Lanes>,
@@ -35,12 +33,10 @@ pub struct Convergence {
 }
 
 impl CgVectors {
-    /// Bytes for `n` nodes and `n_coarse` coarse unknowns.
     pub fn bytes(n: usize, n_coarse: usize) -> usize {
         8 * LANES * (5 * 3 * n + 2 * n_coarse)
     }
 
-    /// Allocates zero vectors for the systems of `solver`.
     pub fn new(solver: &TwoLevelSolver) -> Self {
         let zeros = || vec![[0.0; LANES]; 3 * solver.matrix.n()];
         Self {
@@ -56,9 +52,6 @@ impl CgVectors {
     /// Solves A x = b for the right-hand sides in `residual`, to a relative error of `MAX_ENERGY_ERROR` in the energy norm.
     ///
     /// The estimated squared error is the energy gained in the last steps divided by the energy of the solution.
-    ///
-    /// # Errors
-    /// If the iteration does not converge (kind `NotConverged`), memory does not suffice, or the run is cancelled.
     ///
     /// # Source
     /// Hestenes and Stiefel (1952), J. Res. Nat. Bur. Standards 49; Strakoš and Tichý (2002), ETNA 13.
@@ -94,8 +87,7 @@ impl CgVectors {
         Err(not_converged(MAX_ITERATIONS, error))
     }
 
-    /// Largest relative residual |A x - b| / |b| of the solutions, recomputed. `subtract` subtracts the right-hand sides b from a
-    /// vector.
+    /// Largest relative residual |A x - b| / |b| of the solutions, recomputed. `subtract` subtracts the right-hand sides b.
     pub fn true_residual(&mut self, solver: &TwoLevelSolver, subtract: impl Fn(&mut [Lanes])) -> f64 {
         solver.matrix.multiply(&self.solution, &mut self.image);
         subtract(&mut self.image);
@@ -116,7 +108,6 @@ impl CgVectors {
         Ok(energy)
     }
 
-    /// Applies one smoothing step, then the coarse correction of the remaining residual.
     fn precondition(&mut self, solver: &TwoLevelSolver) -> Result<()> {
         let Self { residual, preconditioned, image, coarse, .. } = self;
         solver.smoother.apply(&solver.matrix, residual, preconditioned, image);

@@ -2,7 +2,7 @@
 //!
 //! The preconditioner is `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` with E = Zᵀ A Z (adapted deflation, A-DEF2). M⁻¹, a symmetric Gauss-Seidel
 //! sweep, reduces high-frequency errors inside a part. The columns of Z, rigid motions of many small parts of the body, reduce
-//! errors that extend over many parts. Hence the number of iterations hardly grows with the number of nodes.
+//! errors that extend over many parts.
 //!
 //! # Source
 //! Nicolaides (1987), SIAM J. Numer. Anal. 24 (deflation); Tang, Nabben, Vuik and Erlangga (2009), J. Sci. Comput. 39
@@ -32,13 +32,13 @@ pub use conjugate_gradients::Convergence;
 pub use node_matrix::NodalUnknowns;
 pub use system::TwoLevelSolver;
 
-/// Maximum relative residual of a solution. A larger residual contradicts the error estimate.
+/// Maximum relative residual of a solution.
 const RESIDUAL_LIMIT: f64 = 1e-7;
 
-/// Bytes per stored entry of the matrix: the entry in its block, and the neighbour lists during construction.
+/// Bytes per stored entry of the matrix, with the neighbour lists during construction.
 const BYTES_PER_ENTRY: usize = 15;
 
-/// Bytes per node: inverse of the diagonal block, motions, and forces caused by the motions of the neighbouring parts.
+/// Bytes per node, with the motions and their forces.
 const BYTES_PER_NODE: usize = 2200;
 
 /// The coarse factor and its workspace take about this × n^(4/3) bytes for n coarse unknowns.
@@ -54,15 +54,14 @@ pub struct InverseBlock {
     pub residual: f64,
 }
 
-/// Number of nodes of a part. Smaller parts reduce the number of iterations and enlarge the coarse factor.
+/// Number of nodes of a part. Smaller parts need fewer iterations but a larger coarse factor.
 fn nodes_per_part(n_nodes: usize) -> usize {
     (1.2 * (n_nodes as f64).cbrt()).max(32.0) as usize
 }
 
 impl TwoLevelSolver {
-    /// Upper estimate of the peak memory, bytes, including solves with `n_batches` times eight right-hand sides.
-    ///
-    /// The matrix has `n_stored` entries (of one triangle) and `n_nodes` nodes.
+    /// Upper estimate of the peak memory, bytes, including solves with `n_batches` times eight right-hand sides. The matrix has
+    /// `n_stored` entries of one triangle.
     pub fn memory_bytes(n_stored: usize, n_nodes: usize, n_batches: usize) -> usize {
         let n_coarse = 6 * n_nodes.div_ceil(nodes_per_part(n_nodes));
         let side_by_side = n_batches.clamp(1, rayon::current_num_threads());
@@ -72,7 +71,7 @@ impl TwoLevelSolver {
             + side_by_side * CgVectors::bytes(n_nodes, n_coarse)
     }
 
-    /// Builds the solver for `matrix`. Its rows are displacement components of nodes, described by `unknowns`.
+    /// Builds the solver for `matrix`, whose rows are displacement components of nodes, described by `unknowns`.
     ///
     /// # Errors
     /// If memory does not suffice, METIS fails, or the run is cancelled. If the diagonal blocks of the nodes or the coarse matrix
@@ -88,7 +87,7 @@ impl TwoLevelSolver {
         Ok(Self { matrix, smoother, coarse })
     }
 
-    /// Block of the inverse for `rows`, (A⁻¹)_cc. Columns are solved in batches, and several batches run in parallel.
+    /// Block of the inverse for `rows`, (A⁻¹)_cc.
     ///
     /// The bits are the same for any number of threads.
     ///
@@ -152,7 +151,6 @@ fn check(residual: f64) -> Result<()> {
     )))
 }
 
-/// Replaces both triangles by their mean.
 fn symmetrise(values: &mut [f64], n: usize) {
     for i in 0..n {
         for j in 0..i {

@@ -1,4 +1,4 @@
-//! Sparse symmetric matrix in blocks of 3 x 3, one for each pair of connected nodes, with products for several vectors at once.
+//! Sparse symmetric matrix in blocks of 3 x 3, one for each pair of connected nodes.
 
 use super::super::dense::try_zeroed;
 use super::super::ordering::NodeGraph;
@@ -34,19 +34,12 @@ pub(super) struct NodeMatrix {
     pub offsets: Vec<usize>,
     /// Column nodes of the blocks left of the diagonal, ascending in each row.
     pub columns: Vec<u32>,
-    /// The blocks left of the diagonal.
     pub lower: Vec<Block3x3>,
-    /// Diagonal blocks.
     pub diagonal: Vec<Block3x3>,
-    /// Which components exist at each node.
     pub has_component: Vec<[bool; 3]>,
 }
 
 impl NodeMatrix {
-    /// Converts `matrix` to blocks.
-    ///
-    /// # Errors
-    /// If memory does not suffice.
     pub fn new(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> Result<Self> {
         let n = unknowns.points.len();
         let graph = graph(matrix, unknowns);
@@ -89,7 +82,6 @@ impl NodeMatrix {
         Ok(Self { position_of_row, points, offsets, columns, lower, diagonal, has_component })
     }
 
-    /// Number of nodes.
     pub fn n(&self) -> usize {
         self.diagonal.len()
     }
@@ -100,12 +92,11 @@ impl NodeMatrix {
         self.columns[range.clone()].iter().map(|&column| column as usize).zip(&self.lower[range])
     }
 
-    /// Computes `y = A x`, both `[3 n]`. Does not allocate.
+    /// Computes `y = A x`, both `[3 n]`.
     pub fn multiply(&self, x: &[Lanes], y: &mut [Lanes]) {
         wide!(multiply(self => matrix: &NodeMatrix, x => x: &[Lanes], y => y: &mut [Lanes]));
     }
 
-    /// Graph of the nodes that share a block.
     pub fn graph(&self) -> NodeGraph {
         let pairs: Vec<(usize, usize)> =
             (0..self.n()).flat_map(|i| self.row(i).map(move |(j, _)| (i, j))).collect();
@@ -136,14 +127,12 @@ fn multiply(matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes]) {
     }
 }
 
-/// Allocates `n` zero blocks; fails if memory does not suffice.
 pub(super) fn blocks(n: usize) -> Result<Vec<Block3x3>> {
-    // Only the memory check of `try_zeroed` is needed, not its numbers.
+    // Only the memory check of `try_zeroed` is needed.
     drop(try_zeroed(9 * n)?);
     Ok(vec![[0.0; 9]; n])
 }
 
-/// Graph of the nodes that are coupled by an entry of the matrix.
 fn graph(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> NodeGraph {
     let (offsets, rows, _) = matrix.lower();
     let mut others: Vec<Vec<usize>> = vec![Vec::new(); unknowns.points.len()];
@@ -152,7 +141,7 @@ fn graph(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> NodeGraph {
         for &row in &rows[offsets[column]..offsets[column + 1]] {
             let other = unknowns.of_row[row].0;
             let (from, to) = (node.max(other), node.min(other));
-            // The rows of a node are consecutive, so that a repeated neighbour is usually the last one.
+            // The rows of a node are consecutive, so a repeated neighbour is usually the last one.
             if from != to && others[from].last() != Some(&to) {
                 others[from].push(to);
             }
@@ -197,13 +186,11 @@ fn cuthill_mckee(graph: &NodeGraph) -> Vec<usize> {
     order
 }
 
-/// Three rows of a node.
 #[inline(always)]
 pub(super) fn rows_of_node(x: &[Lanes], node: usize) -> &[Lanes; 3] {
     x[3 * node..3 * node + 3].try_into().expect("three rows")
 }
 
-/// Three rows of a node, mutable.
 #[inline(always)]
 pub(super) fn rows_of_node_mut(x: &mut [Lanes], node: usize) -> &mut [Lanes; 3] {
     (&mut x[3 * node..3 * node + 3]).try_into().expect("three rows")

@@ -9,16 +9,11 @@ use super::node_matrix::{
 use crate::error::{Error, Result};
 use crate::geometry::format_point;
 
-/// Inverses of the diagonal blocks, for symmetric block Gauss-Seidel sweeps.
 pub(super) struct GaussSeidel {
     inverse: Vec<Block3x3>,
 }
 
 impl GaussSeidel {
-    /// Inverts the diagonal blocks of `matrix`.
-    ///
-    /// # Errors
-    /// If a diagonal block is not positive definite; the message contains the position of its node.
     pub fn new(matrix: &NodeMatrix) -> Result<Self> {
         let inverse = matrix.diagonal.iter().enumerate().map(|(node, block)| {
             let inverse = Matrix3::from_row_slice(block).cholesky().map(|factor| factor.inverse());
@@ -33,8 +28,8 @@ impl GaussSeidel {
         Ok(Self { inverse: inverse.collect::<Result<_>>()? })
     }
 
-    /// Computes `y = ((D + L) D⁻¹ (D + L)ᵀ)⁻¹ x`, all `[3 n]`; overwrites `y` and `work`. Does not allocate. D contains the
-    /// diagonal blocks of `matrix`, L the blocks left of the diagonal.
+    /// Computes `y = ((D + L) D⁻¹ (D + L)ᵀ)⁻¹ x`, all `[3 n]`; overwrites `y` and `work`. D contains the diagonal blocks of
+    /// `matrix`, L the blocks left of the diagonal.
     pub fn apply(&self, matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes], work: &mut [Lanes]) {
         wide!(sweeps(
             self => smoother: &GaussSeidel,

@@ -7,7 +7,6 @@ use super::smoother::GaussSeidel;
 /// Relative error in the energy norm at which the iteration stops.
 pub(super) const MAX_ENERGY_ERROR: f64 = 1e-11;
 
-/// Advice for the user if the iteration fails.
 pub(super) const SLOW_OR_SINGULAR: &str = "a part of the body may move without any force. Look for parts joined only by a single node or edge. Otherwise raise --max-memory or solver.memory_limit: the factorisation that is then used names the node where the body can move";
 
 /// Iterative solver for a symmetric positive definite matrix A, without a factorisation of A.

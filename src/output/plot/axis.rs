@@ -12,7 +12,6 @@ pub enum Scale {
 }
 
 impl Scale {
-    /// Round step that is at least `rough`.
     fn step(self, rough: f64) -> f64 {
         round_up(if self == Self::Whole { rough.max(1.0) } else { rough }, &[1.0, 2.0, 5.0, 10.0])
     }
@@ -28,7 +27,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Creates an axis for all finite `values` (if logarithmic: all positive ones) between two pixel positions. Its ends are round
+    /// Creates an axis for all finite `values` (if logarithmic: positive ones) between two pixel positions. Its ends are round
     /// numbers.
     pub fn spanning(values: impl Iterator<Item = f64>, scale: Scale, pixels: [f64; 2]) -> Self {
         let shown = values.filter(|v| v.is_finite() && (scale != Scale::Logarithmic || *v > 0.0));
@@ -50,7 +49,7 @@ impl Axis {
                 (low, high) = ((low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step);
             }
             Scale::Logarithmic => {
-                // The ends are powers of ten for a long range, otherwise 1, 2 or 5 times a power of ten.
+                // Powers of ten for a long range, otherwise 1, 2 or 5 times a power of ten.
                 let digits: &[f64] = if high > 30.0 * low { &[1.0, 10.0] } else { &[1.0, 2.0, 5.0, 10.0] };
                 (low, high) = (round_down(low, digits), round_up(high, digits));
                 if low == high {
@@ -66,8 +65,8 @@ impl Axis {
         Self { scale: Scale::Linear, low, high, pixels }
     }
 
-    /// Pixel position of a value, possibly beyond the ends of the axis. `None` if the position is not finite, as for a negative
-    /// value on a logarithmic axis.
+    /// Pixel position of a value, possibly beyond the axis. `None` if it is not finite, as for a negative value on a logarithmic
+    /// axis.
     pub fn to_pixel(&self, value: f64) -> Option<f64> {
         let share = match self.scale {
             Scale::Linear | Scale::Whole => (value - self.low) / (self.high - self.low),
@@ -76,8 +75,7 @@ impl Axis {
         share.is_finite().then(|| self.pixels[0] + share * (self.pixels[1] - self.pixels[0]))
     }
 
-    /// Exponent p, a multiple of three, of the power 10^p by which the labels must be multiplied. It is 0 unless the labels would
-    /// be long.
+    /// Exponent p, a multiple of three, of the power 10^p by which the labels must be multiplied; 0 for short labels.
     pub fn label_exponent(&self) -> i32 {
         let largest = self.high.abs().max(self.low.abs());
         match self.scale {
@@ -88,7 +86,7 @@ impl Axis {
         }
     }
 
-    /// Returns `unit`, preceded by the power of ten of [`Axis::label_exponent`] if the exponent is not 0.
+    /// `unit` with the power of ten of [`Axis::label_exponent`], if any.
     pub(crate) fn scaled_unit(&self, unit: &str) -> String {
         match self.label_exponent() {
             0 => unit.to_owned(),
@@ -100,7 +98,7 @@ impl Axis {
         self.scale.step((self.high - self.low) / 6.0)
     }
 
-    /// Tick values with their labels, which are divided by 10^p with p = [`Axis::label_exponent`]. Minor ticks have no label.
+    /// Tick values with their labels, divided by 10^p with p = [`Axis::label_exponent`]. Minor ticks have no label.
     pub fn ticks(&self) -> Vec<(f64, Option<String>)> {
         match self.scale {
             Scale::Linear | Scale::Whole => {
@@ -185,7 +183,7 @@ mod tests {
         axis.ticks().into_iter().filter_map(|(_, label)| label).collect()
     }
 
-    /// Truth: the ticks are multiples of 1, 2 or 5 times a power of ten, and cover the values.
+    /// Truth: ticks are multiples of 1, 2 or 5 times a power of ten, and cover the values.
     #[test]
     fn ticks_are_round_numbers() {
         assert_eq!(labels(&[0.0, 300.0], Scale::Linear), ["0", "50", "100", "150", "200", "250", "300"]);
@@ -200,7 +198,7 @@ mod tests {
         assert_eq!(labels(&[16.0, 256.0], Scale::Logarithmic), ["10", "20", "50", "100", "200", "500"]);
     }
 
-    /// Truth: labels of long numbers are divided by a power of a thousand, which the unit shows.
+    /// Truth: the labels of long numbers are divided by a power of a thousand.
     #[test]
     fn long_numbers_have_a_power() {
         let axis = |high: f64| Axis::spanning([0.0, high].into_iter(), Scale::Linear, [0.0, 1.0]);

@@ -5,8 +5,7 @@ use crate::output::plot::{Anchor, Canvas, colour};
 
 const BAR_WIDTH_PX: f64 = 12.0;
 
-/// Draws the bar to the right of a plot `area` (left, top, width, height): colours from 0 to `peak`, and the number `peak` below
-/// them.
+/// Draws the bar to the right of a plot `area` (left, top, width, height), with colours from 0 to `peak`.
 pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &str) {
     let (left, top, height) = (area[0] + area[2] + 12.0, area[1], area[3]);
     draw_colours(canvas, [left, top, height], 60);
@@ -21,7 +20,7 @@ pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &st
         canvas.text([left + BAR_WIDTH_PX + 4.0, y + 4.0], Anchor::Start, 11.0, &label.unwrap_or_default());
     }
     let largest = three_digits(peak / 10_f64.powi(axis.label_exponent()));
-    // The text lies below the labels of the x axis, because the last label reaches under the bar.
+    // The last label of the x axis reaches under the bar.
     canvas.text([left + 57.0, top + height + 34.0], Anchor::End, 11.0, &format!("max {largest}"));
 }
 

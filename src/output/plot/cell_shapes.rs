@@ -6,12 +6,11 @@ use crate::frame::ContactFrame;
 use crate::geometry::Point;
 use crate::output::plot::axis::Axis;
 
-/// Maximum number of drawn cells along a side. Larger grids are drawn in blocks of cells.
+/// Larger grids are drawn in blocks of cells.
 const MAX_DRAWN_CELLS_PER_SIDE: usize = 96;
 
 /// Drawn cells in frame coordinates.
 pub(super) struct CellShapes {
-    /// Corners of each drawn cell.
     pub corners: Vec<Vec<Vector2<f64>>>,
     /// Cells of the frame in each drawn cell.
     pub cells: Vec<Vec<usize>>,
@@ -30,7 +29,6 @@ impl CellShapes {
         }
     }
 
-    /// Joins the cells of a large grid into blocks.
     fn blocks(corners: &[Vec<Vector2<f64>>], cells: [usize; 2]) -> Self {
         let [bx, by] = cells.map(|n| n.div_ceil(MAX_DRAWN_CELLS_PER_SIDE));
         let mut shapes = Self { corners: Vec::new(), cells: Vec::new() };
@@ -54,8 +52,7 @@ impl CellShapes {
         self.corners.iter().flatten()
     }
 
-    /// Axes with ranges of equal length that contain all cells, in the area (left, top, width, height) in pixels. In a square area,
-    /// both axes have the same scale.
+    /// Axes with ranges of equal length that contain all cells, in the area (left, top, width, height) in pixels.
     pub fn axes(&self, [left, top, width, height]: [f64; 4]) -> [Axis; 2] {
         let range = |axis: usize| {
             self.all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[axis]), h.max(p[axis])))
@@ -69,7 +66,6 @@ impl CellShapes {
         ]
     }
 
-    /// Centre of a drawn cell.
     pub fn middle(&self, shape: usize) -> Vector2<f64> {
         let corners = &self.corners[shape];
         corners.iter().sum::<Vector2<f64>>() / corners.len() as f64
@@ -81,8 +77,8 @@ mod tests {
     use super::*;
     use crate::geometry::Triad;
 
-    /// Truth: cells in the plane of the frame keep their areas, whatever the direction of its normal. A square wall of 2 mm by 2
-    /// mm, normal to x, has four cells of 1 mm2.
+    /// Truth: cells in the plane of the frame keep their areas: a square wall of 2 mm by 2 mm, normal to x, has four cells of 1
+    /// mm2.
     #[test]
     fn a_wall_is_drawn_with_the_areas_of_its_cells() {
         let mut frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();

@@ -44,17 +44,14 @@ impl Chart {
         self.panel().into_svg(PANEL)
     }
 
-    /// Draws the chart as a panel of a larger figure.
     pub(crate) fn panel(&self) -> Canvas {
         self.panel_with_bands(&[])
     }
 
-    /// Draws a panel with points that are not joined.
     pub(crate) fn scattered_panel(&self) -> Canvas {
         self.drawn(&[], false)
     }
 
-    /// Draws a panel with shaded ranges around some series.
     pub(crate) fn panel_with_bands(&self, bands: &[Band]) -> Canvas {
         self.drawn(bands, true)
     }
@@ -63,7 +60,6 @@ impl Chart {
         let mut axes = self.axes(bands, 0.0);
         let (mut corner, hidden) = self.legend_corner(&axes);
         if hidden > 0 && self.series.len() > 1 {
-            // Make room for the legend above the lines.
             let height = PANEL[1] - MARGIN[3] - MARGIN[1];
             let share = (self.legend_size()[1] + 24.0) / height;
             let roomy = self.axes(bands, (share / (1.0 - share)).clamp(0.0, 1.0));
@@ -83,7 +79,7 @@ impl Chart {
         canvas
     }
 
-    /// Axes of the chart. A linear y axis is extended upwards by the fraction `room` of its range.
+    /// A linear y axis is extended upwards by the fraction `room` of its range.
     fn axes(&self, bands: &[Band], room: f64) -> [Axis; 2] {
         let edges = |axis: usize| {
             let at = move |[x, low, high]: &[f64; 3]| if axis == 0 { [*x; 2] } else { [*low, *high] };
@@ -110,7 +106,6 @@ impl Chart {
             let shade = if label.is_some() { "#ddd" } else { "#f2f2f2" };
             canvas.add(format_args!(r#"<path d="M{x:.1} {top}V{bottom}" stroke="{shade}"/>"#));
             let Some(label) = label else { continue };
-            // Keep the last label inside the panel.
             let middle = x.min(PANEL[0] - 2.0 - 3.5 * label.chars().count() as f64);
             canvas.text([middle, bottom + 17.0], Anchor::Middle, 12.0, &label);
         }
@@ -137,14 +132,12 @@ impl Chart {
         canvas.upward_text([17.0, 0.5 * (top + bottom)], 13.0, &self.labels[1]);
     }
 
-    /// Width and height of the legend.
     fn legend_size(&self) -> [f64; 2] {
         let longest = self.series.iter().map(|s| s.name.chars().count()).max().unwrap_or(0);
         [44.0 + 6.6 * longest as f64, 8.0 + 18.0 * self.series.len() as f64]
     }
 
-    /// Upper left corner of the legend, and the number of points that it hides. Of 5 x 5 places, the legend takes the place where
-    /// it hides the fewest points.
+    /// Upper left corner of the legend where it hides the fewest points, and their number.
     fn legend_corner(&self, axes: &[Axis; 2]) -> ([f64; 2], usize) {
         let [width, height] = self.legend_size();
         let (left, top) = (MARGIN[0] + 8.0, MARGIN[1] + 8.0);
@@ -189,7 +182,7 @@ impl Chart {
     }
 }
 
-/// Points of a series, with intermediate points so that the legend also avoids long segments.
+/// Points of a series, with intermediate points on long segments.
 fn densify(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
     let shown = |p: &&[f64; 2]| axes[0].to_pixel(p[0]).is_some() && axes[1].to_pixel(p[1]).is_some();
     let shown: Vec<[f64; 2]> = points.iter().filter(shown).copied().collect();
@@ -241,12 +234,11 @@ fn draw_band(canvas: &mut Canvas, band: &Band, axes: &[Axis; 2]) {
     }
 }
 
-/// Dash pattern of series `i`: dashed if an earlier series has the same colour.
 fn dashes(i: usize) -> &'static str {
     if i < SERIES_COLOURS.len() { "" } else { r#" stroke-dasharray="6 4""# }
 }
 
-/// Draws the marker of series `i`. Markers differ in shape as well as in colour.
+/// Markers differ in shape as well as in colour.
 fn draw_marker(canvas: &mut Canvas, [x, y]: [f64; 2], i: usize) {
     let colour = SERIES_COLOURS[i % SERIES_COLOURS.len()];
     let path = match i % 4 {
@@ -265,7 +257,7 @@ fn draw_marker(canvas: &mut Canvas, [x, y]: [f64; 2], i: usize) {
 mod tests {
     use super::*;
 
-    /// Truth: where lines fill the whole plot area, the legend lies above them and hides none of their points.
+    /// Truth: where lines fill the plot area, the legend lies above them.
     #[test]
     fn legends_hide_no_lines() {
         let line = |i: usize| Series {
@@ -296,7 +288,7 @@ mod tests {
             .map(|line| number(line, "cy"))
             .filter(|y| *y > bottom)
             .count();
-        // The first and the fifth series have circles at both ends. The circles of the legend lie above its lower edge.
+        // Circles at the ends of the first and fifth series; those of the legend lie above its lower edge.
         assert_eq!(highest, 4, "{picture}");
     }
 

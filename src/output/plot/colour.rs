@@ -7,7 +7,7 @@
 pub(crate) const SERIES_COLOURS: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#222222"];
 
-/// Colours of a map from low to high, with decreasing lightness. Low values are nearly as light as open cells, which stay white.
+/// Colours from low to high. Low values are nearly as light as open cells, which stay white.
 const COLOUR_MAP: [[f64; 3]; 7] = [
     [255.0, 255.0, 217.0],
     [217.0, 240.0, 163.0],

@@ -3,17 +3,13 @@
 use crate::output::plot::{Anchor, Canvas};
 use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 
-/// Radius of the symbol, pixels.
 const RADIUS: f64 = 17.0;
-/// Colour of symbol and text.
 const COLOUR: &str = "#8b0000";
-/// Angle tolerance, radians. Fibres at a smaller angle to the normal are drawn as upright. Fibres at a smaller angle to the surface
-/// get no arrowhead.
+/// Angle, radians, below which fibres are drawn along the normal, or along the surface without arrowhead.
 const UPRIGHT_TOLERANCE_RAD: f64 = 1e-3;
 
-/// Draws a symbol for each fibre, the first centred at the given point, further symbols to its left. A line shows the projection on
-/// the surface, its length proportional to the cosine of the tilt. An arrowhead marks the end that rises out of body 1. A dot in a
-/// ring shows a fibre along the normal.
+/// Draws a symbol for each fibre, from the given point to the left. The length of a line is proportional to the cosine of the tilt.
+/// An arrowhead marks the end that rises out of body 1, a dot in a ring a fibre along the normal.
 pub(super) fn draw_fibre_symbols(canvas: &mut Canvas, surface: &SurfaceProperties, [x, y]: [f64; 2]) {
     for (i, fibre) in surface.fibres.iter().enumerate() {
         draw_fibre_symbol(canvas, fibre, [x - 2.4 * RADIUS * i as f64, y]);
@@ -57,7 +53,7 @@ fn upward_direction(fibre: &SurfaceFibre) -> (f64, f64) {
     }
 }
 
-/// Text for each fibre: its angles in degrees as in the scene. `azimuth` is the azimuth of the frame, radians.
+/// Angles of each fibre in degrees as in the scene. `azimuth` is the azimuth of the frame, radians.
 pub(super) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<String> {
     let degrees = |angle: f64| {
         let rounded = (angle.to_degrees() * 100.0).round() / 100.0;
@@ -71,7 +67,6 @@ pub(super) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<Str
     surface.fibres.iter().map(line).collect()
 }
 
-/// Writes lines of text downwards from a point.
 pub(super) fn write_words(canvas: &mut Canvas, lines: &[String], [x, y]: [f64; 2]) {
     canvas.add(format_args!(r#"<g fill="{COLOUR}">"#));
     for (i, line) in lines.iter().enumerate() {
@@ -86,7 +81,7 @@ mod tests {
     use crate::geometry::Side;
 
     /// Truth: a fibre with tilt t and azimuth a has the direction (cos t cos a, cos t sin a, sin t). A fibre that falls along its
-    /// azimuth rises the opposite way. The text shows the angles of the scene, which include the azimuth of the frame.
+    /// azimuth rises the opposite way. The text shows the angles of the scene.
     #[test]
     fn signs_and_words_follow_the_angles() {
         let fibre = |tilt: f64, azimuth: f64| SurfaceFibre {

@@ -1,4 +1,4 @@
-//! Maps of the contact frame: pressure, slip, stick and slip zones, wear depth, with the fibre directions.
+//! Maps of fields on the contact frame, with the fibre directions.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -13,15 +13,12 @@ use crate::output::plot::{Anchor, Canvas, arrange_panels, colour, fibres};
 use crate::output::summary::Units;
 use crate::output::surface_properties::SurfaceProperties;
 
-/// Width and height of the panel of a map, without the lines of text on the fibres.
+/// Width and height of the panel of a map, without the text on the fibres.
 const MAP_PANEL_PX: [f64; 2] = [400.0, 370.0];
 /// Plot area within the panel: left, top, width, height.
 const MAP_AREA_PX: [f64; 4] = [58.0, 40.0, 270.0, 270.0];
-/// Number of colours of a map.
 const COLOUR_LEVELS: usize = 64;
-/// Maximum number of slip arrows along a side.
 const MAX_ARROWS_PER_SIDE: usize = 15;
-/// Colours of the stick zone and the slip zone.
 const STICK_SLIP_COLOURS: [&str; 2] = ["#0072b2", "#f0b45a"];
 
 /// Quantity of a map.
@@ -29,8 +26,7 @@ const STICK_SLIP_COLOURS: [&str; 2] = ["#0072b2", "#f0b45a"];
 pub enum MapKind {
     /// Pressure.
     Pressure,
-    /// Magnitude of the slip of body 2 relative to body 1 in the entry (in rolling: per rolled distance), with arrows. Open cells
-    /// show no slip.
+    /// Magnitude of the slip of body 2 relative to body 1 (in rolling: per rolled distance), with arrows. Open cells show none.
     Slip,
     /// Stick zone, slip zone and open cells.
     Zones,
@@ -48,7 +44,6 @@ pub struct StepEndFields {
     /// Tractions on body 2, `[3, N]`, component by component.
     pub tractions: Vec<f64>,
     slip: Vec<[f64; 2]>,
-    /// Whether slip is per rolled distance.
     is_rolling: bool,
     status: Vec<u8>,
     /// Wear depth, sum of both bodies, `[N]`.
@@ -85,7 +80,7 @@ impl StepEndFields {
         self.tractions.get(2 * (self.tractions.len() / 3) + cell).copied().unwrap_or(0.0)
     }
 
-    /// Whether a map of this kind is worth drawing. A map of the zones requires a cell that sticks.
+    /// Whether a map of this kind is worth drawing.
     pub fn has_content(&self, kind: MapKind) -> bool {
         match kind {
             MapKind::Pressure => true,
@@ -95,7 +90,6 @@ impl StepEndFields {
         }
     }
 
-    /// Value of a cell that its colour represents.
     fn value(&self, kind: MapKind, cell: usize) -> f64 {
         match kind {
             MapKind::Pressure => self.pressure(cell),
@@ -108,7 +102,7 @@ impl StepEndFields {
     }
 }
 
-/// Draws the maps of one kind in rows, each with its own colour bar or key of zones. `None` if no state has anything to show.
+/// Draws the maps of one kind, each with its colour bar or key. `None` if no state has anything to show.
 pub fn maps_svg(
     frame: &ContactFrame,
     surface: &SurfaceProperties,
@@ -116,7 +110,6 @@ pub fn maps_svg(
     kind: MapKind,
     units: &Units,
 ) -> Option<String> {
-    // States without a stick zone are drawn as well if another state has one.
     let all = kind == MapKind::Zones && states.iter().any(|state| state.has_content(kind));
     let shown: Vec<&StepEndFields> = states.iter().filter(|state| all || state.has_content(kind)).collect();
     if shown.is_empty() {
@@ -129,7 +122,6 @@ pub fn maps_svg(
     Some(arrange_panels(&panels, size, 3))
 }
 
-/// Data common to the panels of a figure.
 struct MapFigure<'a> {
     shapes: CellShapes,
     surface: &'a SurfaceProperties,
@@ -178,7 +170,7 @@ impl MapFigure<'_> {
         canvas
     }
 
-    /// Colours the cells by value and returns the largest value of a cell.
+    /// Colours the cells by value and returns the largest value.
     fn draw_values(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields) -> f64 {
         let value = |cell: &usize| state.value(self.kind, *cell);
         let peak = self.shapes.cells.iter().flatten().map(value).fold(0.0, f64::max);
@@ -198,8 +190,7 @@ impl MapFigure<'_> {
         peak
     }
 
-    /// Colours the stick and slip zones. A block of cells is coloured if at least half of its cells are in contact. It gets the
-    /// colour of the zone with more cells.
+    /// Colours a block of cells in the colour of its larger zone, if at least half of its cells are in contact.
     fn zones(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields) {
         let mut by_zone = [String::new(), String::new()];
         for (corners, cells) in self.shapes.corners.iter().zip(&self.shapes.cells) {
@@ -213,7 +204,7 @@ impl MapFigure<'_> {
         by_zone.iter().zip(STICK_SLIP_COLOURS).for_each(|(outlines, fill)| paint(canvas, outlines, fill));
     }
 
-    /// Draws arrows of the mean slip on a lattice of squares. An arrow for the largest slip is as long as a side of a square.
+    /// Draws arrows of the mean slip in squares. The arrow of the largest slip is as long as a square.
     fn arrows(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields, peak: f64) {
         if peak <= 0.0 {
             return;
@@ -265,7 +256,7 @@ fn outline(corners: &[Vector2<f64>], axes: &[Axis; 2]) -> String {
     format!("M{}z", points.join("L"))
 }
 
-/// Fills outlines. The stroke hides hairlines between neighbours.
+/// The stroke hides hairlines between neighbours.
 fn paint(canvas: &mut Canvas, outlines: &str, fill: &str) {
     if !outlines.is_empty() {
         canvas
@@ -273,14 +264,12 @@ fn paint(canvas: &mut Canvas, outlines: &str, fill: &str) {
     }
 }
 
-/// Writes a caption at the upper right of the plot area.
 fn draw_caption(canvas: &mut Canvas, text: &str) {
     canvas.add(format_args!(r##"<g fill="#222">"##));
     canvas.text([MAP_AREA_PX[0] + MAP_AREA_PX[2], MAP_AREA_PX[1] - 6.0], Anchor::End, 11.0, text);
     canvas.add(format_args!("</g>"));
 }
 
-/// Draws the key of the zone colours, in place of the colour bar.
 fn draw_zone_key(canvas: &mut Canvas) {
     let left = MAP_AREA_PX[0] + MAP_AREA_PX[2] + 10.0;
     for (i, (name, fill)) in
@@ -327,8 +316,8 @@ mod tests {
     use crate::geometry::Side;
     use crate::output::surface_properties::SurfaceFibre;
 
-    /// Frame of 2 x 2 cells. The cells are named by the signs of their x and y: (-, -) is open, (-, +) sticks, (+, -) slips along
-    /// x, and (+, +) slips along -y.
+    /// Frame of 2 x 2 cells, named by the signs of their x and y: (-, -) is open, (-, +) sticks, (+, -) slips along x, (+, +) along
+    /// -y.
     fn state() -> (ContactFrame, StepEndFields) {
         let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
         let fields = FrameState {
@@ -348,14 +337,14 @@ mod tests {
         maps_svg(&frame, &surface, &[state], kind, &Units::default()).unwrap()
     }
 
-    /// Whether the picture fills the cell whose corner (low x, low y) lies at these pixels with `fill`.
+    /// Whether `fill` colours the cell whose corner (low x, low y) lies at these pixels.
     fn filled(picture: &str, [x, y]: [f64; 2], fill: &str) -> bool {
         let fill = format!("fill=\"{fill}\"");
         picture.lines().any(|line| line.contains(&fill) && line.contains(&format!("M{x:.1} {y:.1}L")))
     }
 
-    /// Truth: positions and colours of the cells, computed by hand. 2 mm take 270 pixels from the upper left corner (58, 40), with
-    /// y upwards. The largest value is darkest.
+    /// Truth: positions and colours computed by hand. 2 mm take 270 pixels from the upper left corner (58, 40), y upwards. The
+    /// largest value is darkest.
     #[test]
     fn cells_have_the_colours_of_their_values() {
         let darkest = colour::map_colour((COLOUR_LEVELS as f64 - 0.5) / COLOUR_LEVELS as f64);
@@ -376,7 +365,7 @@ mod tests {
         assert!(wear.contains("max 600") && wear.contains("\u{2212}9"), "{wear}");
     }
 
-    /// Truth: the slip of rolling is a length per rolled distance (docs/results.md), so the colour bar of its map shows no unit.
+    /// Truth: the slip of rolling is a length per rolled distance (docs/results.md), so its map shows no unit.
     #[test]
     fn slip_of_rolling_has_no_unit() {
         let (frame, mut state) = state();
@@ -393,8 +382,8 @@ mod tests {
         assert_eq!(of_rolling, of_sliding - 1);
     }
 
-    /// Truth: arrows computed by hand. A slip of 0.04 along x gives 18 pixels to the right, and a slip of 0.02 along -y gives 9
-    /// pixels down. Cells without pressure have no arrow.
+    /// Truth: arrows computed by hand: a slip of 0.04 along x gives 18 pixels to the right, 0.02 along -y gives 9 down. Cells
+    /// without pressure have none.
     #[test]
     fn arrows_have_the_direction_and_length_of_the_slip() {
         let picture = drawn(MapKind::Slip);

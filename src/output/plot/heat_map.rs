@@ -17,17 +17,13 @@ pub struct HeatMap {
     pub values: Vec<Option<f64>>,
 }
 
-/// Plot area: left, top, width, height.
+/// Left, top, width, height.
 const AREA: [f64; 4] = [76.0, 34.0, 384.0, 314.0];
-/// Minimum width of a field that shows its value.
 const MIN_LABELLED_WIDTH_PX: f64 = 50.0;
-/// Minimum height of a field that shows its value.
 const MIN_LABELLED_HEIGHT_PX: f64 = 16.0;
-/// Number of colour steps of the bar.
 const STEPS: u32 = 50;
 
 impl HeatMap {
-    /// Draws the heat map as a panel of a larger figure.
     pub(crate) fn panel(&self) -> Canvas {
         let mut canvas = Canvas::default();
         let [left, top, width, height] = AREA;
@@ -59,7 +55,6 @@ impl HeatMap {
         canvas.add(format_args!(
             r##"<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#555"/>"##
         ));
-        // Write as many names as there is room for.
         let longest = self.names[0].iter().map(|name| name.chars().count()).max().unwrap_or(0);
         let every = |room: f64, step: f64| (room / step).ceil().max(1.0) as usize;
         for (i, name) in self.names[0].iter().enumerate().step_by(every(6.6 * longest as f64 + 8.0, size[0]))
@@ -92,8 +87,8 @@ impl HeatMap {
 mod tests {
     use super::*;
 
-    /// Truth: positions of 2 x 2 fields, computed by hand: columns of 192 pixels from 76, and rows of 157 pixels upwards from 348.
-    /// The smallest value has the lightest colour and the largest value the darkest; a missing value has none.
+    /// Truth: positions computed by hand: columns of 192 pixels from 76, and rows of 157 pixels upwards from 348. The smallest
+    /// value is lightest, the largest darkest; a missing value has no colour.
     #[test]
     fn fields_lie_where_their_values_do() {
         let names = [vec!["0".into(), "90".into()], vec!["a".into(), "b".into()]];

@@ -7,8 +7,8 @@ use crate::output::plot::loops::four_digits;
 use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::Units;
 
-/// Draws forces and areas over the entries. With cycles or sliding, it also draws wear volume, wear depth and, with jumps, the load
-/// over cycles or distance.
+/// Draws forces and areas over the entries and, with cycles or sliding, wear volume, wear depth and the load over cycles or
+/// distance.
 pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
     let mut panels = vec![forces(records, units), areas(records, units)];
     for along in [WearAbscissa::Cycles, WearAbscissa::Distance] {
@@ -21,7 +21,6 @@ pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
     arrange_panels(&panels, PANEL, 2)
 }
 
-/// Abscissa of the wear plots.
 #[derive(Clone, Copy, PartialEq)]
 enum WearAbscissa {
     Cycles,
@@ -95,7 +94,7 @@ fn wear_panel(
     chart(along, title, &format!("{title}, {}", units.length), series, units).panel()
 }
 
-/// Wear volume, with a band for the estimated error of its integration over the jumps.
+/// Wear volume, with a band for its estimated integration error over the jumps.
 fn wear_volume_panel(records: &[IncrementRecord], along: WearAbscissa, units: &Units) -> Canvas {
     let points = records.iter().map(|record| [along.of(record), record.worn_volume]).collect();
     let edges = records.iter().map(|record| {
@@ -118,7 +117,7 @@ fn wear_volume_panel(records: &[IncrementRecord], along: WearAbscissa, units: &U
     chart(along, &title, &label, series, units).panel_with_bands(&[band])
 }
 
-/// Mean load of the jumps and, for fretting cycles, the loads at both reversal points. `None` if there are no jumps.
+/// Mean load of the jumps and, for fretting cycles, the loads at both reversal points.
 fn load_panel(records: &[IncrementRecord], along: WearAbscissa, units: &Units) -> Option<Canvas> {
     let belongs = |record: &&IncrementRecord| match along {
         WearAbscissa::Cycles => record.stroke_ends.is_some(),
@@ -144,8 +143,8 @@ mod tests {
     use super::*;
     use crate::evolution::records::Resultants;
 
-    /// Truth: values of the records, in pixels. The band is the wear volume plus and minus its estimated error. The load lines are
-    /// the mean force and the forces at both reversal points.
+    /// Truth: values of the records, in pixels. The band is the wear volume ± its estimated error. The loads are the mean force and
+    /// the forces at both reversal points.
     #[test]
     fn errors_and_loads_are_those_of_the_records() {
         let end = |normal_force: f64| Resultants { normal_force, ..Resultants::default() };

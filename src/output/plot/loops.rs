@@ -10,10 +10,10 @@ use crate::output::summary::Units;
 pub struct LoopCurve {
     /// Label, such as "fretting, after 50000 cycles".
     pub label: String,
-    /// Displacement of body 2 along the stroke from its centre (mm) and tangential force on body 1 along the stroke (N), in order.
-    /// The last point is joined to the first.
+    /// Displacement of body 2 along the stroke from its centre (mm) and tangential force on body 1 (N), in order. The last point is
+    /// joined to the first.
     pub points: Vec<[f64; 2]>,
-    /// Energy dissipated by friction in the cycle, N mm. It equals the area of the loop if the bodies move only along the stroke.
+    /// Energy dissipated by friction in the cycle, N mm: the area of the loop if the bodies move only along the stroke.
     pub dissipated_energy: f64,
 }
 
@@ -32,14 +32,14 @@ impl LoopCurve {
         }
     }
 
-    /// Area enclosed by the points. It is positive for friction: the force on body 1 has the sign of the motion of body 2.
+    /// Enclosed area. It is positive for friction: the force on body 1 has the sign of the motion of body 2.
     pub fn area(&self) -> f64 {
         let next = self.points.iter().cycle().skip(1);
         0.5 * self.points.iter().zip(next).map(|(a, b)| b[0] * a[1] - a[0] * b[1]).sum::<f64>()
     }
 }
 
-/// Draws closed loops of force over displacement in one chart. The legend shows the dissipated energy.
+/// Draws loops in one chart. The legend shows the dissipated energy.
 pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
     let series = loops.iter().map(|cycle| Series {
         name: format!(
@@ -63,8 +63,8 @@ pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
     chart.svg()
 }
 
-/// Formats a number with four significant digits, or as an integer if its magnitude is from 1e4 to 1e6. Magnitudes below 1e-3 or
-/// from 1e6 get a power of ten as superscript.
+/// Formats a number with four significant digits, or as an integer from 1e4 to 1e6. Magnitudes below 1e-3 or from 1e6 get a power
+/// of ten.
 pub(crate) fn four_digits(value: f64) -> String {
     let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     if (-3..6).contains(&digits) {
@@ -102,8 +102,7 @@ mod tests {
         assert!((cycle.dissipated_energy - 28.8).abs() < 1e-12);
     }
 
-    /// Truth: pixels are proportional to displacements and forces of the parallelogram. The curve is closed, and the legend shows
-    /// the energy.
+    /// Truth: pixels are proportional to displacements and forces. The curve is closed, and the legend shows the energy.
     #[test]
     fn loops_are_closed_and_named() {
         let cycles = [parallelogram(5.0, 100.0, 100.0), parallelogram(5.0, 50.0, 100.0)];
@@ -123,13 +122,12 @@ mod tests {
             })
             .collect();
         assert_eq!((points.len(), points[0]), (5, points[4]));
-        // The displacements are 5, 3, -5 and -3. The forces, which count upwards, are 100, -100, -100 and 100.
+        // The displacements are 5, 3, -5 and -3; the forces, upwards, are 100, -100, -100 and 100.
         let share = (points[0][0] - points[1][0]) / (points[0][0] - points[2][0]);
         assert!((share - 0.2).abs() < 2e-3, "{points:?}");
         assert!(points[0][1] < points[1][1] && (points[1][1] - points[2][1]).abs() < 0.11);
     }
 
-    /// Truth: the numbers rounded to four significant digits by hand.
     #[test]
     fn energies_are_short() {
         let texts = [28.8, 0.0, -0.001_234_56, 1.5e-7, 2.0e8].map(four_digits);

@@ -17,16 +17,13 @@ use std::fmt::Write as _;
 
 use crate::output::vtu::escaped;
 
-/// Width and height of a panel.
+/// Width and height.
 pub(crate) const PANEL: [f64; 2] = [560.0, 400.0];
-/// Height of the line of text below the panels.
 const NOTE_HEIGHT_PX: f64 = 26.0;
 
-/// SVG elements of a picture in preparation.
 #[derive(Debug, Default, Clone)]
 pub(crate) struct Canvas(String);
 
-/// Alignment of a text relative to its point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Anchor {
     Start,
@@ -35,13 +32,11 @@ pub(crate) enum Anchor {
 }
 
 impl Canvas {
-    /// Adds an element.
     pub(crate) fn add(&mut self, element: std::fmt::Arguments<'_>) {
         self.0.write_fmt(element).expect("writing to a string does not fail");
         self.0.push('\n');
     }
 
-    /// Adds a text of font size `size` at a point.
     pub(crate) fn text(&mut self, at: [f64; 2], anchor: Anchor, size: f64, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
@@ -55,7 +50,6 @@ impl Canvas {
         ));
     }
 
-    /// Adds a vertical text that reads upwards.
     pub(crate) fn upward_text(&mut self, at: [f64; 2], size: f64, text: &str) {
         let [x, y] = at;
         self.add(format_args!(r#"<g transform="translate({x:.1} {y:.1}) rotate(-90)">"#));
@@ -63,7 +57,6 @@ impl Canvas {
         self.add(format_args!("</g>"));
     }
 
-    /// Adds the elements of `other` at an offset.
     pub(crate) fn place(&mut self, offset: [f64; 2], other: &Self) {
         self.add(format_args!(r#"<g transform="translate({:.1} {:.1})">"#, offset[0], offset[1]));
         self.0 += &other.0;
@@ -82,7 +75,6 @@ impl Canvas {
     }
 }
 
-/// Turns `^{..}` into superscripts.
 fn with_powers(text: &str) -> String {
     let mut pieces = text.split("^{");
     let mut shown = pieces.next().unwrap_or("").to_owned();
@@ -100,7 +92,7 @@ pub(crate) fn arrange_panels(panels: &[Canvas], size: [f64; 2], columns: usize) 
     arrange_panels_with_note(panels, size, columns, "")
 }
 
-/// Arranges panels in rows of at most `columns`, with a line of text below them unless it is empty.
+/// As [`arrange_panels`], with a line of text below unless it is empty.
 pub(crate) fn arrange_panels_with_note(
     panels: &[Canvas],
     size: [f64; 2],

@@ -4,7 +4,7 @@ use super::resolver::Resolver;
 use crate::scene::plan::AccuracyPlan;
 use crate::scene::spec::accuracy::{Accuracy, AccuracyQuantity, AccuracyTable};
 
-/// Resolves the key `accuracy`. The outer `None` marks an error, the inner one an absent key.
+/// The outer `None` marks an error, the inner one an absent key.
 pub(super) fn resolve(r: &mut Resolver) -> Option<Option<AccuracyPlan>> {
     if r.document.get("accuracy").is_none() {
         return Some(None);

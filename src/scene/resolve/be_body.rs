@@ -15,7 +15,6 @@ use crate::scene::plan::{BeBodyPlan, BodyPlan};
 use crate::scene::spec::body::{BeBody, FeBody, NearField};
 use crate::scene::spec::direction::FibreDirection;
 
-/// Resolves the body at `key`.
 pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Materials) -> Option<BodyPlan> {
     let interpolation = body.element;
     let fibre = body.fibre;
@@ -47,7 +46,6 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Mat
     Some(BodyPlan::Be(Box::new(be)))
 }
 
-/// The keys of the body as keys of a finite-element body.
 fn as_fe_keys(body: BeBody) -> FeBody {
     let fibre = body.fibre.map(|fibre| FibreDirection {
         tilt: Some(fibre.tilt),
@@ -73,13 +71,13 @@ fn as_fe_keys(body: BeBody) -> FeBody {
     }
 }
 
-/// Reports supports that are not on the outer surface, where boundary elements have their nodes.
+/// Boundary elements have their nodes on the outer surface.
 fn check_surface_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     let fixed = body.fixed.iter().enumerate().map(|(i, fixed)| (format!("fixed.{i}"), &fixed.group));
     let displaced =
         body.displaced.iter().enumerate().map(|(i, other)| (format!("displaced.{i}"), &other.group));
     for (place, group) in fixed.chain(displaced) {
-        // Missing groups are reported by `check_groups`.
+        // `check_groups` reports missing groups.
         if mesh.group_of_any_dim(group).is_err() {
             continue;
         }
@@ -89,8 +87,7 @@ fn check_surface_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh)
     }
 }
 
-/// The closed surface of a surface mesh, or the boundary surface of a volume mesh, with outward normals. `None` if an error was
-/// reported.
+/// The closed surface of a surface mesh, or the boundary surface of a volume mesh, with outward normals.
 pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Option<Mesh> {
     let skin = mesh.volume_cells().next().is_some().then(|| closed_surface::boundary_surface(mesh));
     let oriented = closed_surface::orient_outward(skin.as_ref().unwrap_or(mesh));
@@ -100,7 +97,6 @@ pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Opti
     Some(mesh)
 }
 
-/// Reports contradictory supports and notes unconstrained rigid-body modes.
 fn check_rigid_body_modes(r: &mut Resolver, key: &str, be: &BeBodyPlan) {
     let help = "put each face into one support only, or prescribe the same value in both";
     report_rigid_body_modes(r, key, be.bem_spec(key).free_motions(), &be.meshed.supports, [key, help]);

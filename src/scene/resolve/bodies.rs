@@ -17,7 +17,7 @@ use crate::scene::document::join_key;
 use crate::scene::plan::{BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement};
 use crate::scene::spec::body::{Component, Displaced, Element, FeBody};
 
-/// Resolves the finite-element body at `key`. Its mesh is read here, so that missing groups are reported with all other errors.
+/// Resolves the finite-element body at `key` and reads its mesh, so that all errors are reported together.
 pub(super) fn resolve_fe(
     r: &mut Resolver,
     key: &str,
@@ -31,7 +31,7 @@ pub(super) fn resolve_fe(
         return None;
     };
     check_quality(r, &format!("{key}.mesh"), &mesh);
-    // If the mesh has no volume elements, `check_quality` has reported it. All further errors would only repeat that.
+    // `check_quality` has reported a mesh without volume elements.
     mesh.volume_cells().next()?;
     let regions = placements::resolve(r, key, body, &mesh, materials);
     let before = r.diagnostics.len();
@@ -49,7 +49,7 @@ pub(super) fn resolve_fe(
     Some(BodyPlan::Fe(Box::new(spec)))
 }
 
-/// Plan of a body with the mesh `mesh`. `None` if the body's material is missing or invalid, which is reported elsewhere.
+/// Plan of a meshed body; `None` if its material is invalid, which is reported elsewhere.
 pub(super) fn meshed_plan(
     body: &FeBody,
     mesh: Arc<Mesh>,
@@ -74,15 +74,13 @@ pub(super) fn meshed_plan(
     })
 }
 
-/// The body's own material, with its fibre direction if uniform. `None` if the material is missing or invalid, which is reported
-/// elsewhere.
+/// The body's own material, with its fibre direction if uniform. Errors are reported elsewhere.
 fn body_material(body: &FeBody, materials: &Materials) -> Option<BodyMaterial> {
     let ElasticMaterial { stiffness, isotropic, .. } = materials.get(&body.material)?.clone()?;
     let fibre = body.fibre.as_ref().and_then(orientations::uniform_angles);
     Some(BodyMaterial { name: body.material.clone(), stiffness, isotropic, fibre })
 }
 
-/// Whether the body or one of its regions gives fibre directions.
 fn has_fibre(body: &FeBody) -> bool {
     let regions = body.regions.values();
     body.fibre.is_some()
@@ -90,9 +88,8 @@ fn has_fibre(body: &FeBody) -> bool {
         || regions.into_iter().any(|region| region.fibre.is_some() || region.layup.is_some())
 }
 
-/// Reports contact elements that are not on the boundary of the volume elements.
 pub(super) fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
-    // Missing groups are reported by `check_groups`.
+    // `check_groups` reports missing groups.
     if mesh.group_of_dim(&body.contact, 2).is_err() {
         return;
     }
@@ -100,7 +97,7 @@ pub(super) fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &M
     r.accept(group_faces(mesh, &body.contact), &format!("{key}.contact"), ["this group", mend]);
 }
 
-/// Reports contradictory supports and unconstrained parts of the body, and notes unconstrained rigid-body modes.
+/// Reports contradictory supports and unconstrained parts, and notes unconstrained rigid-body modes.
 fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     if support_conflicts::report_conflicts(r, spec) > 0 {
         return;
@@ -114,7 +111,7 @@ fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &Mes
     report_rigid_body_modes(r, key, modes, &spec.supports, [&place, help]);
 }
 
-/// Notes unconstrained rigid-body modes. Reports an error of `modes` at the support that causes it, otherwise at `place`.
+/// Notes unconstrained rigid-body modes. Reports an error at the support that causes it, otherwise at `place`.
 pub(super) fn report_rigid_body_modes(
     r: &mut Resolver,
     key: &str,
@@ -159,7 +156,6 @@ pub(super) fn prescribed_displacements(
     sound.then_some(supports)
 }
 
-/// A prescribed displacement: value and gradient of each component.
 fn prescribed_displacement(
     r: &mut Resolver,
     key: &str,
@@ -198,7 +194,7 @@ fn prescribed_displacement(
     sound.then_some(support)
 }
 
-/// Reports foundations with a negative stiffness, or with no stiffness above zero. Returns whether all are admissible.
+/// Whether all foundations are admissible; others are reported.
 fn check_foundations(r: &mut Resolver, key: &str, body: &FeBody) -> bool {
     let mut sound = true;
     for (i, foundation) in body.foundation.iter().enumerate() {
@@ -213,7 +209,6 @@ fn check_foundations(r: &mut Resolver, key: &str, body: &FeBody) -> bool {
     sound
 }
 
-/// The symmetry planes as supports: zero displacement along the normal.
 pub(super) fn symmetry_supports(
     r: &mut Resolver,
     key: &str,
@@ -234,7 +229,7 @@ pub(super) fn symmetry_supports(
     (supports.len() == body.symmetry.len()).then_some(supports)
 }
 
-/// Reports components that are named twice, because one of the two is probably a typing error.
+/// A component that is named twice is probably a typing error.
 fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Component]) {
     let twice = |(i, component): (usize, &Component)| components[..i].contains(component);
     if components.iter().enumerate().any(twice) {
@@ -247,7 +242,6 @@ fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Componen
     }
 }
 
-/// Reads the mesh file `name`, which is the `mesh` of the table `key`.
 pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<Mesh>> {
     let place = format!("{key}.mesh");
     let path = r.file(&place, name);
@@ -277,7 +271,7 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Arc<M
     }
 }
 
-/// Reports volume elements that are not suitable for the analysis. Notes repairs by the mesh reader and elements of poor quality.
+/// Reports unsuitable volume elements. Notes repairs by the mesh reader and elements of poor quality.
 pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Arc<Mesh>) {
     mesh.warnings.iter().for_each(|warning| r.note(format!("{place}: {warning}")));
     let mend = "every solid element needs a positive volume, and elements must not overlap";
@@ -286,10 +280,8 @@ pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Arc<Mesh>) {
     r.notes.extend(warnings.map(|warning| warning.at(place)));
 }
 
-/// Largest number of mesh files that a help text lists.
 const MAX_LISTED_MESHES: usize = 8;
 
-/// Names of the mesh files in the folder of `path`, for the help text.
 fn mesh_files_in_folder(path: &Path) -> String {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -313,7 +305,6 @@ fn mesh_files_in_folder(path: &Path) -> String {
     }
 }
 
-/// Reports groups that the mesh does not contain or that have the wrong dimension.
 pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     let mut check = |place: String, found: Result<&PhysicalGroup>| {
         r.accept(found, &place, ["this group", "name a physical group of the mesh"]);
@@ -340,7 +331,6 @@ pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Me
     }
 }
 
-/// Reports the key `element` if the mesh has no volume elements of its type.
 pub(super) fn check_element(r: &mut Resolver, key: &str, element: Option<Element>, mesh: &Mesh) {
     let Some(element) = element else { return };
     let (name, kind) = match element {
@@ -358,7 +348,6 @@ pub(super) fn check_element(r: &mut Resolver, key: &str, element: Option<Element
     r.report(&format!("{key}.element"), message, "not in the mesh", mend);
 }
 
-/// Element type of the mesh that a formulation requires.
 const fn kind_of(element: Element) -> ElementKind {
     match element {
         Element::Hex8Eas | Element::Hex8 | Element::Hex8Bbar => ElementKind::Hex8,

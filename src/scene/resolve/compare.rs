@@ -11,7 +11,6 @@ use crate::scene::plan::{BodyPlan, MeshedBodyPlan};
 use crate::scene::spec::compare::{AlternativeModels, Compare};
 use crate::scene::variant::{AlternativeMeshes, ComparePlan, DiscretisationPair};
 
-/// Resolves the section `compare` of a scene with the bodies `bodies`.
 pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Option<ComparePlan> {
     let Compare { variants, body1, body2 } = r.section_or_default("compare")?;
     let mut pairs = Vec::new();
@@ -34,7 +33,6 @@ pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Optio
     Some(ComparePlan { variants: variants.map(|_| pairs), alternatives })
 }
 
-/// Alternative meshes of a body.
 fn alternative_meshes(
     r: &mut Resolver,
     keys: AlternativeModels,
@@ -92,7 +90,7 @@ fn mesh_with_groups(
     mesh: &Arc<Mesh>,
 ) -> Option<Arc<Mesh>> {
     let before = r.diagnostics.len();
-    // Only surface groups are checked. If another group is missing, a variant may be impossible, but the scene is valid.
+    // If another group is missing, a variant may be impossible, but the scene is valid.
     for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {
         let mend = "the second mesh of a body needs the same contact, support and load groups as the first";
         r.accept(group_faces(mesh, group), place, ["this mesh", mend]);

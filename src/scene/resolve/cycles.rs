@@ -10,10 +10,8 @@ use crate::scene::spec::step::{
     AutoKeyword, CyclePath, Cycles as Keys, Sliding, Step as StepKeys, StrokeIncrements,
 };
 
-/// Default number of increments per stroke of an elliptic path.
 const DEFAULT_ELLIPSE_INCREMENTS: usize = 8;
 
-/// Resolves the cycles or the sliding of the step at `key`.
 pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option<&Laws>) -> Option<StepKind> {
     let before = r.diagnostics.len();
     let cycles_in_jumps = |count: f64, jumps: Option<PositiveCount>| {
@@ -55,7 +53,6 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
     (r.diagnostics.len() == before).then_some(kind)
 }
 
-/// Resolves the path of a cycle.
 fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) -> Option<ClosedPath> {
     let (drive, amplitude) = match (cycles.amplitude, cycles.force_amplitude) {
         (Some(amplitude), None) => (Drive::Shift, amplitude.0),
@@ -111,7 +108,6 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
     Some(ClosedPath { drive, amplitude: [amplitude, across], angle, increments, resolved_cycles })
 }
 
-/// Reports a force amplitude in a step without friction.
 fn check_force_amplitude(r: &mut Resolver, key: &str, step: &StepKeys, cycles: &Keys, laws: Option<&Laws>) {
     if cycles.force_amplitude.is_some() && lacks_friction(laws, step.friction) {
         let message = "`force_amplitude` needs friction: this step has none to transmit a tangential force";
@@ -120,8 +116,7 @@ fn check_force_amplitude(r: &mut Resolver, key: &str, step: &StepKeys, cycles: &
     }
 }
 
-/// Reports `increments` and all controls except the normal control in a step with cycles or sliding. The normal control changes
-/// linearly over the step.
+/// Reports `increments` and all controls except the normal control, which changes linearly over the step.
 fn reject_other_controls(r: &mut Resolver, key: &str, what: &str, step: &StepKeys) {
     let [_, others @ ..] = prescribed_controls(step);
     for (name, _) in others.iter().flatten().filter(|(_, there)| *there) {

@@ -8,7 +8,6 @@ use crate::scene::spec::frame::{Frame, FramePoints, Gap, Outline};
 
 use super::resolver::Resolver;
 
-/// Resolves the contact frame.
 pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Option<FramePlan> {
     match r.section("frame")? {
         Frame::Grid { half_width, cells, center, azimuth, outline, periodic, grow } => {
@@ -41,7 +40,7 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) ->
     }
 }
 
-/// Reports what periodic frames exclude: meshed bodies, `coupling = "block"`, and a single cell that is periodic along x and y.
+/// Reports what periodic frames exclude.
 fn check_periodic(
     r: &mut Resolver,
     bodies: &[Option<BodyPlan>; 2],
@@ -71,27 +70,25 @@ fn check_periodic(
     (r.diagnostics.len() == before).then_some(())
 }
 
-/// Whether the frame cuts off a part of the outline.
 fn extends_beyond_frame(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 2]) -> bool {
     let extent = outline.extent();
     (0..2).any(|k| !periodic[k] && extent[k].iter().any(|x| x.abs() > half_width[k] * (1.0 + 1e-9)))
 }
 
-/// Mean area of the contact faces of a body; infinite if the faces cannot be used, which is reported elsewhere.
+/// Mean area of the contact faces of a body; infinite if they are invalid, which is reported elsewhere.
 fn mean_face_area(fe: &MeshedBodyPlan) -> f64 {
     ContactFrame::from_faces(&fe.mesh, &fe.contact, Side::Lower, [0.0; 2], 0.0)
         .map_or(f64::INFINITY, |frame| frame.mean_cell_area())
 }
 
-/// Default points of the cells: nodes if the frame is on a finite-element body with linear contact faces and neither body is a
-/// half-space, otherwise faces. A checkerboard of tractions on linear faces would displace neither body, whereas a half-space
-/// responds to every cell.
+/// Default points of the cells: nodes on finite elements with linear contact faces, if neither body is a half-space. A checkerboard
+/// of tractions on linear faces would displace neither body, whereas a half-space responds to every cell.
 fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoints {
     let half_space = bodies
         .iter()
         .flatten()
         .any(|body| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_)));
-    // A boundary-element body has nodes inside its faces, so its cells are faces by default.
+    // A boundary-element body has nodes inside its faces.
     let own = bodies[body].as_ref().and_then(BodyPlan::as_fe);
     if !half_space && own.is_some_and(MeshedBodyPlan::has_linear_contact_faces) {
         FramePoints::Nodes
@@ -128,7 +125,7 @@ fn frame_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodyPlan>; 
     }
 }
 
-/// Resolves the initial gap. The angles of the result are measured from the frame's x axis.
+/// Resolves the initial gap, with angles from the frame's x.
 pub(super) fn resolve_gap(
     r: &mut Resolver,
     frame: Option<&FramePlan>,
@@ -170,7 +167,6 @@ pub(super) fn resolve_gap(
     })
 }
 
-/// An ellipsoid given by its radii of curvature or by its semi-axes.
 fn ellipsoid(
     r: &mut Resolver,
     radii: Option<[f64; 2]>,
@@ -197,7 +193,7 @@ fn ellipsoid(
     }
 }
 
-/// Heights read from a CSV or NPY file; `angle` is measured from the frame's x.
+/// Heights from a CSV or NPY file; `angle` is measured from the frame's x.
 fn heights(
     r: &mut Resolver,
     file: &str,
@@ -244,7 +240,6 @@ fn heights(
     Some(HeightTable { values: array.values, shape, spacing, angle })
 }
 
-/// Resolves the outline, in the axes of the frame.
 fn resolve_outline(r: &mut Resolver, outline: Outline) -> Option<frame::Outline> {
     let outline = match outline {
         Outline::Circle { radius, center } => frame::Outline::Circle { radius: radius.0, center },

@@ -10,15 +10,14 @@ use crate::scene::spec::step::Step as Keys;
 /// Index of an entry of `steps`, with one of its steps; `None` if the entry is invalid. An entry with a history has several steps.
 pub(super) type NumberedStep = (usize, Option<Step>);
 
-/// Loads that only friction can transmit: name, key, and key of the displacement to prescribe instead.
+/// Name, key, and key of the displacement to prescribe instead.
 const FRICTION_LOADS: [(&str, &str, &str); 2] =
     [("tangential force", "tangential_force", "shift"), ("spin moment", "spin_moment", "twist")];
 
-/// Columns of the [`FRICTION_LOADS`] in load histories.
 const FRICTION_LOAD_COLUMNS: [&str; 2] = ["`tangential_x`, `tangential_y`", "`spin_moment`"];
 
-/// Reports tangential forces and spin moments in a step without friction. On a mesh frame (`level` is false), spin moments are
-/// allowed, because pressures on inclined cells transmit spin moments.
+/// Reports tangential forces and spin moments in a step without friction. On a mesh frame (`level` is false), pressures on inclined
+/// cells transmit spin moments.
 pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
     let frictionless = lacks_friction(laws, keys.friction);
     let loaded = [
@@ -35,7 +34,6 @@ pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<
     }
 }
 
-/// Remedy for a step without friction; `friction` is the key of the step.
 fn friction_remedy(r: &Resolver, friction: bool) -> &'static str {
     let law = r.document.get("friction.law").map(|node| &node.value);
     let has_law = matches!(law, Some(TomlValue::String(law)) if law != "none");
@@ -47,17 +45,14 @@ fn friction_remedy(r: &Resolver, friction: bool) -> &'static str {
     }
 }
 
-/// State of a load that only friction can transmit, at the end of a step.
+/// State of a load at the end of a step.
 enum LoadState {
-    /// The step does not mention the load.
     Unspecified,
-    /// Prescribed and nonzero.
     Active,
     /// The step prescribes zero, or replaces the load by a displacement, cycles, sliding or rolling.
     Released,
 }
 
-/// States of the [`FRICTION_LOADS`] after a step. Cycles, sliding and rolling replace a tangential force.
 fn load_states(step: &Step) -> [LoadState; 2] {
     let tangential = match step.tangential {
         Some(Tangential::Force(force)) if force != [0.0; 2] => LoadState::Active,
@@ -73,8 +68,7 @@ fn load_states(step: &Step) -> [LoadState; 2] {
     [tangential, spin]
 }
 
-/// Reports, for each kind of friction load, the first load point with a nonzero load (spin moments only if `level`). The steps of
-/// the load points have no friction.
+/// Reports the first load point with a nonzero load of each kind (spin moments only if `level`), in steps without friction.
 pub(super) fn check_load_points(
     r: &mut Resolver,
     key: &str,
@@ -111,7 +105,7 @@ pub(super) fn check_inherited_loads(
     for (kind, (what, load, motion)) in FRICTION_LOADS.iter().enumerate().take(kinds) {
         let mut holder: Option<&Step> = None;
         for (i, step) in steps {
-            // The loads after an invalid step are unknown, so no earlier load is assumed to act.
+            // The loads after an invalid step are unknown.
             let Some(step) = step else {
                 holder = None;
                 continue;

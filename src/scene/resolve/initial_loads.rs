@@ -5,8 +5,8 @@ use crate::evolution::step::Step;
 use crate::laws::friction::FrictionLaw;
 use crate::scene::plan::{BodyPlan, PrescribedDisplacement};
 
-/// Warns about loads and prescribed displacements of a body in scenes with friction. These loads act in full before the first
-/// increment, so that the surface motion that they cause does not count as slip.
+/// Warns about loads and prescribed displacements of a body in scenes with friction. They act in full before the first increment,
+/// so their surface motion does not count as slip.
 pub(super) fn friction_warnings(
     bodies: &[Option<BodyPlan>; 2],
     friction: &FrictionLaw,
@@ -28,7 +28,6 @@ pub(super) fn friction_warnings(
     bodies.iter().enumerate().filter_map(warn).collect()
 }
 
-/// Keys of the nonzero loads and prescribed displacements of a body.
 fn own_loads(body: &BodyPlan) -> Vec<&'static str> {
     let Some(meshed) = body.as_meshed() else { return Vec::new() };
     let found = [

@@ -6,13 +6,10 @@ use crate::output::interior_points::InteriorPointRequest;
 use crate::scene::plan::{BodyPlan, FramePlan};
 use crate::scene::spec::solver::{InteriorPoints, Output, PointCounts};
 
-/// Maximum number of points of a request.
 const MAX_POINTS: usize = 200_000;
 
-/// Minimum sine of the angle between the sides of a rectangle.
 const MIN_SINE_BETWEEN_SIDES: f64 = 1e-9;
 
-/// Resolves the requests for interior points.
 pub(super) fn resolve(
     r: &mut Resolver,
     output: Option<&Output>,
@@ -23,7 +20,7 @@ pub(super) fn resolve(
     for (i, inside) in output.map_or(&[][..], |output| &output.inside).iter().enumerate() {
         let key = format!("output.inside.{i}");
         check_name(r, &key, &inside.name, &found);
-        // Other body numbers are reported by the schema check.
+        // The schema check reports other body numbers.
         let index = usize::from(inside.body != 1);
         if let (Some(body), 1 | 2) = (&bodies[index], inside.body) {
             check_body(r, &key, inside.body, body, frame);
@@ -98,7 +95,7 @@ fn check_body(r: &mut Resolver, key: &str, number: usize, body: &BodyPlan, frame
     r.report(&key, message, "this body", mend);
 }
 
-/// Numbers of points along the two sides of a rectangle, or [n, 1] for a line; `None` if errors were reported.
+/// Numbers of points along the two sides of a rectangle, or [n, 1] for a line.
 fn point_counts(r: &mut Resolver, key: &str, inside: &InteriorPoints) -> Option<[usize; 2]> {
     let before = r.diagnostics.len();
     let along = Point::from(inside.to) - Point::from(inside.from);

@@ -10,16 +10,14 @@ use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
 use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::laws::{Friction, Wear, WearIntegration};
 
-/// Maximum ratio of the two friction coefficients. Above this ratio, rounding dominates in single cells.
+/// Above this ratio of the two coefficients, rounding dominates in single cells.
 const MAX_FRICTION_RATIO: f64 = 1e6;
 
-/// Friction and wear laws of a scene.
 pub(super) struct Laws {
     pub friction: FrictionLaw,
     pub wear: WearLaw,
     pub integration: WearIntegration,
-    /// For the friction law and the wear law, the index (0 or 1) of the body whose fibre the law uses. `None` for a law without
-    /// fibre or with its own angles.
+    /// See [`crate::scene::plan::Plan::fibre_bodies`].
     pub fibre_bodies: [Option<usize>; 2],
 }
 
@@ -28,7 +26,6 @@ pub(super) fn lacks_friction(laws: Option<&Laws>, friction: bool) -> bool {
     !friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None))
 }
 
-/// Bodies and frame to which the laws refer.
 #[derive(Clone, Copy)]
 pub(super) struct LawContext<'a> {
     pub bodies: &'a [Option<BodyPlan>; 2],
@@ -36,7 +33,7 @@ pub(super) struct LawContext<'a> {
 }
 
 impl LawContext<'_> {
-    /// Azimuth of the frame's x axis, radians.
+    /// Azimuth of the frame's x, radians.
     fn azimuth(self) -> f64 {
         self.frame.map_or(0.0, FramePlan::azimuth)
     }
@@ -45,13 +42,12 @@ impl LawContext<'_> {
 /// Fibre direction of a law as the scene gives it: a body, or angles.
 #[derive(Clone, Copy)]
 struct FibreChoice {
-    /// Section of the scene that gives the body.
     section: &'static str,
     body: Option<u8>,
     fibre: Option<UniformFibre>,
 }
 
-/// Resolves the laws. The angles of the result are measured from the frame's x axis.
+/// Resolves the laws. Angles are measured from the frame's x axis.
 pub(super) fn resolve(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -163,7 +159,6 @@ fn wear_law(
     Some((law, integration))
 }
 
-/// Reports `move_mesh` if no finite-element body wears.
 fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
     // Errors of a body itself are reported elsewhere.
     let [Some(body1), Some(body2)] = ground.bodies else { return };
@@ -176,9 +171,8 @@ fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
     r.report("wear.move_mesh", message, "no mesh that wears", mend);
 }
 
-/// Fibre direction for the law of `section`: the angles of the law, else the fibre of the body that the law names, else the fibre
-/// of the only body with a fibre. A varying fibre is replaced by its mean under the frame. `fibre_body` receives the index (0 or 1)
-/// of the body whose fibre is used.
+/// Fibre direction for the law of `section`: the law's own angles, else the fibre of the named body, else that of the only body
+/// with one. A varying fibre is replaced by its mean under the frame.
 fn law_fibre(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -196,7 +190,7 @@ fn law_fibre(
         (Some(number), has_fibre) => {
             let index = usize::from(number == 2);
             if !has_fibre[index] {
-                // A wear law may take the body of the friction law. Then both laws report the same error.
+                // A wear law may take the body of the friction law; then both report the same error.
                 let section = wish.section;
                 let message = format!("{section}.body = {number}, but body {number} has no `fibre`");
                 let mend = format!("add fibre = {{ tilt = ..., azimuth = ... }} to [body{number}]");
@@ -236,8 +230,8 @@ fn law_fibre(
     }
 }
 
-/// Refuses a curved or inclined contact frame (`None`). The tilt of a body's fibre is its angle to the plane z = 0, but the law
-/// needs the angle to the contact surface.
+/// Refuses (`None`) a curved or inclined contact frame. A body's tilt is the angle to the plane z = 0, but the law needs the angle
+/// to the contact surface.
 fn refuse_inclined_frame(r: &mut Resolver, ground: LawContext<'_>, section: &str) -> Option<()> {
     // Errors of the frame or the contact group are reported elsewhere.
     let &FramePlan::Mesh { body, .. } = ground.frame? else { return Some(()) };
@@ -270,7 +264,7 @@ fn refuse_inclined_frame(r: &mut Resolver, ground: LawContext<'_>, section: &str
     r.refuse(&format!("{section}.law"), message, "frame is not parallel to z = 0", help)
 }
 
-/// Mean fibre direction of a meshed body under the frame; refused if the directions scatter too much.
+/// Mean fibre direction of a meshed body under the frame, unless the directions scatter too much.
 fn fibre_under_frame(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -305,11 +299,11 @@ fn fibre_under_frame(
     Some(fibre)
 }
 
-/// Maximum angle (degrees) between the normal of a frame face and the mean normal for laws with one fibre angle.
+/// Maximum angle (degrees) between a face normal and the mean normal for laws with one fibre angle.
 const MAX_NORMAL_SPREAD_DEG: f64 = 5.0;
 
-/// Maximum angle (degrees) between the frame's mean normal and z; it allows for inaccurate meshes of flat or symmetric surfaces.
+/// Maximum angle (degrees) between the frame's mean normal and z, for inaccurate meshes of flat surfaces.
 const MAX_FRAME_INCLINATION_DEG: f64 = 1.0;
 
-/// Maximum angle (degrees) between a fibre and the mean direction for laws with one direction.
+/// Maximum angle (degrees) between a fibre and the mean direction.
 const MAX_FIBRE_SPREAD_DEG: f64 = 5.0;

@@ -6,10 +6,9 @@ use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
 
-/// Maximum number of listed errors of one kind for a file. Further errors are only counted.
+/// Further errors of one kind are only counted.
 const MAX_LISTED_ERRORS: usize = 20;
 
-/// Columns that exclude each other: displacement and force of one direction.
 const EXCLUSIVE_COLUMNS: [[&[LoadColumn]; 2]; 4] = [
     [&[LoadColumn::Approach], &[LoadColumn::NormalForce]],
     [&[LoadColumn::ShiftX, LoadColumn::ShiftY], &[LoadColumn::TangentialX, LoadColumn::TangentialY]],
@@ -17,10 +16,8 @@ const EXCLUSIVE_COLUMNS: [[&[LoadColumn]; 2]; 4] = [
     [&[LoadColumn::Twist], &[LoadColumn::SpinMoment]],
 ];
 
-/// Controls that a row prescribes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LoadPoint {
-    /// Line in the file, from 1.
     pub line: usize,
     pub normal: Option<Normal>,
     pub tangential: Option<Tangential>,
@@ -28,7 +25,6 @@ pub(super) struct LoadPoint {
     pub spin: Option<Spin>,
 }
 
-/// Reads the load points of the history at `key`; `None` if errors were reported.
 pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option<Vec<LoadPoint>> {
     let path = r.file(&format!("{key}.file"), &history.file);
     let text = match std::fs::read_to_string(&path) {
@@ -48,11 +44,10 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
     let mut separators = Separators::default();
     let columns = match &history.columns {
         Some(columns) => {
-            // A header is ignored if the scene gives the columns.
             let is_header = |line: &str| split_fields(line).iter().all(|cell| cell.parse::<f64>().is_err());
             if let Some((_, line)) = lines.first().copied().filter(|(_, line)| is_header(line)) {
                 lines.remove(0);
-                // Commas and blanks may be part of titles, so only a header with semicolons and without commas determines the
+                // Titles may contain commas and blanks, so only a header with semicolons and without commas determines the
                 // separator.
                 if line.contains(';') && !line.contains(',') {
                     let _ = separators.check(line);
@@ -77,7 +72,6 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
     (r.diagnostics.len() == before).then_some(points)
 }
 
-/// The columns named in the first line.
 fn header(
     r: &mut Resolver,
     key: &str,
@@ -109,7 +103,6 @@ fn header(
     (r.diagnostics.len() == before).then_some(columns)
 }
 
-/// Reports columns that exclude each other, occur twice or are all ignored.
 fn check_columns(r: &mut Resolver, key: &str, columns: &[LoadColumn]) {
     let place = if r.document.get(&format!("{key}.columns")).is_some() { "columns" } else { "file" };
     let place = format!("{key}.{place}");
@@ -138,7 +131,6 @@ fn check_columns(r: &mut Resolver, key: &str, columns: &[LoadColumn]) {
     }
 }
 
-/// The load points of all rows. Invalid values are reported with file, line and column.
 fn rows(
     r: &mut Resolver,
     key: &str,
@@ -207,7 +199,6 @@ fn rows(
     points
 }
 
-/// Reports the first [`MAX_LISTED_ERRORS`] errors of one kind and the number of the others.
 fn report_lines(r: &mut Resolver, key: &str, file: &str, wrong: Vec<String>, [label, mend]: [&str; 2]) {
     let count = wrong.len();
     for message in wrong.into_iter().take(MAX_LISTED_ERRORS) {

@@ -14,17 +14,15 @@ use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::material::Material;
 use crate::scene::suggest::{closest, quoted_list};
 
-/// Maximum condition number of a stiffness matrix. The relative rounding error of its inverse is about 1e-16 times the condition
-/// number.
+/// The relative rounding error of the inverse stiffness is about 1e-16 times the condition number.
 const MAX_CONDITION: f64 = 1e12;
 
-/// Ratio of the largest to the smallest modulus above which the moduli are reported as the cause of a nearly singular stiffness.
+/// Ratio of moduli above which they are reported as the cause of a nearly singular stiffness.
 const MAX_MODULUS_RATIO: f64 = 1e8;
 
 /// Materials by name; `None` if the constants are invalid (reported).
 pub(super) type Materials = BTreeMap<String, Option<ElasticMaterial>>;
 
-/// Material of the scene.
 #[derive(Clone)]
 pub(super) struct ElasticMaterial {
     pub stiffness: Stiffness,
@@ -32,11 +30,10 @@ pub(super) struct ElasticMaterial {
     pub strength: Option<MaterialStrength>,
 }
 
-/// Resolves the materials of the scene. Reports constants and strengths that are not admissible.
 pub(super) fn resolve(r: &mut Resolver) -> Materials {
     let mut materials = Materials::new();
     let names = r.names("materials");
-    // A material name that is not defined (reported elsewhere) may be a typing error for one that no body uses.
+    // An undefined material name (reported elsewhere) may be a typing error for an unused one.
     let all_defined = material_keys(r)
         .iter()
         .all(|(key, _)| material_name(r, key).is_none_or(|used| names.iter().any(|name| name == used)));
@@ -83,8 +80,8 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
     Some(ElasticMaterial { stiffness: stiffness.ok().filter(|_| singular.is_none())?, isotropic, strength })
 }
 
-/// Key of the constants that are not admissible together: Poisson's ratio of an isotropic material, or the first constant that an
-/// override sets, Poisson's ratios before others. Otherwise the material at `key`.
+/// Key of constants that are not admissible together: an isotropic Poisson's ratio, or the first constant that an override sets,
+/// Poisson's ratios first. Otherwise `key`.
 fn place_of_constants(r: &Resolver, key: &str, isotropic: bool) -> String {
     let by_option = |place: &str| matches!(r.document.location(place), Location::SetOption(_));
     if isotropic && !by_option(key) {
@@ -99,7 +96,6 @@ fn place_of_constants(r: &Resolver, key: &str, isotropic: bool) -> String {
     set.first().map_or_else(|| key.to_owned(), |name| join_key(key, name))
 }
 
-/// Names and values of the moduli that the scene gives for a material.
 fn moduli(material: &Material) -> Vec<(&'static str, f64)> {
     match *material {
         Material::Isotropic { E, .. } => vec![("E", E.0)],
@@ -113,8 +109,7 @@ fn moduli(material: &Material) -> Vec<(&'static str, f64)> {
     }
 }
 
-/// Reason why a stiffness is numerically singular in double precision, with the constants that cause it, and the remedy; `None` for
-/// other stiffnesses.
+/// Reason and remedy for a stiffness that is numerically singular in double precision.
 fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<(String, &'static str)> {
     let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
     if eigenvalues.max() <= MAX_CONDITION * eigenvalues.min() {
@@ -140,14 +135,13 @@ fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<(Strin
     Some((reason, mend))
 }
 
-/// Bodies, volume groups and plies that use the material, in parentheses; empty if none does.
+/// Bodies, volume groups and plies that use the material, in parentheses.
 fn material_users(r: &Resolver, name: &str) -> String {
     let users = material_keys(r).into_iter().filter(|(key, _)| material_name(r, key) == Some(name));
     let places: Vec<String> = users.map(|(_, place)| place).collect();
     if places.is_empty() { String::new() } else { format!(" ({})", places.join(", ")) }
 }
 
-/// Name of the material at `key`; `None` if there is none.
 fn material_name<'a>(r: &Resolver<'a>, key: &str) -> Option<&'a str> {
     match r.document.get(key).map(|node| &node.value) {
         Some(TomlValue::String(text)) => Some(text.as_str()),
@@ -199,7 +193,7 @@ fn stiffness(material: &Material) -> Result<Stiffness> {
     }
 }
 
-/// Finds the material `name` and adds the direction `fibre`. Reports a missing material at the key `material` of the table `key`.
+/// The material `name` with the direction `fibre`. A missing material is reported at `material` of the table `key`.
 pub(super) fn find_material(
     r: &mut Resolver,
     key: &str,

@@ -54,7 +54,7 @@ pub(super) fn resolve(
     (plan.filter(|_| whole), r.diagnostics, r.notes)
 }
 
-/// Name of the scene file without extension, as the title of a scene with an empty title.
+/// Name without extension, as the title of a scene with an empty title.
 fn file_stem(document: &Document) -> String {
     let stem = std::path::Path::new(&document.file).file_stem();
     stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
@@ -114,7 +114,6 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     })
 }
 
-/// Resolves the body at `key`.
 fn resolve_body(r: &mut Resolver, key: &str, materials: &Materials) -> Option<BodyPlan> {
     let body: Body = r.section(key)?;
     match body {
@@ -134,7 +133,7 @@ fn resolve_body(r: &mut Resolver, key: &str, materials: &Materials) -> Option<Bo
     }
 }
 
-/// Memory limit of the run: the value of the scene, or the default for the machine.
+/// Memory limit of the scene, or the default for the machine.
 fn memory_limit(r: &mut Resolver, solver: Option<&Solver>) -> Option<MemoryLimit> {
     let Some(size) = &solver?.memory_limit else { return Some(MemoryLimit::of_machine()) };
     let bytes = size.bytes();

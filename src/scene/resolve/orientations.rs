@@ -14,17 +14,15 @@ use crate::scene::plan::FibreAngles;
 use crate::scene::spec::direction::{CylindricalWinding, FibreDirection};
 use crate::scene::suggest::{closest, quoted_list};
 
-/// Maximum number of wrong lines of a table that are reported.
 const MAX_LISTED_LINES: usize = 5;
 
-/// Angles of a uniform fibre direction; `None` if the direction varies.
+/// Angles of a fibre direction, if it is uniform.
 pub(super) fn uniform_angles(direction: &FibreDirection) -> Option<FibreAngles> {
     let varies = direction.field.is_some() || direction.file.is_some() || direction.cylindrical.is_some();
     let radians = |degrees: Option<f64>| degrees.unwrap_or(0.0).to_radians();
     (!varies).then(|| FibreAngles { tilt: radians(direction.tilt), azimuth: radians(direction.azimuth) })
 }
 
-/// Resolves the material axes at `key` for the elements of `mesh`.
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,
@@ -78,7 +76,6 @@ fn numbers(mesh: &Mesh) -> [HashSet<u64>; 2] {
     [all, mesh.volume_cells().map(|cell| mesh.tag(cell)).collect()]
 }
 
-/// Material axes from the field `name` among the `fields` of the file `source`.
 fn from_fields(
     r: &mut Resolver,
     key: &str,
@@ -120,7 +117,7 @@ fn from_fields(
     }
 }
 
-/// Axes of the volume elements from a field, and the element numbers of the field that the mesh does not contain.
+/// Axes of the volume elements from a field, and its element numbers that the mesh does not contain.
 fn field_axes(field: &ElementField, source: &str, mesh: &Mesh) -> Result<(ElementAxes, Vec<u64>), Error> {
     if ![3, 9].contains(&field.n_components) {
         return Err(Error::input(format!("it has {} components, not 3 or 9", field.n_components)));
@@ -186,7 +183,6 @@ fn from_file(
     from_table(r, &format!("{key}.file"), &path, mesh)
 }
 
-/// Axes from the lines of a CSV file.
 fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<Orientation> {
     let mend = "each line: element number, fx, fy, fz (direction of axis 1) and optionally gx, gy, gz (direction of \
                 axis 2); # starts a comment";
@@ -231,7 +227,7 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     wrong.is_empty().then(|| Orientation::PerElement(Arc::new(axes)))
 }
 
-/// Adds the axes of one line of a table. A line for an element that is not a solid is ignored.
+/// Adds the axes of one line of a table. Elements that are not solids are ignored.
 fn add_line(
     axes: &mut ElementAxes,
     line: &str,

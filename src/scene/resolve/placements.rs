@@ -16,10 +16,10 @@ use crate::scene::plan::{BodyMaterial, MeshedBodyPlan};
 use crate::scene::spec::body::{FeBody, Region};
 use crate::scene::spec::direction::Layup;
 
-/// Maximum number of plies of a layup before mirroring (`symmetric`); equal to the limit of repetitions in the schema.
+/// Before mirroring (`symmetric`); equal to the limit of repetitions in the schema.
 const MAX_PLIES: usize = 100_000;
 
-/// Materials of the regions of the body at `key`. The first entry is for all elements outside the volume groups of `regions`.
+/// Materials of the regions of the body at `key`, first for all elements outside the volume groups of `regions`.
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,
@@ -29,7 +29,7 @@ pub(super) fn resolve(
 ) -> Option<Vec<(Option<String>, RegionMaterial)>> {
     check_fibre_or_layup(r, key, body.fibre.is_some(), body.layup.is_some());
     let whole = BodyContext { key, body, mesh, materials };
-    // The fibre direction of the body is resolved once, even if regions use it too.
+    // Resolved once, even if regions use it too.
     let own_fibre = match &body.fibre {
         Some(fibre) => orientations::resolve(r, &format!("{key}.fibre"), fibre, mesh),
         None => Some(Orientation::Uniform(Matrix3::identity())),
@@ -66,7 +66,6 @@ fn check_fibre_or_layup(r: &mut Resolver, key: &str, fibre: bool, layup: bool) {
     }
 }
 
-/// Data common to all regions of a body.
 struct BodyContext<'a> {
     key: &'a str,
     body: &'a FeBody,
@@ -75,7 +74,6 @@ struct BodyContext<'a> {
 }
 
 impl BodyContext<'_> {
-    /// A region of one material; `key` is the table of the region or the body.
     fn single(
         &self,
         r: &mut Resolver,
@@ -87,8 +85,7 @@ impl BodyContext<'_> {
         Some(RegionMaterial::Single(Box::new(placed(elastic, fibre))))
     }
 
-    /// The material `name`. A missing material is reported at `key`; the body's own material is reported only if `key` is the key
-    /// of the body.
+    /// The material `name`. The body's own material, if missing, is reported only at the key of the body.
     fn find_material(&self, r: &mut Resolver, key: &str, name: &str) -> Option<BodyMaterial> {
         if name == self.body.material && key != self.key && !self.materials.contains_key(name) {
             return None;
@@ -96,8 +93,8 @@ impl BodyContext<'_> {
         find_material(r, key, name, None, self.materials)
     }
 
-    /// Laminate of the volume group `group`, plies from bottom to top. Without `group`: of all elements outside the regions that
-    /// have a material, fibre or layup of their own.
+    /// Laminate of the volume group `group`, plies from bottom to top. Without `group`: of all elements outside regions with an own
+    /// material, fibre or layup.
     fn layup(
         &self,
         r: &mut Resolver,
@@ -155,7 +152,7 @@ impl BodyContext<'_> {
         Some(RegionMaterial::Layup(plies))
     }
 
-    /// Range of z of the elements of a layup; `None` if there are no elements, or all their nodes have the same z.
+    /// Range of z of the elements of a layup; `None` if it is empty.
     fn z_range(&self, group: Option<&String>) -> Option<[f64; 2]> {
         let own =
             |region: &Region| region.fibre.is_some() || region.layup.is_some() || region.material.is_some();
@@ -177,7 +174,7 @@ impl BodyContext<'_> {
     }
 }
 
-/// An oriented material. A uniform orientation of an isotropic material is replaced by the identity.
+/// A uniform orientation of an isotropic material is replaced by the identity.
 fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
     let orientation = match fibre {
         Orientation::Uniform(_) if elastic.isotropic => Orientation::Uniform(Matrix3::identity()),
@@ -186,8 +183,8 @@ fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
     PlacedMaterial { name: elastic.name, stiffness: elastic.stiffness, orientation }
 }
 
-/// Reports elements without material or orientation and plies without elements. Notes empty volume groups and elements that
-/// intersect several plies.
+/// Reports elements without material or orientation and plies without elements. Notes empty volume groups and elements in several
+/// plies.
 pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     for group in body.regions.keys() {
         if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {

@@ -9,28 +9,24 @@ use crate::scene::diagnostic::Diagnostic;
 use crate::scene::document::{Document, TomlValue};
 use crate::scene::mesh_cache::MeshCache;
 
-/// State of the resolution.
 pub(super) struct Resolver<'a> {
     pub document: &'a Document,
-    /// Cache of the meshes.
     pub meshes: &'a MeshCache,
     pub diagnostics: Vec<Diagnostic>,
     pub notes: Vec<Warning>,
     /// Keys and paths of the files that the scene names.
     pub files: Vec<(String, PathBuf)>,
-    /// Whether the schema check passed. Only then a section that cannot be deserialised is reported.
+    /// Only if the schema check passed, a section that cannot be deserialised is reported.
     pub schema_valid: bool,
-    /// Keys of the scene that the schema does not have. They are reported, and removed from the document.
+    /// Keys that the schema does not have; reported, and removed from the document.
     pub unknown_keys: &'a [String],
 }
 
 impl<'a> Resolver<'a> {
-    /// Reports an error at `key`.
     pub fn report(&mut self, key: &str, message: impl Into<String>, label: &str, mend: impl Into<String>) {
         self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
     }
 
-    /// Adds a note for the user.
     pub fn note(&mut self, text: impl Into<String>) {
         self.notes.push(Warning::note(text));
     }
@@ -47,7 +43,7 @@ impl<'a> Resolver<'a> {
         None
     }
 
-    /// Returns the value of `result`; reports its error at `key`.
+    /// The value of `result`; an error is reported at `key`.
     pub fn accept<T>(
         &mut self,
         result: crate::error::Result<T>,
@@ -64,7 +60,6 @@ impl<'a> Resolver<'a> {
         path
     }
 
-    /// Deserialises the section at `key`; `None` if it is absent or invalid.
     pub fn section<T: DeserializeOwned>(&mut self, key: &str) -> Option<T> {
         let json = self.document.get(key)?.to_serde_json();
         match serde_path_to_error::deserialize(json) {
@@ -84,7 +79,6 @@ impl<'a> Resolver<'a> {
         if self.document.get(key).is_none() { Some(T::default()) } else { self.section(key) }
     }
 
-    /// Number of elements of the list at `key`.
     pub fn list_length(&self, key: &str) -> usize {
         match self.document.get(key).map(|node| &node.value) {
             Some(TomlValue::Array(items)) => items.len(),
@@ -92,7 +86,6 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Names of the entries of the table at `key`.
     pub fn names(&self, key: &str) -> Vec<String> {
         match self.document.get(key).map(|node| &node.value) {
             Some(TomlValue::Table(entries)) => entries.iter().map(|entry| entry.name.clone()).collect(),

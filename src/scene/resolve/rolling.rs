@@ -9,7 +9,6 @@ use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};
 /// Maximum deviation of the rolling direction from an axis of the frame, in quarter turns.
 const AXIS_TOLERANCE_QUARTER_TURNS: f64 = 1e-9;
 
-/// Resolves the rolling of the step at `key`.
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,

@@ -10,10 +10,9 @@ use crate::scene::document::Location;
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
 
-/// Rotation (degrees) above which a note is given. At this rotation the tangent exceeds the angle by 0.25 %.
+/// Larger rotations cause a note; at this one the tangent exceeds the angle by 0.25 %.
 const MAX_ROTATION_DEG: f64 = 5.0;
 
-/// Resolves the steps in order.
 pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&FramePlan>) -> Option<Vec<Step>> {
     let n = r.list_length("steps");
     let level = !matches!(frame, Some(FramePlan::Mesh { .. }));
@@ -36,7 +35,7 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
     steps
 }
 
-/// Resolves entry `i` of `steps`. Returns one step, or one step per row if the entry has a load history.
+/// The step of entry `i`, or one step per row of its load history.
 fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<NumberedStep> {
     let key = format!("steps.{i}");
     let Some(keys) = r.section::<Keys>(&key) else { return vec![(i, None)] };
@@ -107,7 +106,6 @@ fn monotone_step(keys: &Keys, i: usize) -> Step {
     }
 }
 
-/// Reports other controls, cycles, sliding and rolling in a step with a history.
 fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     let others = prescribed_controls(keys).into_iter().flatten().chain([
         ("cycles", keys.cycles.is_some()),
@@ -126,7 +124,7 @@ fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     }
 }
 
-/// Notes steps with the same name: results reported by name belong to the last one.
+/// Results reported by name belong to the last step of that name.
 fn note_duplicate_names(r: &mut Resolver, steps: &[NumberedStep]) {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let steps = steps.iter().filter_map(|(_, step)| step.as_ref()).filter(first);
@@ -149,7 +147,6 @@ fn tangential(keys: &Keys) -> Option<Tangential> {
         .or(keys.tangential_force.map(Tangential::Force))
 }
 
-/// Reports steps that prescribe both displacement and force of one direction.
 fn check_exclusive_controls(r: &mut Resolver, key: &str, keys: &Keys) {
     for [(motion, moved), (load, loaded)] in prescribed_controls(keys) {
         if moved && loaded {
@@ -166,7 +163,7 @@ fn check_exclusive_controls(r: &mut Resolver, key: &str, keys: &Keys) {
     }
 }
 
-/// Notes large rotations. Rotations are linearised: the gap changes with the angle, not with its tangent.
+/// Rotations are linearised: the gap changes with the angle, not with its tangent.
 fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     let mut told = Vec::new();
     for step in steps.iter().filter_map(|(_, step)| step.as_ref()) {
@@ -184,8 +181,8 @@ fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     }
 }
 
-/// On a periodic frame, reports all moments, nonzero twists, and rotations that change the gap along a periodic direction. The
-/// displacement of such a rotation is not periodic.
+/// On a periodic frame, reports all moments, nonzero twists, and rotations that change the gap along a periodic direction, because
+/// their displacement is not periodic.
 fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: [bool; 2]) {
     if periodic == [false; 2] {
         return;

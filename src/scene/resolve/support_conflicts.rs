@@ -6,7 +6,7 @@ use super::resolver::Resolver;
 use crate::geometry::{AXIS_NAMES, format_number, format_point};
 use crate::scene::plan::{MeshedBodyPlan, PrescribedDisplacement};
 
-/// Reports each support that contradicts the displacement of an earlier support at a node. Returns the number of reported supports.
+/// Reports supports that contradict an earlier support at a node, and returns their number.
 pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize {
     let mut known: HashMap<(usize, usize), (usize, f64)> = HashMap::new();
     let mut count = 0;
@@ -48,7 +48,6 @@ pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize
     count
 }
 
-/// Displacement component that a support prescribes at a point; `None` if free.
 fn prescribed_value(support: &PrescribedDisplacement, component: usize, at: &[f64; 3]) -> Option<f64> {
     let far: f64 = support.gradient[component].iter().zip(at).map(|(g, x)| g * x).sum();
     support.values[component].map(|value| value + far)

@@ -1,4 +1,4 @@
-//! Builds the bodies and the frame of a plan.
+//! Builds the bodies of a plan.
 
 use std::sync::Arc;
 
@@ -18,16 +18,11 @@ use crate::simulation::omitted::needs_factor_after_condensation;
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, configured_half_space, face_map};
 use crate::simulation::validate::flat_faces;
 
-/// A body that can compute its flexibility on the frame.
 pub(super) struct BuiltBody {
     pub body: Box<dyn ElasticBody>,
-    /// Memory that the body keeps, bytes.
     pub resident_bytes: usize,
-    /// Near-field model, if the body has a finite-element mesh.
     pub near_field: Option<NearFieldRecord>,
-    /// Truncation error of a half-space with a meshed surface.
     pub truncation: Option<TruncationRecord>,
-    /// Warning about the construction of the body.
     pub warning: Option<String>,
 }
 
@@ -41,14 +36,12 @@ impl BuiltBody {
     }
 }
 
-/// Rejected half-space near field: the reason and the indicators.
 pub(super) struct HybridRejected {
     pub reason: String,
     pub indicators: Indicators,
 }
 
-/// Builds body `index` (0 or 1) with its near-field model and its worn mesh, if any, within the memory `left`. Returns the reason
-/// if the half-space near field is rejected.
+/// Builds body `index` (0 or 1) within the memory `left`, or returns why its half-space near field is rejected.
 pub(super) fn build_body(
     plan: &Plan,
     index: usize,
@@ -63,7 +56,7 @@ pub(super) fn build_body(
         BodyPlan::TruncatedHalfSpace(spec) => build_truncated(plan, spec, index, frame, left).map(Ok),
         BodyPlan::Be(be) => build_be(plan, be, index, frame, left).map(Ok),
         BodyPlan::Fe(fe) => {
-            // [`FeBody`] builds this map again. The call here only attributes errors to the right scene key.
+            // [`FeBody`] builds this map again; this call attributes errors to the right scene key.
             face_map(fe, index, frame)?;
             match near.half_space_fit() {
                 Some(site) => build_hybrid(plan, fe, index, frame, site, left),
@@ -73,7 +66,7 @@ pub(super) fn build_body(
     }
 }
 
-/// Builds body `index`, a half-space, and prepares its interior field if the scene requests it.
+/// Builds body `index`, and prepares its interior field if the scene requests it.
 fn build_half_space(
     plan: &Plan,
     elastic: &BodyMaterial,
@@ -92,7 +85,6 @@ fn build_half_space(
     Ok(BuiltBody { warning, ..BuiltBody::new(body, held) })
 }
 
-/// Builds body `index`, a half-space whose surface is meshed around the frame.
 fn build_truncated(
     plan: &Plan,
     spec: &TruncatedHalfSpacePlan,
@@ -110,7 +102,6 @@ fn build_truncated(
     Ok(BuiltBody { warning, truncation, ..BuiltBody::new(body, held) })
 }
 
-/// Builds body `index` with boundary elements.
 fn build_be(
     plan: &Plan,
     be: &BeBodyPlan,
@@ -128,7 +119,6 @@ fn build_be(
     Ok(BuiltBody { warning, ..BuiltBody::new(body, held) })
 }
 
-/// Builds body `index` with finite elements and the near field of its mesh.
 fn build_fe(
     plan: &Plan,
     fe: &MeshedBodyPlan,
@@ -164,7 +154,6 @@ fn build_fe(
     }))
 }
 
-/// Builds body `index` with a half-space near field at `site`, corrected by its mesh.
 fn build_hybrid(
     plan: &Plan,
     fe: &MeshedBodyPlan,

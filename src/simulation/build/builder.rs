@@ -30,7 +30,6 @@ use crate::simulation::plan_bodies::BODY_KEYS;
 use crate::simulation::validate::{ValidScene, fit, flat_faces, validate};
 use crate::simulation::worn_meshes::WornMeshes;
 
-/// Remedies for a half-space near field that is not accurate enough.
 const NEAR_FIELD_REMEDIES: &str = "a finer mesh (mainly towards the edges of the supports), elements that represent bending better, or a smaller frame may help";
 
 /// Builds the simulation of `plan`; `progress` receives each stage.
@@ -46,7 +45,7 @@ pub fn build<'p>(
     build_with(plan, None, [None, None], progress, stop)
 }
 
-/// As [`build`], but on a frame made for another plan, if given, and with the stiffness of worn meshes
+/// As [`build`], but on a `given` frame, if any, and with the stiffness of worn meshes
 /// ([`crate::simulation::worn_meshes::worn_meshes`]), if any.
 ///
 /// # Errors
@@ -77,7 +76,6 @@ pub fn build_with<'p>(
     builder.couple(bodies)
 }
 
-/// Simulation under construction.
 struct Builder<'p, 's> {
     plan: &'p Plan,
     frame: ContactFrame,
@@ -88,7 +86,6 @@ struct Builder<'p, 's> {
 }
 
 impl<'p> Builder<'p, '_> {
-    /// Builds both bodies with their flexibility on the frame.
     fn build_bodies(
         &mut self,
         worn: WornMeshes,
@@ -118,10 +115,6 @@ impl<'p> Builder<'p, '_> {
         Ok(bodies.try_into().unwrap_or_else(|_| unreachable!("the loop makes two bodies")))
     }
 
-    /// Reports the start of a stage.
-    ///
-    /// # Errors
-    /// If the run is stopped (kind `Interrupted`).
     fn start_stage(&mut self, stage: &str) -> std::result::Result<(), SceneError> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Error::interrupted().into());
@@ -130,7 +123,7 @@ impl<'p> Builder<'p, '_> {
         Ok(())
     }
 
-    /// Builds body `index` within the memory `left`. Returns the reason if its half-space near field is rejected.
+    /// Builds body `index` within the memory `left`, or returns why its half-space near field is rejected.
     fn build_body(
         &mut self,
         index: usize,
@@ -141,10 +134,7 @@ impl<'p> Builder<'p, '_> {
         self.report.timings.measure(BODY_KEYS[index], || build_body(plan, index, worn, frame, near, left))
     }
 
-    /// Builds body `index` with the near field of its mesh, because the half-space was rejected, and warns.
-    ///
-    /// # Errors
-    /// If the scene requires the half-space, the mesh does not fit the frame, or the body cannot be built.
+    /// Builds body `index` with the near field of its mesh, and warns that the half-space was rejected.
     fn fall_back_to_mesh(
         &mut self,
         index: usize,
@@ -160,7 +150,7 @@ impl<'p> Builder<'p, '_> {
         let fallback = Warning::uncertain(&why);
         (self.progress)(ProgressEvent::Message(&fallback.text));
         self.near_fields[index] = NearFieldModel::RejectedHalfSpace(rejected.reason.clone());
-        // The candidate cells can change only if no meshed body has been condensed to them yet.
+        // The candidate cells can change only before a meshed body is condensed to them.
         if plan.bodies[..index].iter().all(|body| body.as_meshed().is_none()) {
             let (frame, near) = (self.frame.clone(), &self.near_fields);
             self.frame = self.report.timings.measure("frame", || with_active_cells(plan, frame, near))?;
@@ -179,7 +169,6 @@ impl<'p> Builder<'p, '_> {
         Ok(made)
     }
 
-    /// Couples the bodies on the frame.
     fn couple(
         mut self,
         [mut body1, mut body2]: [Box<dyn ElasticBody>; 2],
@@ -222,7 +211,6 @@ impl<'p> Builder<'p, '_> {
     }
 }
 
-/// Message that the half-space near field of body `key` was tried and rejected.
 fn near_field_fallback_message(key: &str, given_up: &HybridRejected) -> String {
     format!(
         "the near field of {key} is computed with its mesh instead of a half-space: {}; {NEAR_FIELD_REMEDIES}",
@@ -230,7 +218,6 @@ fn near_field_fallback_message(key: &str, given_up: &HybridRejected) -> String {
     )
 }
 
-/// Error for a rejected half-space near field that body `key` requests explicitly.
 fn half_space_rejected_error(key: &str, given_up: &HybridRejected) -> SceneError {
     let error = Error::input(format!(
         "{key}.near_field = \"half-space\" is not possible, because the correction by the mesh is not accurate enough: {}; {NEAR_FIELD_REMEDIES}; \"auto\" and \"mesh\" use the near field of the mesh",
@@ -239,7 +226,6 @@ fn half_space_rejected_error(key: &str, given_up: &HybridRejected) -> SceneError
     SceneError { error, key: format!("{key}.near_field") }
 }
 
-/// Warns if the finite elements of a half-space near-field body have a large estimated error.
 fn coarse_mesh_warning(key: &str, record: &NearFieldRecord, element: Option<Element>) -> Option<Warning> {
     let indicators = record.indicators.filter(|_| record.reason.is_none())?;
     let error = indicators.mesh_error;
@@ -247,7 +233,7 @@ fn coarse_mesh_warning(key: &str, record: &NearFieldRecord, element: Option<Elem
         Some(Element::Hex8 | Element::Hex8Bbar) => "element = \"hex8-eas\" or elements of second order",
         _ => "elements of second order",
     };
-    // If the mesh carries most of the displacement, the error under concentrated loads exceeds the error under uniform loads.
+    // If the mesh carries most of the displacement, the error under concentrated loads exceeds the one under uniform loads.
     (error > MESH_ERROR_WARNING / indicators.share.max(1.0).sqrt()).then(|| {
         Warning::uncertain(&format!(
             "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: use a finer mesh where `orthowear refine` suggests it, or {better}",
@@ -267,8 +253,8 @@ mod tests {
     use super::*;
     use crate::body::hybrid::Indicators;
 
-    /// Truth (docs/theory-hybrid.md): a mesh error above 0.02 / sqrt(max(`share`, 1)) causes a warning. A body with the near field
-    /// of its mesh, which has a `reason`, causes no warning.
+    /// Truth (docs/theory-hybrid.md): a mesh error above 0.02 / sqrt(max(`share`, 1)) causes a warning, except for a near field of
+    /// the mesh, which has a `reason`.
     #[test]
     fn meshes_that_are_too_stiff() {
         let told = |mesh_error: f64, share: f64, reason: Option<&str>| {

@@ -1,8 +1,8 @@
 //! Candidate cells, which may come into contact under the prescribed steps. Meshed bodies form their flexibility on these cells
 //! first.
 //!
-//! Under a prescribed approach, bodies touch where their undeformed surfaces would overlap, and surfaces move apart around a
-//! contact. This estimate is no strict bound. The solver checks each state in the other cells and forms missing rows.
+//! Under a prescribed approach, bodies touch where their undeformed surfaces would overlap. This is no strict bound: the solver
+//! checks the other cells in each state and forms missing rows.
 
 use crate::coupling::Coupling;
 use crate::evolution::step::{Normal, Step, Tangential};
@@ -14,11 +14,10 @@ use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::{BODY_KEYS, face_map, free_motions};
 
-/// A cell is a candidate if its initial gap is below this multiple of the largest approach.
+/// Multiple of the largest approach below which the initial gap makes a cell a candidate.
 const MARGIN: f64 = 1.25;
 
-/// Maximum share of candidates in all cells. Above it, the flexibility of all cells is computed, because checks of the remaining
-/// cells would cost more than they save.
+/// Above this share of candidates in all cells, checks of the other cells would cost more than they save.
 const MAX_ACTIVE_SHARE: f64 = 0.6;
 
 /// Adds the candidate cells to `frame`, if they are few enough.
@@ -45,7 +44,6 @@ pub(crate) fn with_active_cells(
     Ok(frame)
 }
 
-/// Omitted work for cells that are no candidates.
 pub(crate) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
     let cells = frame.candidates.as_ref()?;
     let others = cells.iter().filter(|&&is| !is).count();
@@ -56,7 +54,7 @@ pub(crate) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
     ))
 }
 
-/// Initial gap (mm) up to which cells are candidates; `None` if all cells are candidates.
+/// Initial gap (mm) up to which cells are candidates; `None` if all cells are.
 ///
 /// The limit is rounded up to a power of the root of two, so that runs with similar approaches share a cache entry.
 fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Option<f64> {
@@ -82,8 +80,8 @@ fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
     Some(2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
 
-/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm. The sum over all steps bounds the in-plane motion. `None`
-/// if a prescribed force determines this motion.
+/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm; `None` if a prescribed force determines it. The sum bounds
+/// the motion.
 fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
     let shift = match step.tangential {
         Some(Tangential::Force(_)) => return None,
@@ -93,7 +91,6 @@ fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
     Some(before + shift + step.kind.reach()?)
 }
 
-/// Whether every meshed body is constrained, and undeformed without contact.
 fn undeformed_before_contact(plan: &Plan) -> Result<bool, SceneError> {
     for (body, key) in plan.bodies.iter().zip(BODY_KEYS) {
         let Some(fe) = body.as_meshed() else { continue };

@@ -28,7 +28,7 @@ pub(crate) fn contact_frame(plan: &Plan) -> Result<ContactFrame, SceneError> {
     with_ends(plan, cells(plan)?)
 }
 
-/// Adds the symmetry planes at which `frame` ends, and the cells at which a body ends.
+/// Adds the symmetry planes and the body edges at which `frame` ends.
 ///
 /// # Errors
 /// As [`with_body_ends`].
@@ -37,7 +37,6 @@ pub(crate) fn with_ends(plan: &Plan, frame: ContactFrame) -> Result<ContactFrame
     with_body_ends(plan, ContactFrame { symmetry_bounds, ..frame })
 }
 
-/// Contact frame of a plan, without symmetry planes and body edges.
 fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     match plan.frame {
         FramePlan::Grid { half_width, cells, center, azimuth, periodic, ref outline, .. } => {
@@ -67,9 +66,8 @@ fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     }
 }
 
-/// Drops the cells of a frame of body `index` that cannot touch the other body. Against a meshed body, it keeps the cells over the
-/// contact faces of that body. Otherwise, for a gap from the mesh, it keeps the cells whose normals point towards the plane of the
-/// other body.
+/// Drops the cells of a frame of body `index` that cannot touch the other body. Opposite a meshed body, the cells over its contact
+/// faces stay. Otherwise, for a gap from the mesh, the cells whose normals point towards the other body's plane stay.
 fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, SceneError> {
     let other = 1 - index;
     let Some(fe) = plan.bodies[other].as_meshed() else {

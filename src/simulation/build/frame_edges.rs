@@ -10,13 +10,12 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::scene::plan::Plan;
 use crate::simulation::failure::{AtKey, SceneError};
 
-/// Minimum cosine of the angle between face normals at an edge over which a surface continues. At edges of bodies, chamfers and
-/// symmetry planes, the normal turns by more.
+/// Minimum cosine of the angle between face normals at which a surface continues smoothly over an edge.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
-/// Marks the cells at whose outer edges a meshed body ends: at an edge of the body, a symmetry plane, or a side of a slice. A cell
-/// is not marked if both bodies continue beyond another of its outer edges. A surface that continues smoothly beyond its contact
-/// group does not end at the edge of the group.
+/// Marks the cells at whose outer edges a meshed body ends: at an edge of the body, a symmetry plane, or a side of a slice. Cells
+/// with another outer edge beyond which both bodies continue are excluded. A surface that continues smoothly beyond its contact
+/// group does not end there.
 ///
 /// # Errors
 /// If a contact group is invalid.
@@ -44,7 +43,6 @@ pub(crate) fn continuing_axes(plan: &Plan, frame: &ContactFrame) -> Result<[bool
     Ok(found)
 }
 
-/// Cell edge on the boundary of the frame.
 struct OuterEdge {
     cell: usize,
     /// Outward direction along the frame's x and y.
@@ -53,7 +51,7 @@ struct OuterEdge {
     continues: bool,
 }
 
-/// Outer edges of the frame's cells. Empty without meshed bodies, because the surfaces of other bodies are unbounded.
+/// Outer edges of the frame's cells. Empty without meshed bodies, because other surfaces are unbounded.
 fn outer_edges(plan: &Plan, frame: &ContactFrame) -> Result<Vec<OuterEdge>, SceneError> {
     if plan.bodies.iter().all(|body| body.as_meshed().is_none()) {
         return Ok(Vec::new());
@@ -77,7 +75,7 @@ fn outer_edges(plan: &Plan, frame: &ContactFrame) -> Result<Vec<OuterEdge>, Scen
     Ok(edges)
 }
 
-/// Outer faces adjacent to `faces` that continue their surface smoothly.
+/// Outer faces next to `faces` that continue their surface smoothly.
 fn smooth_continuation(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<SurfaceFace> {
     let edges = |face: &SurfaceFace| -> Vec<[usize; 2]> {
         let n = face.kind.n_corners();

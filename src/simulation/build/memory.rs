@@ -17,22 +17,22 @@ use crate::scene::plan::{BodyPlan, Plan};
 use crate::simulation::build::settings::{cross_blocks, options};
 use crate::simulation::plan_bodies::SIDES;
 
-/// Bytes of the program and of the data of every run: pages of the binary (14.0 to 14.5 MB), tables of the scene.
+/// Bytes of the program (14.0 to 14.5 MB) and of the data of every run.
 const PROGRAM: usize = 14_500_000;
 
-/// Additional bytes for meshed bodies: pages of the binary and small lists.
+/// Additional bytes for meshed bodies.
 const MESHED: usize = 1_200_000;
 
 /// Bytes per cell for the frame, the initial gap and the cell areas.
 const PER_CELL: usize = 75;
 
-/// Bytes per cell of a run, from the arrays alive at the peak on grids of 128 x 128 and 256 x 256 cells (docs/memory.md).
+/// Bytes per cell of a run at its peak, measured on grids of 128 x 128 and 256 x 256 cells (docs/memory.md).
 struct PerCell {
     /// States before and after an increment, records, predictions.
     history: usize,
     /// Vectors of the contact solvers if most of the frame is in contact.
     solver: usize,
-    /// Half-space operator on a grid, with its approximate inverses in single precision on the grid and on parts of it.
+    /// Half-space operator on a grid, with its approximate inverses in single precision.
     operator: usize,
     /// Fields and pictures during output, with the operator of a body.
     fields: usize,
@@ -43,23 +43,21 @@ const BYTES_PER_CELL_FRICTIONLESS: PerCell =
 const BYTES_PER_CELL_FRICTION: PerCell = PerCell { history: 470, solver: 980, operator: 380, fields: 750 };
 const BYTES_PER_CELL_CYCLES: PerCell = PerCell { history: 783, solver: 1510, operator: 380, fields: 750 };
 
-/// Additional bytes per cell of Newton's method for prescribed moments without friction, which conjugate gradients do not support.
+/// Additional bytes per cell of Newton's method, which prescribed moments without friction need.
 const MOMENTS: usize = 520;
 
-/// Bytes of the tables of an operator of an anisotropic material, or of a periodic operator.
+/// Bytes of the tables of an anisotropic or periodic operator.
 const OPERATOR_TABLE_BYTES: usize = 1_800_000;
 
-/// Memory of the operators on windows of the grid that fretting cycles keep: bytes per cell, and maximum bytes in total.
+/// Operators on windows of the grid that fretting cycles keep: bytes per cell, and maximum bytes in total.
 const WINDOW_OPERATOR_BYTES: [usize; 2] = [700, 4_600_000];
 
-/// Bytes of the table of the field inside an anisotropic half-space. Measured for CFRP (E1/E2 = 17.5) out of its planes of
-/// symmetry, with 156 polynomial patches. The value includes the quadrature rules during the construction of the table.
+/// Bytes of the table of the field inside an anisotropic half-space, measured for CFRP out of its planes of symmetry.
 const SUBSURFACE_TABLE_BYTES: usize = 4_900_000;
 
-/// Remedy if interior points do not fit into memory.
 const FEWER_POINTS: &str = "request fewer points (output.inside)";
 
-/// Remaining memory of the plan for a body, after the frame and the `held` bytes of the bodies before it.
+/// Memory that remains for a body after the frame and the `held` bytes of the bodies before it.
 pub(crate) fn remaining_limit(plan: &Plan, frame: &ContactFrame, held: usize) -> MemoryLimit {
     plan.memory_limit.after_reserving(frame_bytes(plan, frame) + held)
 }
@@ -70,7 +68,6 @@ pub(crate) fn frame_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     frame_bytes_without_points(plan, frame) + lasting + passing.saturating_sub(field_bytes(plan, frame))
 }
 
-/// Bytes of a run with this frame, without bodies and interior points.
 fn frame_bytes_without_points(plan: &Plan, frame: &ContactFrame) -> usize {
     let n = frame.n_cells();
     let meshed = plan.bodies.iter().any(|body| body.as_meshed().is_some());
@@ -83,12 +80,10 @@ fn frame_bytes_without_points(plan: &Plan, frame: &ContactFrame) -> usize {
     PROGRAM + meshed + cells * n + of_tables(plan, frame) + field_bytes(plan, frame)
 }
 
-/// Bytes of fields during output.
 fn field_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     if writes(plan) { per_cell(plan).fields * frame.n_cells() } else { 0 }
 }
 
-/// Whether fields are written.
 fn writes(plan: &Plan) -> bool {
     !plan.output.fields.is_empty()
 }
@@ -103,7 +98,6 @@ fn per_cell(plan: &Plan) -> PerCell {
     }
 }
 
-/// Whether the contact problem has tangential unknowns.
 fn has_tangential_unknowns(plan: &Plan) -> bool {
     plan.friction.ellipse().is_some()
         || plan.steps.iter().any(|step| plan.has_wear(step))
@@ -129,7 +123,6 @@ pub(crate) fn far_field_table_bytes(plan: &Plan, frame: &ContactFrame) -> usize 
     operator_table_bytes(plan, frame, 1) + SUBSURFACE_TABLE_BYTES
 }
 
-/// Bytes of the operator tables of `bodies` bodies, and of the operators that cycles keep.
 fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usize {
     if bodies == 0 {
         return 0;
@@ -140,7 +133,7 @@ fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usi
         true if windows => [1, WINDOW_OPERATOR_BYTES[1].min(WINDOW_OPERATOR_BYTES[0] * frame.n_cells())],
         cycles => [usize::from(cycles), 0],
     };
-    // Without friction, only one of the three components is transformed: the pressure.
+    // Without friction, only the pressure is transformed.
     let of_each = if has_tangential_unknowns(plan) || has_cycles(plan) {
         OPERATOR_TABLE_BYTES
     } else {
@@ -149,8 +142,7 @@ fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usi
     (1 + of_fields + of_cycles) * of_each + kept
 }
 
-/// Bytes of interior points: permanent data, and temporary data of their computation or output. No other fields are written
-/// meanwhile.
+/// Permanent and temporary bytes of interior points. No other fields are written meanwhile.
 fn subsurface_bytes(plan: &Plan, frame: &ContactFrame) -> [usize; 2] {
     let body = |request: &InteriorPointRequest| &plan.bodies[usize::from(request.side == SIDES[1])];
     let half_space = |request: &InteriorPointRequest| match body(request) {
@@ -188,8 +180,7 @@ pub(crate) fn is_compressed(plan: &Plan, frame: &ContactFrame) -> bool {
     eliminated && frame.grid.is_none() && uses_compression(frame.n_cells(), cross_blocks(plan, frame))
 }
 
-/// Bytes per body of the half-space operator on the whole grid of `frame`. The operator's bytes are divided by the number of
-/// elastic bodies. 0 without a grid.
+/// Bytes per elastic body of the half-space operator on the whole grid; 0 without a grid.
 pub(crate) fn grid_operator_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     let elastic = plan.bodies.iter().filter(|body| !matches!(body, BodyPlan::Rigid)).count();
     let cells = frame.grid.map_or(0, |grid| grid.cells[0] * grid.cells[1]);
@@ -208,7 +199,7 @@ pub(crate) fn half_space_bytes(plan: &Plan, frame: &ContactFrame, body: &HalfSpa
     match frame.grid {
         // The block system stores the matrix of each body.
         Some(_) if plan.solver.coupling == Coupling::Block => frame.n_cells().pow(2).saturating_mul(72),
-        // Both bodies together have one operator on the whole grid.
+        // Both bodies together have one operator.
         Some(_) => grid_operator_bytes(plan, frame),
         None if is_compressed(plan, frame) => body.operator_bytes(CrossBlocks::SkipVanishing),
         None => body.operator_bytes(CrossBlocks::Keep),
@@ -229,7 +220,6 @@ pub(crate) fn ensure_half_space_fits(
     left.ensure_available(half_space_bytes(plan, frame, body) as u128, &what, mend)
 }
 
-/// Bytes that a meshed body keeps.
 pub(super) fn resident_bytes(body: &dyn ElasticBody) -> usize {
     match body.equations() {
         FiniteElements(body) => body.condensed().resident_bytes(),

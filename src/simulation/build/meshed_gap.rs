@@ -8,8 +8,7 @@ use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES};
 
-/// Initial gap between the meshed surfaces of `plan`. `heights` are the mean surface heights of both bodies in each cell, `[N]`,
-/// mm. `near` are the near-field models of both bodies.
+/// Initial gap between the meshed surfaces. `heights` are the mean surface heights of both bodies in each cell, `[N]`, mm.
 pub(crate) fn surface_distances(
     plan: &Plan,
     frame: &ContactFrame,

@@ -40,7 +40,7 @@ pub struct Simulation<'p> {
     model: Model,
     bodies: [Box<dyn ElasticBody>; 2],
     contact_nodes: [Vec<usize>; 2],
-    /// What was built, and how.
+    /// Records of the construction.
     pub report: BuildReport,
 }
 
@@ -64,7 +64,6 @@ pub struct BuildReport {
 }
 
 impl BuildReport {
-    /// Adds the records and warnings of a meshed body, and the work that its cache saved.
     fn add_body(&mut self, plan: &Plan, frame: &ContactFrame, index: usize, body: &dyn ElasticBody) {
         match body.equations() {
             BodyEquations::BoundaryElements(body) => {
@@ -144,7 +143,7 @@ impl Simulation<'_> {
         self.report.near_fields.iter().any(|record| record.body == body && record.reason.is_none())
     }
 
-    /// Largest gap magnitude caused by applied loads of bodies with half-space near fields, mm.
+    /// Largest gap magnitude due to applied loads of bodies with half-space near fields, mm.
     pub(super) fn max_gap_of_own_loads(&self) -> f64 {
         let half_spaces =
             self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
@@ -152,7 +151,6 @@ impl Simulation<'_> {
         gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
     }
 
-    /// Body `index`, if it is a finite-element body.
     pub(super) fn fe_body(&self, index: usize) -> Option<&FeBody> {
         match self.bodies[index].equations() {
             BodyEquations::FiniteElements(body) => Some(body),
@@ -165,13 +163,12 @@ impl Simulation<'_> {
         &self.model
     }
 
-    /// The model alone, without bodies and plan.
+    /// The model without bodies and plan.
     pub fn into_model(self) -> Model {
         self.model
     }
 
-    /// Axes, fibres and wear of the surface under the frame. If no body has a uniform fibre direction, the fibre of the friction
-    /// law is used.
+    /// Axes, fibres and wear of the surface under the frame. If no body has a uniform fibre, the fibre of the friction law is used.
     pub fn surface(&self) -> SurfaceProperties {
         let plan = self.plan;
         let azimuth = self.model.frame.azimuth;
@@ -200,7 +197,6 @@ impl Simulation<'_> {
                     BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_) => RecoveryLocation::FrameCells,
                     BodyPlan::Be(be) => RecoveryLocation::MeshNodes { mesh: &be.meshed.mesh, contact_nodes },
                     BodyPlan::Fe(fe) => {
-                        // The mesh may have moved with wear.
                         let now = self
                             .fe_body(usize::from(side == Side::Upper))
                             .map(|body| body.condensed().model().mesh());

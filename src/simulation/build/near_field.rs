@@ -14,9 +14,9 @@ use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, worn_bodies};
 pub(crate) enum NearFieldModel {
     /// The body has no mesh.
     Unmeshed,
-    /// The mesh itself represents the near field. The text gives the reason why no half-space is used.
+    /// The mesh itself, with the reason why no half-space is used.
     Mesh(String),
-    /// As `Mesh`, because a half-space was tried and is not accurate enough. The text gives the reason.
+    /// As `Mesh`, because a half-space is not accurate enough, with the reason.
     RejectedHalfSpace(String),
     /// A half-space, corrected by the mesh.
     HalfSpace(Box<HalfSpaceFit>),
@@ -31,18 +31,18 @@ impl NearFieldModel {
         }
     }
 
-    /// Whether the gap is corrected for the curvature of flat faces, because half-space displacements do not follow these faces.
+    /// Whether the gap is corrected for the curvature of flat faces, which half-space displacements do not follow.
     pub fn corrects_face_curvature(&self) -> bool {
         self.half_space_fit().is_some()
     }
 
-    /// Whether the mesh itself represents the near field. A finite-element mesh is then condensed to its nodes under the frame.
+    /// Whether the mesh itself represents the near field; a finite-element mesh is then condensed to its nodes under the frame.
     pub fn is_condensed(&self) -> bool {
         matches!(self, Self::Mesh(_) | Self::RejectedHalfSpace(_))
     }
 }
 
-/// Chooses the near-field models of both bodies of `plan` on `frame`.
+/// Chooses the near-field models of both bodies.
 ///
 /// # Errors
 /// If a body that requests a half-space does not admit one, a body is invalid, or the block system is requested with boundary
@@ -95,7 +95,7 @@ fn choose_near_field(
     }
 }
 
-/// Fits a half-space into body `index` under `frame`, or returns the reason why the body is unsuitable.
+/// Fits a half-space into body `index`, or returns why it is unsuitable.
 ///
 /// # Errors
 /// If the body is invalid.

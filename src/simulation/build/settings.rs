@@ -7,7 +7,6 @@ use crate::frame::ContactFrame;
 use crate::omitted::OmittableWork;
 use crate::scene::plan::Plan;
 
-/// Settings of the half-space operators on `frame`.
 pub(super) fn operators(plan: &Plan, frame: &ContactFrame) -> HalfSpaceOperators {
     let summed = plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace);
     HalfSpaceOperators { cross: cross_blocks(plan, frame), summed }
@@ -20,7 +19,6 @@ pub(crate) fn cross_blocks(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
     if plan.solver.skip.allowed_skips().allows(skip) { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
 }
 
-/// Solver settings of a plan.
 pub(crate) fn options(plan: &Plan) -> SolverOptions {
     SolverOptions {
         tolerance: plan.solver.tolerance,

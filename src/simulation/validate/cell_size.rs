@@ -21,16 +21,15 @@ const MIN_CELL_AREA_RATIO: f64 = 0.9;
 /// Minimum ratio of cell area to area per contact node beside a half-space, unless the scene selects the near field of the mesh.
 const MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE: f64 = 0.01;
 
-/// Smallest share of a body in the normal compliance for which its coarse contact faces cause a warning. Measured for a flat pin of
-/// 8 mm on a plate with faces of 3.3 cells per node: peaks are 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
+/// Smallest share of a body in the normal compliance for which its coarse contact faces cause a warning. Measured for a flat pin:
+/// peaks are 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
 const MIN_COMPLIANCE_SHARE: f64 = 0.1;
 
-/// Minimum number of cells along each side of a grid that a message recommends.
+/// Minimum number of cells along each side of a recommended grid.
 const MIN_ADVISED_CELLS: usize = 4;
 
-/// Cells smaller than this multiple of the area per contact node make the peak pressure unreliable. Measured for a rigid sphere on
-/// 16 and 24 faces (Hertz): errors of 1 to 3 % after up to 1800 iterations at a ratio of 1. At ratios of 1.19 to 2, errors are at
-/// most 0.5 % after fewer than 100 iterations.
+/// Cells smaller than this multiple of the area per contact node make the peak pressure unreliable. For a rigid sphere (Hertz),
+/// errors are 1 to 3 % at a ratio of 1, and at most 0.5 % from 1.19.
 const RELIABLE_CELL_AREA_RATIO: f64 = 1.15;
 
 /// Cells smaller than this multiple of the area per contact node cause a note.
@@ -64,7 +63,7 @@ pub(super) fn check_cell_size(
         }
         return Ok(with_reasons(warnings, &why));
     }
-    // On nodal frames, every cell belongs to one node, so the cells are not compared with the finest body.
+    // Every nodal cell belongs to one node, so the finest body does not matter.
     let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
     let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
     // Boundary elements resolve the traction of each of their nodes if no cell covers two elements.
@@ -89,7 +88,7 @@ pub(super) fn check_cell_size(
     Ok(with_reasons(note.into_iter().chain((0..2).filter_map(coarse)).collect(), &why))
 }
 
-/// Adds to warnings, if any, the note `why` no half-space is used.
+/// Appends the note `why`, the reason for no half-space, unless there are no warnings.
 fn with_reasons(mut warnings: Vec<Warning>, why: &str) -> Vec<Warning> {
     let reasons = why.strip_prefix("; ").filter(|_| !warnings.is_empty());
     warnings.extend(reasons.map(Warning::note));
@@ -130,10 +129,8 @@ fn coarse_faces_warning(
     })
 }
 
-/// Refuses cells that are far finer than the contact faces of body `index`, if the other body is a half-space.
-///
-/// # Errors
-/// If the cells are far finer, unless the scene selects the near field of the mesh.
+/// Refuses cells far finer than the contact faces of body `index` beside a half-space, unless the scene selects the near field of
+/// the mesh.
 fn refuse_far_finer_cells(
     plan: &Plan,
     frame: &ContactFrame,
@@ -229,11 +226,10 @@ fn check_cell_area_ratio(
     Err(SceneError { error, key: key.to_owned() })
 }
 
-/// Recommends the finest grid whose cells have `wanted` times the nodal area. `ratio` is the present multiple. The text is empty if
-/// this grid is too coarse.
+/// Recommends the finest grid whose cells have `wanted` times the nodal area; `ratio` is the present multiple. Empty if this grid
+/// is too coarse.
 fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
     let Some(grid) = frame.grid else { return String::new() };
-    // A direction with a single cell keeps its cell.
     let directions = grid.cells.iter().filter(|n| **n > 1).count() as f64;
     let coarser = |n: usize| (n as f64 * (ratio / wanted).powf(1.0 / directions)).floor() as usize;
     let [x, y] = grid.cells.map(|n| if n > 1 { coarser(n) } else { 1 });

@@ -5,12 +5,12 @@ use crate::frame::ContactFrame;
 use crate::geometry::{format_direction, format_number, format_short};
 use crate::scene::plan::Plan;
 
-/// Maximum uncertainty that the motion to the first touch causes in the distances, relative to the approach.
+/// Maximum uncertainty of distances due to the motion to the first touch, relative to the approach.
 const MAX_MOTION_ERROR_SHARE: f64 = 0.02;
 
-/// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals, with body 2 at its meshed
-/// position. On a frame of radius R, a motion u changes them by about u^2 / R in addition. Measured for a pin in a bore of 25 mm,
-/// clearance 0.01 mm, approach 0.005 mm: a motion of 0.03 mm reduces the load by 1.4 %, and a motion of 0.11 mm halves it.
+/// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals with body 2 at its meshed
+/// position. On a frame of radius R, a motion u changes them by about u^2 / R in addition. For a pin in a bore of 25 mm, a motion
+/// of 0.11 mm halves the load.
 pub(super) fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Option<Warning> {
     let (first, start) = (frame.triads[0].normal(), frame.centers[0]);
     // On a circle of radius R, the normals at two points with the distance d differ by d / R.
@@ -32,7 +32,6 @@ pub(super) fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_mot
     })
 }
 
-/// Note on the motion along n that brings body 2 from its meshed position to the first touch.
 pub(super) fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Warning {
     let unit = &plan.units.length;
     let normal = format_direction(&frame.axes.normal());

@@ -13,7 +13,7 @@ use crate::simulation::failure::{SceneError, step_key};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, free_motions};
 use crate::simulation::validate::symmetry_planes::{self, ROUNDING_SHARE};
 
-/// Refuses friction on an unconstrained boundary-element body. Its supports do not determine the state from which slip is measured.
+/// Supports of an unconstrained boundary-element body do not determine the state from which slip is measured.
 fn refuse_friction_on_unconstrained_be(
     plan: &Plan,
     index: usize,
@@ -30,11 +30,11 @@ fn refuse_friction_on_unconstrained_be(
     Err(SceneError { error, key: BODY_KEYS[index].to_owned() })
 }
 
-/// Refuses impossible controls: moments without a lever arm, contradictions to symmetry planes at the contact, and bodies with a
-/// common rigid motion. On unconstrained bodies, also refuses rotations, moments, displacements along unconstrained directions, the
-/// block system, and friction on boundary elements.
+/// Refuses impossible controls: moments without a lever arm, contradictions to symmetry planes, and bodies with a common rigid
+/// motion. On unconstrained bodies, also refuses rotations, moments, displacements along unconstrained directions, the block
+/// system, and friction on boundary elements.
 ///
-/// Displacements that later steps keep need no separate check, because the step that prescribes them is refused.
+/// Displacements that later steps keep need no check: the step that prescribes them is refused.
 ///
 /// # Errors
 /// If a control is impossible. The error has the key of the first one.
@@ -72,7 +72,6 @@ pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     refuse_undetermined_displacements(plan, frame, &floating)
 }
 
-/// Body with unconstrained rigid-body modes.
 struct UnconstrainedBody {
     index: usize,
     motions: RigidBodyModes,
@@ -80,7 +79,6 @@ struct UnconstrainedBody {
     relative: Vec<[f64; 6]>,
 }
 
-/// Refuses rotations, moments, and displacements along unconstrained directions of the bodies `floating`.
 fn refuse_undetermined_displacements(
     plan: &Plan,
     frame: &ContactFrame,
@@ -117,11 +115,8 @@ fn refuse_undetermined_displacements(
     })
 }
 
-/// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist it. Frames with
-/// inclined cells are not checked here. On these frames, the start of the step refuses a moment that the cells cannot resist.
-///
-/// # Errors
-/// If a moment has no lever arm. The error has the key of the moment.
+/// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist it. On inclined
+/// cells, the start of the step checks this.
 fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if !frame.has_uniform_axes() {
         return Ok(());
@@ -152,7 +147,6 @@ fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(),
     Ok(())
 }
 
-/// Key with which `step` controls a rotation.
 fn rotation_key(step: &Step) -> Option<&'static str> {
     let tilt = step.tilt.map(|tilt| match tilt {
         Tilt::Rotation(_) => "rotation",
@@ -166,7 +160,7 @@ fn rotation_key(step: &Step) -> Option<&'static str> {
 }
 
 /// Key of a displacement of `step` along one of the `free` translations, and an alternative control. `loaded`: whether a body has
-/// loads of its own, to which forces of the step are added.
+/// its own loads, to which forces of the step are added.
 fn displacement_along_free_direction(
     step: &Step,
     free: &[Vector3<f64>],
@@ -206,7 +200,6 @@ fn displacement_along_free_direction(
     moves.then_some((key, "move the supports of the other body"))
 }
 
-/// Names of rigid-body motions, for messages.
 fn motion_names(motions: &RigidBodyModes) -> String {
     if motions.names.len() == 6 {
         return "translation and rotation along and about x, y and z".to_owned();

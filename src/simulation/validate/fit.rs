@@ -24,17 +24,16 @@ use crate::simulation::validate::periodic;
 use crate::simulation::validate::region_fibre::region_fibre_warning;
 use crate::simulation::validate::symmetry_planes;
 
-/// Boundary-element nodes farther apart than this share of the body's thickness behind them cause a warning. Measured for a clamped
-/// plate under a sphere: it is 24 times too stiff at 2.5 (constant elements), and the error is 40 % at 1.25 (linear elements).
+/// Ratio of node spacing to the body's thickness above which a warning is given. For a clamped plate under a sphere, the error is
+/// 40 % at 1.25 (linear elements).
 const MAX_NODE_SPACING_OVER_THICKNESS: f64 = 0.5;
 
-/// Height differences of a surface under the frame cause a note if they exceed this share of the approach.
+/// Height differences above this share of the approach cause a note.
 const MAX_UNEVENNESS_OVER_APPROACH: f64 = 0.05;
 
-/// A motion to the first touch counts as rounding and is not reported if it is below this share of the frame's size.
+/// A motion to the first touch below this share of the frame's size is rounding.
 const MIN_REPORTED_MOTION: f64 = 1e-6;
 
-/// Maximum rounding error of coordinates relative to the side of a cell.
 const MAX_ROUNDING_OF_COORDINATES: f64 = 1e-3;
 
 /// Checks that the bodies and the `frame` of `plan` are compatible. Returns notes and warnings for the user.
@@ -113,7 +112,6 @@ pub(crate) fn check(
     Ok(notes)
 }
 
-/// Refuses a frame so far from the global origin that the rounding of coordinates is significant relative to a cell.
 fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     let distance = frame.origin.amax();
     let side = frame.mean_cell_side();
@@ -131,8 +129,8 @@ fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), S
     .at("frame.center")
 }
 
-/// Warns if a boundary element is too large to represent bending of the body. `element` is its index among the outer faces, `ratio`
-/// its node spacing divided by the thickness of the body behind it.
+/// Warns if a boundary element is too large to represent bending. `element` is its index among the outer faces, `ratio` its node
+/// spacing divided by the body's thickness there.
 fn thin_body_warning(key: &str, mesh: &Mesh, element: usize, ratio: f64) -> Option<Warning> {
     let face =
         outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;
@@ -143,7 +141,7 @@ fn thin_body_warning(key: &str, mesh: &Mesh, element: usize, ratio: f64) -> Opti
     )))
 }
 
-/// Note if the gap neglects height differences of the surface of body `key`. `heights` are along n in each cell, `[N]`, mm.
+/// Note if the gap neglects height differences of a surface. `heights` are along n in each cell, `[N]`, mm.
 fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<Warning> {
     let approach = plan.max_prescribed_approach()?;
     let [low, high] = bounds(heights.iter().copied());
@@ -165,7 +163,6 @@ fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<Warning> {
     })
 }
 
-/// Note if cells of a mesh frame have no opposite faces of the other body.
 fn uncovered_cells_warning(plan: &Plan, frame: &ContactFrame) -> Option<Warning> {
     let FramePlan::Mesh { body, points, .. } = plan.frame else { return None };
     let cells = if points == FramePoints::Nodes { "cells" } else { "faces" };

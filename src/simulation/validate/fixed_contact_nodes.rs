@@ -12,7 +12,6 @@ use crate::simulation::plan_bodies::BODY_KEYS;
 /// A node is fixed along the normal if the fixed components contain this share of the normal vector.
 const FIXED_NORMAL_SHARE: f64 = 0.999;
 
-/// Refuses supports that fix a node under the frame along the normal.
 pub(super) fn refuse_fixed_contact_nodes(
     plan: &Plan,
     fe: &MeshedBodyPlan,

@@ -1,8 +1,8 @@
 //! Faceting error of a gap from meshes: the distance between a curved surface and its flat faces, relative to the approach.
 //!
 //! An edge of length h on a surface of radius R lies up to h^2 / (8 R) inside the surface. For a condensed mesh, the gap contains
-//! this error in full. With a half-space near field, the gap is corrected for the curvature of the faces. The remaining error comes
-//! from different curvatures at the two ends of an edge.
+//! this error in full. Half-space near fields correct the curvature, so that only different curvatures at the ends of an edge
+//! count.
 
 use crate::error::Warning;
 use crate::evolution::records::IncrementRecord;
@@ -14,8 +14,7 @@ use crate::scene::plan::{MeshedBodyPlan, Plan};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::{BODY_KEYS, face_map};
 
-/// A faceting error above this share of the approach makes loads unreliable. Measured for a cap of R = 20 mm as condensed mesh
-/// (docs/theory-coupling.md): the load error is one to two times the share.
+/// A larger share of the approach makes loads unreliable: the load error is one to two times the share (docs/theory-coupling.md).
 const MAX_FACETING_ERROR_SHARE: f64 = 0.02;
 
 /// An overlap below this share of the frame's size is rounding.
@@ -33,8 +32,8 @@ pub(crate) fn preload_warning(plan: &Plan, frame: &ContactFrame, gap: &[f64]) ->
     certain.then(|| overlap_warning(plan, overlap))
 }
 
-/// Warns if a run under prescribed forces reaches an `approach` (mm) that is smaller than the overlap of flat faces at first touch.
-/// `gap` as in [`preload_warning`], without applied loads of the bodies.
+/// Warns if the `approach` (mm) that prescribed forces reach is smaller than the overlap of flat faces at first touch. `gap` as in
+/// [`preload_warning`], without applied loads of the bodies.
 pub(crate) fn reached_preload_warning(
     plan: &Plan,
     frame: &ContactFrame,
@@ -56,15 +55,14 @@ fn overlap_warning(plan: &Plan, overlap: f64) -> Warning {
     ))
 }
 
-/// Largest approach of a run, mm; `None` if its steps prescribe an approach. It may be negative, because applied loads deform the
-/// bodies.
+/// Largest approach of a run without prescribed approach, mm. Applied loads can make it negative.
 pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
     let most = records.iter().map(|record| record.approach).reduce(f64::max);
     most.filter(|_| plan.max_prescribed_approach().is_none())
 }
 
-/// Warns about excessive faceting errors under the contact. The cells of the contact are those whose `gap` (`[N]`, mm) is at most
-/// max(`depth`, smallest gap), with `depth` in mm. For curvature-corrected (`bowed`) bodies, only the remaining error counts.
+/// Warns about excessive faceting errors under the contact: cells with a `gap` (`[N]`, mm) of at most max(`depth`, smallest gap),
+/// `depth` in mm. For curvature-corrected (`bowed`) bodies, only the remaining error counts.
 ///
 /// # Errors
 /// If frame and faces are incompatible.
@@ -90,8 +88,7 @@ pub(crate) fn check(
     Ok(doubts)
 }
 
-/// Largest curvature correction of the flat faces of body `index` under the frame, mm. `None` if the faces are plane or the gap
-/// does not come from the meshes.
+/// Largest curvature correction of the flat faces of body `index` under the frame, mm.
 ///
 /// # Errors
 /// If frame and faces are incompatible.
@@ -109,7 +106,7 @@ pub(crate) fn max_curvature_correction(
     Ok(bowed.map(EdgeSagitta::applied).reduce(f64::max))
 }
 
-/// Faceting errors of the edges of body `index`. Only faces are included whose nodes all lie under cells for which `counts` holds.
+/// Faceting errors of the edges of body `index`, on faces whose nodes all lie under cells for which `counts` holds.
 fn faceting_errors(
     fe: &MeshedBodyPlan,
     index: usize,
@@ -127,9 +124,8 @@ fn faceting_errors(
     Ok(counted.flat_map(|(_, cuts)| cuts.into_iter().flatten()).collect())
 }
 
-/// Warns if `error` (mm) is significant. It is the error of the surface displacement that applied loads of body `key` cause. The
-/// reference is the overlap or opening of the bodies before contact, at an `approach` (mm). The `gap` (`[N]`, mm) includes that
-/// displacement.
+/// Warns if `error` (mm) of the displacement due to applied loads of body `key` is significant. The reference is the overlap or
+/// opening before contact at an `approach` (mm); the `gap` (`[N]`, mm) includes the displacement.
 pub(crate) fn own_load_warning(
     plan: &Plan,
     key: &str,

@@ -1,4 +1,4 @@
-//! Plausibility checks of a gap given by heights: range, slopes and curvature under the frame.
+//! Plausibility checks of a gap given by heights.
 
 use nalgebra::{DMatrix, Matrix2, Vector6};
 
@@ -8,14 +8,14 @@ use crate::geometry::format_short;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::scene::plan::Plan;
 
-/// Slopes between neighbouring cells above this value cause a warning. Half-space theory and small displacements require slopes far
-/// below 1. Heights in micrometres read as millimetres are a thousand times too steep.
+/// Half-space theory and small displacements require slopes far below 1. Heights in micrometres read as millimetres are a thousand
+/// times too steep.
 const MAX_SLOPE: f64 = 0.5;
 
-/// Singular values of the normal equations below this share of the largest belong to shapes that the cells do not determine.
+/// Share of the largest singular value of the normal equations below which the cells do not determine a shape.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// Radii are reported if the rise of the best paraboloid to the farthest cell is at least this multiple of the deviation.
+/// Least ratio of the paraboloid's rise to the deviation for which radii are reported.
 const MIN_SAGITTA_OVER_DEVIATION: f64 = 3.0;
 
 /// A rise below this share of the largest height is rounding.
@@ -27,18 +27,16 @@ const CYLINDER_CURVATURE_RATIO: f64 = 1e-2;
 /// Maximum difference of the two curvatures of a sphere, relative to the larger.
 const SPHERE_CURVATURE_DIFFERENCE: f64 = 0.05;
 
-/// Best-fit paraboloid on a tilted plane.
 struct BestParaboloid {
     /// Principal curvatures, the larger in magnitude first, positive if the gap increases away from the middle, 1/mm.
     curvatures: [f64; 2],
-    /// Root mean square deviation of the heights from the paraboloid, mm.
+    /// Root mean square deviation of the heights, mm.
     deviation: f64,
-    /// Height by which the paraboloid rises from the centroid of the cells to the farthest cell, at the larger curvature, mm.
+    /// Rise of the paraboloid from the centroid to the farthest cell, at the larger curvature, mm.
     sagitta: f64,
 }
 
 impl BestParaboloid {
-    /// Whether the paraboloid is significant for heights up to `highest`.
     fn is_seen(&self, highest: f64) -> bool {
         self.sagitta.abs() >= MIN_SAGITTA_OVER_DEVIATION * self.deviation
             && self.sagitta.abs() > ROUNDING * highest
@@ -61,7 +59,7 @@ impl BestParaboloid {
     }
 }
 
-/// Describes the heights `gap` (`[N]`, mm) from a file under the frame, and warns if they are implausible.
+/// Describes the heights `gap` (`[N]`, mm) from a file, and warns if they are implausible.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Warning> {
     let unit = &plan.units.length;
     let highest = gap.iter().copied().fold(0.0, f64::max);
@@ -93,7 +91,6 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Vec<Warni
     notes
 }
 
-/// Area-weighted mean.
 fn mean(frame: &ContactFrame, gap: &[f64]) -> f64 {
     gap.iter().zip(&frame.areas).map(|(g, area)| g * area).sum::<f64>() / frame.areas.iter().sum::<f64>()
 }
@@ -102,14 +99,13 @@ fn mean_square(frame: &ContactFrame, values: impl Iterator<Item = f64>) -> f64 {
     values.zip(&frame.areas).map(|(v, area)| v * v * area).sum::<f64>() / frame.areas.iter().sum::<f64>()
 }
 
-/// Area-weighted least-squares fit of c + b_x x + b_y y + (k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2 over the cells. `None` for fewer
-/// than seven cells.
+/// Area-weighted least-squares fit of c + b_x x + b_y y + (k_xx x^2 + 2 k_xy x y + k_yy y^2) / 2 over at least seven cells.
 fn best_paraboloid(frame: &ContactFrame, gap: &[f64]) -> Option<BestParaboloid> {
     let n = gap.len();
     if n < 7 {
         return None;
     }
-    // Coordinates relative to the frame's size, so that all terms have similar magnitudes.
+    // Scaled coordinates give terms of similar magnitudes.
     let size = frame.size();
     let places: Vec<[f64; 2]> = (0..n).map(|cell| frame.plane_coordinates(cell).map(|x| x / size)).collect();
     let terms = |cell: usize| {
@@ -147,7 +143,7 @@ fn steepest_slope(frame: &ContactFrame, gap: &[f64]) -> f64 {
     let mut steepest: f64 = 0.0;
     for place in 0..nx * ny {
         let [ix, iy] = [place / ny, place % ny];
-        // Grid positions outside an outline are NaN, which `max` ignores.
+        // Positions outside an outline are NaN, which `max` ignores.
         if ix + 1 < nx {
             steepest = steepest.max((at[place + ny] - at[place]).abs() / grid.spacing[0]);
         }
@@ -162,8 +158,8 @@ fn steepest_slope(frame: &ContactFrame, gap: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: heights x^2 / (2 R1) + y^2 / (2 R2) plus a plane have these radii and zero deviation on a rectangle. A single row
-    /// shows one radius. Planes and waves have no radius.
+    /// Truth: heights x^2 / (2 R1) + y^2 / (2 R2) plus a plane have these radii and no deviation. A single row shows one radius;
+    /// planes and waves have none.
     #[test]
     fn paraboloids() {
         for cells in [[20, 16], [20, 1]] {
@@ -192,7 +188,7 @@ mod tests {
         }
     }
 
-    /// Truth: the plane 0.3 x - 0.7 y has the slopes 0.3 and -0.7 between neighbouring cells, so its steepest slope is 0.7.
+    /// Truth: the slopes of the plane 0.3 x - 0.7 y are 0.3 and -0.7.
     #[test]
     fn slopes() {
         let frame = ContactFrame::grid([1.0, 0.6], [10, 12], [0.0; 2], 0.0).unwrap();

@@ -1,5 +1,3 @@
-//! Checks that the points of `output.inside` lie in their bodies.
-
 use crate::body::half_space::first_point_above_surface;
 use crate::error::Error;
 use crate::frame::ContactFrame;
@@ -10,10 +8,7 @@ use crate::simulation::build::memory;
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES};
 
-/// Refuses points outside their bodies.
-///
-/// # Errors
-/// If a point lies outside, or memory does not suffice.
+/// Refuses points of `output.inside` outside their bodies.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     memory::ensure_points_fit(plan, frame).at("output.inside")?;
     plan.interior_requests.iter().enumerate().try_for_each(|(i, request)| {
@@ -32,7 +27,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError>
     })
 }
 
-/// Refuses a rectangle with a corner outside the half-space. If all corners lie inside, all points do.
+/// If all corners lie inside the half-space, all points do.
 fn below(
     plan: &Plan,
     frame: &ContactFrame,

@@ -10,15 +10,14 @@ use crate::material::Stiffness;
 use crate::mesh::Mesh;
 use crate::scene::plan::MeshedBodyPlan;
 
-/// Volumetric Poisson's ratio from which standard first-order elements are too stiff by more than some percent. Measured for a
-/// rigid sphere on a clamped block: the load of `hex8` exceeds the load with mean dilatation by 2.5, 8, 31, 154 % at ratios of 0.3,
-/// 0.45, 0.49, 0.499. At a ratio of 0.4999, the load is ten times too large.
+/// Volumetric Poisson's ratio from which standard first-order elements are too stiff by some percent. For a rigid sphere on a
+/// block, `hex8` loads exceed those with mean dilatation by 2.5, 8, 31, 154 % at 0.3, 0.45, 0.49, 0.499.
 const LOCKING_RATIO_STANDARD: f64 = 0.445;
 
 /// As [`LOCKING_RATIO_STANDARD`], for enhanced hexahedra: excess loads of 0, 1.2, 5, 18 % at ratios of 0.45, 0.49, 0.499, 0.4999.
 const LOCKING_RATIO_ENHANCED: f64 = 0.498;
 
-/// Poisson's ratio from which an element kind locks; `None` for kinds that do not lock.
+/// Poisson's ratio from which an element kind locks.
 fn limit(kind: ElementKind, formulation: HexFormulation) -> Option<f64> {
     match (kind, formulation) {
         (ElementKind::Tet4 | ElementKind::Wedge6 | ElementKind::Pyramid5, _) => Some(LOCKING_RATIO_STANDARD),
@@ -28,12 +27,10 @@ fn limit(kind: ElementKind, formulation: HexFormulation) -> Option<f64> {
     }
 }
 
-/// Name of the element kind in scene files.
 fn name(kind: ElementKind, formulation: HexFormulation) -> &'static str {
     if kind == ElementKind::Hex8 { formulation.name() } else { kind.name() }
 }
 
-/// Warns if elements of the body `key` lock in their material.
 pub(super) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<Warning> {
     let mut placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
     if !placed.any(|placed| placed.stiffness.volumetric_poisson_ratio() >= LOCKING_RATIO_STANDARD) {
@@ -45,19 +42,18 @@ pub(super) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<Warning>
     Some(Warning::uncertain(&found.message(key)))
 }
 
-/// Locking elements of a body.
 struct Locking {
     elements: usize,
     kinds: BTreeSet<&'static str>,
     only_hexahedra: bool,
     only_enhanced: bool,
-    /// Largest Poisson's ratio among the locking elements, and the name of its material.
+    /// Largest Poisson's ratio of the locking elements, and the name of its material.
     worst: (f64, String),
 }
 
 impl Locking {
     fn new(mesh: &Mesh, regions: &ElementMaterials, formulation: HexFormulation) -> Option<Self> {
-        // Neighbouring elements usually have the same material, so the last ratio is kept.
+        // Neighbouring elements usually have the same material.
         let mut last: Option<(&Stiffness, f64)> = None;
         let mut found = Self {
             elements: 0,

@@ -23,11 +23,10 @@ use crate::simulation::failure::SceneError;
 pub(crate) struct ValidScene {
     pub frame: ContactFrame,
     pub near_fields: [NearFieldModel; 2],
-    /// Warnings about the fit of bodies and frame.
     pub warnings: Vec<Warning>,
 }
 
-/// Checks the controls of `plan`, the near fields of its bodies on `frame`, and the fit of bodies and frame, in this order.
+/// Checks the controls of `plan`, the near fields of its bodies on `frame`, and the fit of bodies and frame.
 ///
 /// # Errors
 /// The first check that fails.

@@ -7,10 +7,10 @@ use crate::geometry::format_number;
 use crate::scene::plan::Plan;
 use crate::simulation::failure::{AtKey, SceneError, step_key};
 
-/// A gap step across the periodic boundary causes a note if it exceeds the largest inner step by this factor.
+/// Maximum ratio of a gap step across the periodic boundary to the largest inner step.
 const MAX_SEAM_STEP_RATIO: f64 = 5.0;
 
-/// Minimum number of cells along a direction in which the gap is checked for a step across the periodic boundary.
+/// Minimum number of cells along a direction for the check of [`MAX_SEAM_STEP_RATIO`].
 const MIN_CELLS_ALONG_SEAM: usize = 4;
 
 /// Checks a periodic frame and returns notes for the user.
@@ -54,8 +54,7 @@ fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Note if the gap is discontinuous across the periodic boundary. `gap` contains the gap at each grid position, or `None` without a
-/// cell.
+/// Note if the gap is discontinuous across the periodic boundary. `gap` is given at each grid position, `None` without a cell.
 fn seam_warning(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> Option<Warning> {
     let ny = grid.cells[1];
     let (along, across) = (grid.cells[axis], grid.cells[1 - axis]);

@@ -1,5 +1,3 @@
-//! Checks that elements under the frame have the fibre direction that friction and wear laws use.
-
 use std::collections::HashSet;
 
 use crate::error::Warning;

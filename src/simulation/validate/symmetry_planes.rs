@@ -1,7 +1,7 @@
 //! Symmetry planes at the contact: which nodal cells they constrain, and which scenes contradict them.
 //!
-//! The supports fix the nodes on a plane along its normal. A traction along that normal moves almost nothing, so it would be
-//! undetermined. In the full model it vanishes by symmetry.
+//! Supports fix the nodes on such a plane along its normal. A traction along the normal would be undetermined; by symmetry, it
+//! vanishes.
 
 use nalgebra::Vector3;
 
@@ -17,7 +17,8 @@ use crate::scene::spec::frame::FramePoints;
 use crate::simulation::failure::{SceneError, step_key};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES};
 
-/// A vector's component below this share of its length is rounding, and so is a lever arm below this share of the frame's size.
+/// Share of a vector's length below which a component is rounding; also share of the frame's size below which a lever arm is
+/// rounding.
 pub(super) const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Largest distance of two coincident planes, relative to the size of the group.
@@ -28,19 +29,16 @@ const MAX_MISALIGNMENT_RAD: f64 = 1e-9;
 
 /// Group of coplanar faces of a body, with a prescribed displacement along their normal.
 struct SupportPlane {
-    /// Key of the support in the scene.
     key: String,
-    /// Whether the scene declares it a symmetry plane.
     is_symmetry: bool,
-    /// Index of the global axis along the normal of the plane.
+    /// Global axis along the normal.
     component: usize,
     /// Coordinate of the plane along that axis, mm.
     coordinate: f64,
-    /// Distance within which points count as lying on the plane, mm.
+    /// Distance from the plane within which points count as lying on it, mm.
     tolerance: f64,
-    /// Nodes of the group.
     nodes: Vec<usize>,
-    /// Prescribed displacement along the normal: its value (mm) and its gradient.
+    /// Prescribed displacement along the normal (mm) and its gradient.
     displacement: (f64, [f64; 3]),
 }
 
@@ -55,7 +53,7 @@ impl SupportPlane {
             && (self.coordinate - other.coordinate).abs() <= self.tolerance.max(other.tolerance)
     }
 
-    /// Whether the plane contains an edge of a cell, but not the whole cell.
+    /// Whether the plane contains an edge, but not all of a cell.
     fn bounds(&self, frame: &ContactFrame) -> bool {
         let on = |x: &Point| (x[self.component] - self.coordinate).abs() <= self.tolerance;
         frame.all_corners().any(|corners| {
@@ -68,15 +66,13 @@ impl SupportPlane {
 
 /// Counterpart of a plane on the other body.
 enum OppositePlane {
-    /// A plane with the same normal displacement. The flag tells whether the scene declares the opposite plane a symmetry plane.
+    /// Same normal displacement. The flag tells whether the scene declares the opposite plane a symmetry plane.
     SameDisplacement(bool),
-    /// A plane with another normal displacement.
     OtherDisplacement,
-    /// No coincident plane.
     Missing,
 }
 
-/// Support planes of a body that reach its contact surface. Empty for a body without a mesh.
+/// Support planes of a body that reach its contact surface.
 fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     let mut planes = Vec::new();
     let Some(body) = body.as_meshed() else { return planes };
@@ -86,7 +82,7 @@ fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     };
     let mut touches = vec![false; body.mesh.points.len()];
     nodes_of(&body.contact).into_iter().for_each(|node| touches[node] = true);
-    // Outer faces are computed for the relevant groups only, because the search is slow on large meshes.
+    // The search for outer faces is slow on large meshes.
     let reaches =
         |support: &&PrescribedDisplacement| nodes_of(&support.group).into_iter().any(|node| touches[node]);
     for support in body.supports.iter().filter(reaches) {
@@ -114,7 +110,6 @@ fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     planes
 }
 
-/// Counterpart of `plane` on the body `other`, whose support planes are `planes`.
 fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> OppositePlane {
     if matches!(other, BodyPlan::Rigid) {
         return if plane.displacement == (0.0, [0.0; 3]) {
@@ -131,8 +126,7 @@ fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> O
     }
 }
 
-/// Whether `plane` of body `own` is a symmetry plane that the other body shares. A rigid body shares every fixed plane. `planes`
-/// are the support planes of both bodies.
+/// Whether `plane` of body `own` is a symmetry plane that the other body shares. A rigid body shares every fixed plane.
 fn is_shared_symmetry(
     plan: &Plan,
     planes: &[Vec<SupportPlane>; 2],
@@ -143,7 +137,7 @@ fn is_shared_symmetry(
     matches!(other, OppositePlane::SameDisplacement(declared) if declared || plane.is_symmetry)
 }
 
-/// Body whose nodes define the cells of the frame, with the frame's axes.
+/// Body whose nodes define the frame, and the frame's axes; `None` for other frames.
 fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
     match plan.frame {
         FramePlan::Mesh { body, points: FramePoints::Nodes, azimuth, normal, .. } => {
@@ -156,9 +150,8 @@ fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
 
 /// Nodes of the frame's body on planes across which tractions and relative displacements vanish.
 ///
-/// On these planes, both bodies have a plane group with the same normal displacement, or a fixed plane group lies opposite a rigid
-/// body. A plane that no body declares a symmetry plane must meet two conditions. No step moves or loads the bodies across it, and
-/// reflection at it does not change the friction law.
+/// Both bodies have such a plane with the same normal displacement; a rigid body shares every fixed plane. If neither body declares
+/// the plane a symmetry plane, no step may act across it. Reflection must then also preserve the friction law.
 pub(crate) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     let mut found = SymmetryNodes::new();
     let Some((body, axes)) = nodal_frame(plan) else { return found };
@@ -177,8 +170,7 @@ pub(crate) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     found
 }
 
-/// Global axes normal to a symmetry plane at which the frame ends. Both bodies share the plane (or one of them is rigid), and at
-/// least one declares it a symmetry plane. Applies to every kind of frame.
+/// Global axes normal to a shared symmetry plane at which the frame ends; at least one body declares it a symmetry plane.
 pub(crate) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
     let planes = plan.bodies.each_ref().map(support_planes);
     let mut found = [false; 3];
@@ -190,16 +182,12 @@ pub(crate) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> 
     found
 }
 
-/// Key with which a step presses the bodies together.
 fn pressing_key(step: &Step) -> &'static str {
     if matches!(step.normal, Some(Normal::Force(_))) { "normal_force" } else { "approach" }
 }
 
-/// Refuses a contact that becomes a closed ring by reflection at symmetry planes, if body 2 moves along n across one of them. The
-/// motion comes from the gap (`moves`) or from the steps.
-///
-/// # Errors
-/// If body 2 moves across such a plane. The error has the key of the gap, or of the first step that presses the bodies together.
+/// Refuses a contact that reflection at symmetry planes closes to a ring, if body 2 moves along n across a plane. The gap (`moves`)
+/// or a step causes the motion. The error names the gap, or the first step that presses the bodies together.
 pub(super) fn refuse_closed_contact(
     plan: &Plan,
     frame: &ContactFrame,
@@ -235,11 +223,9 @@ pub(super) fn refuse_closed_contact(
     Err(SceneError { error, key })
 }
 
-/// Refuses scenes with friction that contradict symmetry planes at the contact: loads and motions across them, and friction
-/// ellipses oblique to them. On nodal frames, it also refuses planes that only one body has, or that move relative to each other.
-///
-/// # Errors
-/// If the scene contradicts a symmetry plane. The error has the key of the first contradiction.
+/// Refuses scenes with friction that contradict symmetry planes: loads and motions across them, and oblique friction ellipses.
+/// Nodal frames must not have planes of one body only, or planes that move relative to each other. The error has the key of the
+/// first contradiction.
 pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if plan.friction.ellipse().is_none() || plan.steps.iter().all(|step| !step.friction) {
         return Ok(());
@@ -305,7 +291,7 @@ fn breaks_friction_symmetry(plan: &Plan, m: &Vector3<f64>) -> bool {
     (2.0 * angle).sin().abs() > 2.0 * MAX_MISALIGNMENT_RAD
 }
 
-/// First step that moves or loads a body across planes with normal `component`: its index, its key, and a description.
+/// First step that acts across planes with normal `component`: its index, its key, and a description.
 fn first_step_across(
     plan: &Plan,
     axes: &Triad,
@@ -319,7 +305,7 @@ fn first_step_across(
     plan.steps.iter().enumerate().find_map(of_step)
 }
 
-/// Key with which a step moves or loads a body across planes with the given normal (frame axes), and a description.
+/// Key with which a step acts across planes with the given normal (frame axes), and a description.
 fn control_across_plane(step: &Step, normal: &Vector3<f64>) -> Option<(&'static str, &'static str)> {
     let along = |x: f64, y: f64, n: f64| {
         let vector = Vector3::new(x, y, n);
@@ -397,8 +383,8 @@ mod tests {
         StepKind::Fretting { path, cycles: CYCLES }
     }
 
-    /// Truth: a plane is preserved by motions and forces without a component along its normal. Rotations and moments preserve it
-    /// only if their axis is along its normal.
+    /// Truth: motions and forces preserve a plane without a component along its normal, rotations and moments only with their axis
+    /// along it.
     #[test]
     fn controls_across_a_plane() {
         let y = Vector3::y();

@@ -1,9 +1,8 @@
-//! Solves from coarse to fine cells, and on windows of the grid frame around the contact. Each window has a smaller operator of the
-//! same kind.
+//! Solves from coarse to fine cells, and on windows of the grid frame around the contact.
 //!
 //! A cold start is solved on coarse cells first. Ever finer cells follow, over the contact rectangle of the coarser solution. A
 //! warm start is solved over the rectangle of the previous contact. If the warm start is far from the solution, coarse cells come
-//! first. The residual of the state is computed on the whole frame. If bodies overlap outside the window, the window grows.
+//! first. If bodies overlap outside the window, the window grows.
 
 mod tangential;
 
@@ -22,17 +21,16 @@ const MIN_COARSE_SIDE_CELLS: usize = 24;
 /// Smallest tolerance of the natural residual on coarser cells.
 const COARSE_TOLERANCE: f64 = 1e-4;
 
-/// Margin of the window around the contact of the coarser solution or of a warm start, in cells of this solution or start.
+/// Margin of a window around the previous contact, in cells of the previous solution.
 const WINDOW_MARGIN_CELLS: usize = 2;
 
-/// Largest number of windows. After them the whole frame is solved.
+/// Largest number of windows before the whole frame is solved.
 const MAX_WINDOWS: usize = 6;
 
-/// Largest number of iterations on coarser cells, and on a window that may still grow. A solve that needs more continues on finer
-/// cells or on the whole frame.
+/// Largest number of iterations on coarser cells, and on a window that may still grow.
 const MAX_WINDOW_ITERATIONS: usize = 500;
 
-/// Natural residual above which a warm start counts as far from the solution: Newton's method would not begin from it.
+/// Natural residual above which a warm start counts as far from the solution, so that Newton's method would not begin from it.
 const COLD_START_RESIDUAL: f64 = 0.5;
 
 /// Natural residual above which a start of a rolling increment counts as not yet steady.
@@ -51,7 +49,7 @@ pub fn solves_windows(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool
 }
 
 /// Solves from the state in `it`. `solver` solves windows and coarser cells. Returns the report and whether the solve has ended. If
-/// the solve has not ended, `it` contains a start for the whole frame.
+/// not, `it` contains a start for the whole frame.
 pub(super) fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -69,7 +67,6 @@ struct CoarseToFine<'s, 'p> {
     problem: &'s Increment<'p>,
     options: SolverOptions,
     frame: [usize; 2],
-    /// Solver of a window or of coarser cells.
     solver: PartSolver,
     report: SolveReport,
 }
@@ -119,17 +116,14 @@ impl<'p> CoarseToFine<'_, 'p> {
         None
     }
 
-    /// The whole frame.
     fn all(&self) -> Rectangle {
         self.frame.map(|cells| [0, cells])
     }
 
-    /// Returns whether slip is measured relative to the upstream cell.
     fn rolls(&self) -> bool {
         self.problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)))
     }
 
-    /// Returns whether the residual of `problem` exceeds `limit` and coarser cells are available.
     fn is_beyond(
         &mut self,
         limit: f64,
@@ -162,8 +156,7 @@ impl<'p> CoarseToFine<'_, 'p> {
         factor
     }
 
-    /// Solves on coarser cells, from the coarsest to twice the frame's cell size. Returns the contact rectangle, or `None` if a
-    /// solution fails.
+    /// Solves on ever finer cells, up to twice the frame's cell size. Returns the contact rectangle, or `None` if a solution fails.
     fn coarse(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<Rectangle> {
         let mut rectangle = self.all();
         let mut factor = self.coarsest(rectangle);
@@ -171,7 +164,7 @@ impl<'p> CoarseToFine<'_, 'p> {
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
         while factor > 1 {
             let (window, operator) = self.window(rectangle, factor)?;
-            // The callback gets the residual 1, because it only decides whether to cancel.
+            // The callback only decides whether to cancel.
             let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
             self.on_window(window, operator, it, &mut SolveControl::new(options, &mut told))?;
             if self.report.stop != StopReason::Converged {
@@ -184,8 +177,7 @@ impl<'p> CoarseToFine<'_, 'p> {
         Some(rectangle)
     }
 
-    /// Returns the window over a rectangle and its operator. `None` if the operator cannot be restricted, or if the window would
-    /// save no work.
+    /// Window over a rectangle and its operator. `None` if the operator cannot be restricted, or if the window would save no work.
     fn window(&self, rectangle: Rectangle, factor: usize) -> Option<(Window, WindowOperator<'p>)> {
         let needed = [0, 1].map(|axis| {
             let [first, last] = rectangle[axis];
@@ -206,7 +198,6 @@ impl<'p> CoarseToFine<'_, 'p> {
         Some((Window { frame: self.frame, origin, cells, factor }, WindowOperator::Own(operator)))
     }
 
-    /// The whole frame as a window.
     fn whole(&self) -> (Window, WindowOperator<'p>) {
         let window = Window { frame: self.frame, origin: [0, 0], cells: self.frame, factor: 1 };
         (window, WindowOperator::Frame(self.problem.flexibility))
@@ -226,7 +217,6 @@ impl<'p> CoarseToFine<'_, 'p> {
         Some(())
     }
 
-    /// Solves the increment on a window from `state`, in at most `most` iterations.
     fn on_part(
         &mut self,
         part: &WindowProblem,
@@ -241,14 +231,12 @@ impl<'p> CoarseToFine<'_, 'p> {
     }
 }
 
-/// Bounding rectangle of the cells with pressure; `None` without any.
 fn contact_rectangle(it: &ContactState, frame: [usize; 2]) -> Option<Rectangle> {
     let n = frame[0] * frame[1];
     let pressed = |cell: usize| it.scaled.chunks_exact(3 * n).any(|planes| planes[2 * n + cell] > 0.0);
     bounds(frame, pressed)
 }
 
-/// Bounding rectangle of the cells outside the window in which the bodies overlap; `None` without any.
 fn overlapping(it: &ContactState, frame: [usize; 2], window: &Window) -> Option<Rectangle> {
     let n = frame[0] * frame[1];
     let inside = |cell: usize| {
@@ -259,7 +247,6 @@ fn overlapping(it: &ContactState, frame: [usize; 2], window: &Window) -> Option<
     bounds(frame, |cell| !inside(cell) && overlaps(cell))
 }
 
-/// Bounding rectangle of the cells for which `belongs` is true; `None` without any.
 fn bounds(frame: [usize; 2], belongs: impl Fn(usize) -> bool) -> Option<Rectangle> {
     let mut rectangle: Option<Rectangle> = None;
     for cell in (0..frame[0] * frame[1]).filter(|&cell| belongs(cell)) {

@@ -15,11 +15,9 @@ use super::{
     contact_rectangle, expanded,
 };
 
-/// Smallest tolerance of the natural residual on coarser cells.
 const COARSE_TOLERANCE: f64 = 1e-3;
 
 impl CoarseToFine<'_, '_> {
-    /// Solves on a window around the cells in contact.
     pub(super) fn solve_tangential(
         &mut self,
         it: &mut ContactState,
@@ -30,8 +28,7 @@ impl CoarseToFine<'_, '_> {
         let (window, operator) = self.window(rectangle, 1).unwrap_or_else(|| self.whole());
         let part = WindowProblem::new(self.problem, window, operator)?;
         let mut state = part.state(it);
-        // In rolling, a correction of the coarse gap cannot correct the slip between coarser cells. Solutions on coarser cells are
-        // therefore only a start.
+        // In rolling, a correction of the coarse gap cannot correct the slip between coarser cells.
         let problem = part.problem(self.problem);
         let rolls_on =
             self.rolls() && !self.is_beyond(STEADY_ROLLING_RESIDUAL, &problem, &mut state, rectangle);
@@ -69,7 +66,7 @@ impl CoarseToFine<'_, '_> {
         let before = coarse_state.scaled.clone();
         let options =
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
-        // The callback gets the residual 1, because it only decides whether to cancel.
+        // The callback only decides whether to cancel.
         let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
         let mut part_control = SolveControl::new(options, &mut told);
         self.on_part(&coarse, &mut coarse_state, MAX_WINDOW_ITERATIONS, &mut part_control);
