@@ -24,11 +24,10 @@ use places::{program, root};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Normal forces of the two steps of the half-space scene at tilt 30, from an independent program. They are extrapolated from 128
-/// and 256 cells per side. tests/data/sphere-on-frp.json contains the values of that program on its finest grid.
+/// Normal forces of the two steps of the half-space scene at tilt 30, from an independent program, extrapolated from 128 and 256
+/// cells per side.
 const EXTRAPOLATED: [f64; 2] = [417.87604, 303.76251];
 
-/// Results of one run.
 struct Sample {
     /// Cells along the frame, or elements along the contact patch.
     size: usize,
@@ -87,13 +86,13 @@ fn block(out: &Path) -> Outcome<()> {
     let scene = folder.join("indent-and-shift.toml");
     fs::write(&scene, first_steps(&fs::read_to_string(root().join("scenes/sphere-on-cfrp-block.toml"))?, 2))?;
     let mut samples = Vec::new();
-    // The element sizes in the patch are proportional to 1 / (number of elements along the patch).
+    // Element sizes in the patch are proportional to 1 / patch.
     for (patch, outer, depth) in [(8, 3, 5), (12, 4, 7), (16, 5, 9), (24, 7, 12), (32, 9, 16), (40, 11, 19)] {
         let mesh = folder.join(format!("block-{patch}.msh"));
         make_block(&mesh, patch, outer, depth)?;
         let overrides = [
             format!("body1.mesh=\"{}\"", mesh.display()),
-            // The mesh, not a half-space, models the near field, because the elements under the contact are measured.
+            // The elements under the contact are measured.
             "body1.near_field=\"mesh\"".to_owned(),
             "frame.cells=[28, 28]".to_owned(),
         ];
@@ -106,14 +105,13 @@ fn block(out: &Path) -> Outcome<()> {
     write_chart(&out.join("block.svg"), title, &samples, &errors)
 }
 
-/// Richardson extrapolation of the forces from the two finest meshes, for an error of second order in the element size.
+/// Richardson extrapolation from the two finest meshes, for an error of second order in the element size.
 fn second_order_limit(samples: &[Sample]) -> Outcome<Vec<f64>> {
     let [.., coarse, fine] = samples else { return Err("fewer than two samples".into()) };
     let gain = (fine.size as f64 / coarse.size as f64).powi(2) - 1.0;
     Ok(fine.forces.iter().zip(&coarse.forces).map(|(fine, coarse)| fine + (fine - coarse) / gain).collect())
 }
 
-/// Text of a scene with its first `n` steps only.
 fn first_steps(scene: &str, n: usize) -> String {
     scene.split("[[steps]]").take(n + 1).collect::<Vec<_>>().join("[[steps]]")
 }
@@ -134,7 +132,7 @@ fn make_block(mesh: &Path, patch: usize, outer: usize, depth: usize) -> Outcome<
     if status.success() { Ok(()) } else { Err("gmsh failed".into()) }
 }
 
-/// The fastest of up to three runs, because slower runs were disturbed. Runs of 10 s and more are not repeated.
+/// The fastest of up to three runs, because slower runs were disturbed.
 fn fastest(size: usize, scene: &Path, overrides: &[String]) -> Outcome<Sample> {
     let mut best = run(size, scene, overrides)?;
     for _ in 0..2 {
@@ -174,7 +172,7 @@ fn run(size: usize, scene: &Path, overrides: &[String]) -> Outcome<Sample> {
     })
 }
 
-/// |force / reference - 1| of each sample after each step.
+/// |force / reference - 1|
 fn relative_errors(samples: &[Sample], references: &[f64]) -> Vec<Vec<f64>> {
     samples
         .iter()

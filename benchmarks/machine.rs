@@ -33,7 +33,7 @@ fn first_line(program: &str, argument: &str) -> String {
     String::from_utf8_lossy(&output).lines().next().unwrap_or("unknown").to_owned()
 }
 
-/// Today's date (UTC) as year-month-day, from the days since 1970-01-01.
+/// Year-month-day (UTC), from the days since 1970-01-01.
 fn today() -> String {
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let (mut year, mut day) = (1970, seconds / 86400);

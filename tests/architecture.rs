@@ -1,4 +1,4 @@
-//! Imports between modules and files: a module uses only modules before it in `src/lib.rs`, and no files import each other in circles.
+//! Imports between modules and files.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;
@@ -49,7 +49,6 @@ fn rust_files(dir: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Sources below a folder of the repository, with their paths relative to this folder.
 fn sources(folder: &str) -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut files = Vec::new();
@@ -114,8 +113,7 @@ fn declared(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Truth: every source file belongs to the crate. The file of the enclosing module declares it, at the path where the compiler
-/// looks for it.
+/// Truth: the file of the enclosing module declares every source file, at the path where the compiler looks for it.
 #[test]
 fn every_file_is_declared() {
     let files = sources("src");
@@ -123,7 +121,7 @@ fn every_file_is_declared() {
     for (path, text) in &files {
         let folder = path.parent().expect("a folder");
         let stem = path.file_stem().and_then(|stem| stem.to_str()).expect("a UTF-8 file name");
-        // Modules that lib.rs or mod.rs declares lie beside this file. Modules that name.rs declares lie in the folder `name`.
+        // `name.rs` declares modules in the folder `name`.
         let inside =
             if ["lib", "main", "mod"].contains(&stem) { folder.to_owned() } else { folder.join(stem) };
         for name in declared(text) {
@@ -148,12 +146,9 @@ fn lib_lists_the_modules_in_order() {
     assert_eq!(listed, ORDER);
 }
 
-/// Paths that a file imports or names, relative to the root of the crate, and its re-exports.
 #[derive(Default)]
 struct Imports {
-    /// Module of the file.
     module: Vec<String>,
-    /// Modules that the file declares.
     children: BTreeSet<String>,
     paths: Vec<Vec<String>>,
     /// Target of each re-exported name.
@@ -240,7 +235,7 @@ impl<'a> Visit<'a> for Imports {
 /// Index of the file that defines the item of a path from the root of the crate.
 fn definition(files: &[Imports], path: &[String]) -> Option<usize> {
     let mut path = path.to_vec();
-    // Each re-export leads to another file, so that the number of files bounds the length of the chain.
+    // The number of files bounds the length of a chain of re-exports.
     for _ in 0..files.len() {
         let (file, length) = (0..=path.len())
             .rev()
@@ -253,7 +248,7 @@ fn definition(files: &[Imports], path: &[String]) -> Option<usize> {
     None
 }
 
-/// Truth: no file imports itself through other files. Re-exports count as imports of the file that defines the item.
+/// Truth: no file imports itself through other files, also by re-exports.
 #[test]
 fn files_do_not_import_each_other_in_circles() {
     for root in ["src", "python/src"] {
@@ -271,7 +266,6 @@ fn files_do_not_import_each_other_in_circles() {
             .collect();
         assert!(edges.iter().map(BTreeSet::len).sum::<usize>() > files.len(), "too few imports of {root}");
         for start in 0..files.len() {
-            // Breadth-first search for the shortest way from the file back to itself.
             let mut before: BTreeMap<usize, usize> = BTreeMap::new();
             let mut queue = VecDeque::from([start]);
             while let Some(file) = queue.pop_front() {

@@ -8,7 +8,6 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Markdown files at the top of the repository and in its folders of documents.
 fn documents() -> Vec<PathBuf> {
     let folders = ["", "docs", "meshes", "scenes", "benchmarks"].map(|folder| root().join(folder));
     let entries = folders.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten();
@@ -16,7 +15,6 @@ fn documents() -> Vec<PathBuf> {
     paths.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect()
 }
 
-/// Targets of `](target)` in a text.
 fn links(text: &str) -> Vec<&str> {
     text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(target, _)| target).collect()
 }
@@ -38,7 +36,7 @@ fn links_between_documents_lead_somewhere() {
     assert!(broken.is_empty(), "links that lead nowhere:\n{}", broken.join("\n"));
 }
 
-/// Truth: the last lines of .ci/run are the commands of README.md, in the same order.
+/// Truth: the last lines of .ci/run are the commands of README.md.
 #[test]
 fn the_check_runs_the_commands_of_the_readme() {
     let read = |name: &str| fs::read_to_string(root().join(name)).expect("readable");
@@ -72,7 +70,7 @@ fn the_index_names_every_page() {
     }
 }
 
-/// Truth: mkdocs.yml, the contents of the book, lists each Markdown file in docs once.
+/// Truth: mkdocs.yml lists each Markdown file in docs once.
 #[test]
 fn the_book_has_every_page() {
     let contents = fs::read_to_string(root().join("mkdocs.yml")).expect("a list of contents");
@@ -84,8 +82,7 @@ fn the_book_has_every_page() {
     }
 }
 
-/// Runs a script of scripts/ with the program as its first argument. If the script fails, this function panics with the output of
-/// the script.
+/// The first argument of the script is the program.
 fn script(name: &str, arguments: &[PathBuf]) {
     let program = env!("CARGO_BIN_EXE_orthowear");
     let script = root().join("scripts").join(name);
@@ -130,8 +127,7 @@ fn members(value: &serde_json::Value, names: &mut std::collections::BTreeSet<Str
     }
 }
 
-/// Truth: docs/results.md names, as code, each field in the summaries of three runs. The first run has friction, wear over cycles,
-/// loops and estimated errors. The second has rolling, the third an accuracy.
+/// Truth: docs/results.md names each field in the summaries of three runs.
 #[test]
 fn every_field_of_a_summary_is_explained() {
     let page = fs::read_to_string(root().join("docs/results.md")).expect("a document");
@@ -161,7 +157,7 @@ fn every_field_of_a_summary_is_explained() {
     assert!(missing.is_empty(), "docs/results.md does not name {missing:?}");
 }
 
-/// Truth: each dependency in Cargo.toml has a line in a table of docs/DESIGN.md, which names it in the first cell.
+/// Truth: each dependency in Cargo.toml has a line in a table of docs/DESIGN.md.
 #[test]
 fn every_dependency_is_explained() {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("a manifest");
@@ -194,7 +190,6 @@ fn every_mistake_has_its_place() {
     }
 }
 
-/// Paths of test sources below tests/, and their texts.
 fn test_sources() -> Vec<(String, String)> {
     let (tests, mut found) = (root().join("tests"), Vec::new());
     let mut folders = vec![tests.clone()];
@@ -212,8 +207,7 @@ fn test_sources() -> Vec<(String, String)> {
     found
 }
 
-/// Truth: docs/tests.md names every file whose tests are smaller than in `scripts/test --thorough`. It also names every test that
-/// only runs with `--thorough`.
+/// Truth: docs/tests.md names every file whose tests are larger with `--thorough`, and every test that only runs with it.
 #[test]
 fn what_thorough_tests_add_is_listed() {
     let page = fs::read_to_string(root().join("docs/tests.md")).expect("a document");
@@ -230,12 +224,11 @@ fn what_thorough_tests_add_is_listed() {
     }
 }
 
-/// Truth: each test in tests/quick.txt exists. Each area of the verification that has tests has at least one test in this list.
+/// Truth: each test in tests/quick.txt exists, and each area of the verification has at least one of them.
 #[test]
 fn quick_tests_cover_every_area() {
     let quick = fs::read_to_string(root().join("tests/quick.txt")).expect("a list");
     let sources = test_sources();
-    // Areas are the modules of tests/verification/main.rs. Each area is a file, a folder, or both.
     let tests_of = |area: &str| -> Vec<String> {
         let (file, folder) = (format!("verification/{area}.rs"), format!("verification/{area}/"));
         let own = sources.iter().filter(|(path, _)| *path == file || path.starts_with(&folder));

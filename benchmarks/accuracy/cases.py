@@ -14,7 +14,7 @@ E, NU = 210e3, 0.3
 STAR = E / (1 - NU**2)
 
 STEEL = f'[materials.steel]\nmodel = "isotropic"\nE = {E}\nnu = {NU}\n'
-# Material with a zero Poisson ratio, so that the solution of Cattaneo and Mindlin is exact.
+# Zero Poisson ratio, for which Cattaneo and Mindlin are exact.
 PLAIN = '[materials.plain]\nmodel = "isotropic"\nE = 210e3\nnu = 0.0\n'
 CFRP = ('[materials.cfrp]\nmodel = "orthotropic"\nE1 = 167230.0\nE2 = 9544.0\nE3 = 9544.0\nG12 = 5292.0\nG13 = 5292.0\n'
         "G23 = 3483.0\nnu12 = 0.272\nnu13 = 0.272\nnu23 = 0.369\n")
@@ -36,9 +36,8 @@ class Case:
     truths: list
     of: list = field(default_factory=list)
     keep: list = field(default_factory=list)
-    # Relative error of the reference values.
     known: float = 0.0
-    # Function that writes further files of the scene into a folder. None if there are no such files.
+    # Writes further files of the scene into a folder.
     prepare: object = None
 
 
@@ -108,8 +107,8 @@ def profiles(of):
     force, tangent = press(normal_force=1000.0), math.tan(math.radians(5.0))
     depth = math.sqrt(1000.0 * PI * tangent / (2 * STAR))
     yield Case("cone", "Sneddon 1965", of((0.22, 0.22), 'kind = "cone"\nslope = 5.0\n', force), known("press", approach=depth), ["load"])
-    # Gap B r^4 and contact radius a: the approach is d = 8/3 B a^4, the load P = 2 E* 4/5 d a. The pressure is p = 5 P / (6 pi a^5)
-    # (a^2 + 2 r^2) sqrt(a^2 - r^2). It is largest at r = a / sqrt 2.
+    # Gap B r^4 and contact radius a: the approach is d = 8/3 B a^4, the load P = 2 E* 4/5 d a. The pressure p = 5 P / (6 pi a^5)
+    # (a^2 + 2 r^2) sqrt(a^2 - r^2) is largest at r = a / sqrt 2.
     a = (1000.0 * 15 / (64 * STAR * 1e-3)) ** 0.2
     peak = math.sqrt(2) * 5 * 1000.0 / (6 * PI * a * a)
     yield Case("power, r^4", "Sneddon 1965", of((1.25, 1.25), 'kind = "power"\nexponent = 4.0\ncoefficient = 1e-3\n', force),
@@ -130,7 +129,7 @@ def lines():
     yield Case("line", "Hertz 1882, Johnson 1985",
                scene(STEEL, half_space("steel"), RIGID, (0.5, 0.5), cylinder, press(normal_force=500.0), (50, 1), along),
                known("press", approach=approach, peak_pressure=peak))
-    # Equal cylinders, with creepage for half and three quarters of the limiting friction force.
+    # Creepages for half and three quarters of the limiting friction force.
     a = math.sqrt(8 * 500.0 * 20.0 / (PI * STAR))
     for share in (0.5, 0.75):
         creepage = 0.3 * a / 20.0 * (1 - math.sqrt(1 - share))
@@ -140,8 +139,8 @@ def lines():
                    scene(STEEL, half_space("steel"), half_space("steel"), (0.4, 0.5), cylinder, text, (50, 1), along),
                    [("roll", "tangential_force x", share * 150.0, math.hypot(500.0, share * 150.0))]
                    + known("roll", peak_pressure=1000.0 / (PI * a)))
-    # The applied mean pressure p_m is half of the pressure that closes the gap. The contact half-width b then satisfies sin^2(pi
-    # b) = 1/2, and the peak pressure is 2 p_m / sin(pi b).
+    # p_m is half of the mean pressure that closes the gap. The contact half-width b then satisfies sin^2(pi b) = 1/2, and the peak
+    # pressure is 2 p_m / sin(pi b).
     mean = PI * STAR * 2e-3 / 2
     yield Case("wave", "Westergaard 1939",
                scene(STEEL, half_space("steel"), RIGID, (0.5, 0.5), 'kind = "heights"\nfile = "wave.csv"\nspacing = [0.00048828125, 1.0]\n',
@@ -207,7 +206,7 @@ def friction():
     tangent = math.tan(math.radians(5.0))
     depth = math.sqrt(force * PI * tangent / (2 * star))
     text = pressed + step("pull", tangential_force=[0.5 * mu * force, 0.0])
-    # For bodies with zero Poisson ratio, the tangential and the normal contact compliance are equal (E*/G* = 1).
+    # For nu = 0, tangential and normal contact compliance are equal (E*/G* = 1).
     yield Case("partial slip of a cone", "Ciavarella 1998", of(text, 'kind = "cone"\nslope = 5.0\n', 0.32),
                [shift("pull", mu * depth * (1 - math.sqrt(0.5)), depth)] + known("pull", approach=depth), ["load"])
     for nu, mu, kappa, ratio in [(0.3, 0.2, 1.01927, 1.01487), (0.0, 0.5, 1.07479, 1.05997), (0.3, 0.3, 1.0243, 1.01948)]:

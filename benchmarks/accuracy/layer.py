@@ -1,7 +1,6 @@
 """The mesh of benchmarks/pareto/layer.toml without gmsh: a block of 8 x 8 x 1 mm of hexahedra with 27 nodes."""
 
-# Corners of a hexahedron in half side lengths. EDGES and FACES list the corners of each edge and of each face, in gmsh's order.
-# SQUARE lists the nodes of a face.
+# Corners of a hexahedron in half side lengths, corners of each edge and face in gmsh's order, and nodes of a face.
 CORNERS = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)]
 EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)]
 FACES = [(0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7)]

@@ -33,7 +33,7 @@ LIMIT = 120
 
 
 def run(program, case, asked, folder):
-    """Runs a case, and returns a dict with its results."""
+    """Results of a case as a dict."""
     more = "".join(f", {key} = {json.dumps(names)}" for key, names in (("of", case.of), ("keep", case.keep)) if names)
     (folder / "scene.toml").write_text(f"accuracy = {{ relative = {asked}{more} }}\n{case.text}", encoding="utf-8")
     if case.prepare:

@@ -36,7 +36,7 @@ struct Settings {
     case: String,
 }
 
-/// Surface elements of a block 8 x 8 x `height` with the top at z = 0, finer in the middle of the top.
+/// Surface elements of a block 8 x 8 x `height`, finer in the middle of the top.
 fn block(n: usize, height: f64) -> Vec<Panel> {
     let deep = ((n as f64 * height / 8.0).round() as usize).max(1);
     let across = |k: usize| {
@@ -70,7 +70,6 @@ fn block(n: usize, height: f64) -> Vec<Panel> {
     panels
 }
 
-/// Whether a case fixes the displacement along axis c at a point with the given normal.
 fn held(case: &str, height: f64, x: &Point, normal: &Point, c: usize) -> bool {
     match case {
         "free" => false,
@@ -80,14 +79,14 @@ fn held(case: &str, height: f64, x: &Point, normal: &Point, c: usize) -> bool {
     }
 }
 
-/// Peak memory of the process, MiB.
+/// MiB.
 fn peak() -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find(|line| line.starts_with("VmHWM:")).unwrap_or("");
     line.split_whitespace().nth(1).and_then(|kib| kib.parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
 }
 
-/// Processor seconds of the process so far, summed over all threads.
+/// Summed over all threads.
 fn processor() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after = text.rsplit(')').next().unwrap_or("");
@@ -96,7 +95,6 @@ fn processor() -> f64 {
         / 100.0
 }
 
-/// Displacement responses between all loaded nodes.
 fn responses(solution: &BoundarySolution) -> Vec<f64> {
     let loaded = solution.loaded();
     let columns = 3 * loaded.len();
@@ -164,7 +162,7 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
     Ok(())
 }
 
-/// Slope of value `k` against value 0, by least squares.
+/// By least squares, against value 0.
 fn slope(points: &[[f64; 3]], k: usize) -> f64 {
     let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
     let [x, y] = [mean(0), mean(k)];
@@ -207,7 +205,7 @@ fn main() -> Outcome<()> {
     );
     println!("|{}", "---|".repeat(12));
     let mut logs: Vec<[f64; 3]> = Vec::new();
-    // Each size runs in a separate process, so that its peak memory can be measured.
+    // Each size has its own process, and so its own peak memory.
     for side in &sides {
         let mut command = std::process::Command::new(std::env::current_exe()?);
         let output = command.args(&words).args(["--sides", &side.to_string()]).output()?;

@@ -1,5 +1,4 @@
-//! Normal force on a block fixed at its base, relative to the force on a half-space, for several sizes of the block: the table of
-//! docs/theory-coupling.md.
+//! Normal force on a block fixed at its base, relative to the force on a half-space: the table of docs/theory-coupling.md.
 //!
 //!     cargo run --release --example blocks
 
@@ -54,7 +53,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// A block fixed at its base. Its elements at the contact are the cells of the frame.
+/// A block fixed at its base, with element faces as cells of the frame.
 fn block(
     material: &Stiffness,
     (size, outer, deep): (f64, usize, usize),
@@ -123,7 +122,6 @@ fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
     }
 }
 
-/// Observer without output.
 struct Silent;
 
 impl Observer for Silent {

@@ -40,9 +40,7 @@ def cpu_seconds(command, cwd, log):
 
 
 def meshes(cells, folder):
-    """Writes the meshes of block and cap with `cells` elements along the patch. The element sizes outside the patch change in
-    about the same proportion.
-    """
+    """Writes the meshes of block and cap with `cells` elements along the patch, and about proportional element sizes outside."""
     outer, depth = round(0.32 * cells) + 1, round(3.6 + 0.34 * cells)
     common = {"patch_cells": cells, "outer_cells": outer}
     for script, name, own in [
@@ -55,7 +53,7 @@ def meshes(cells, folder):
 
 
 def coarse_meshes(cells, folder):
-    """Meshes of the same bodies with `cells` elements along the edges of the block, for near fields of half-spaces."""
+    """Meshes of the same bodies with `cells` elements along the edges of the block."""
     for script, name, own in [
         ("far-field-block", "block", {"half_size": 12, "depth": 12, "cells": cells}),
         ("steel-cap", "cap", {"patch_cells": 2, "outer_cells": cells // 2, "height_cells": cells // 2, "first_height": 2}),

@@ -18,7 +18,6 @@ use orthowear::material::Stiffness;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Number of timed products.
 const PRODUCTS: usize = 10;
 
 /// Centres, corners and areas of cells.
@@ -26,7 +25,7 @@ type Cells = (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>);
 
 /// About `n` quadrilaterals and triangles that fill the unit square, finer in the middle.
 fn cells(n: usize) -> Cells {
-    // A third of the squares is split into two triangles.
+    // A third of the squares is split.
     let m = (n as f64 * 0.75).sqrt().round() as usize;
     let node = |i: usize, j: usize| {
         let graded = |k: usize| {
@@ -71,7 +70,7 @@ fn green(tilt: f64) -> Outcome<SurfaceGreen> {
     ]))
 }
 
-/// Least seconds of a product with all components and of a product with pressures only; result of the first product.
+/// Least seconds of a product with all components and with pressures only, and the first product.
 fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64>) {
     let n = operator.n_cells();
     let mut gap = vec![0.0; 3 * n];
@@ -89,8 +88,8 @@ fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64
     (all, normal, gap)
 }
 
-/// Iterations of the conjugate gradient method to a relative residual of 1e-8, with or without the approximate inverse. The
-/// unknowns are the pressures that displace the cells of a disc by 1.
+/// Iterations of the conjugate gradient method to a relative residual of 1e-8. The unknowns are the pressures that displace the
+/// cells of a disc by 1.
 fn iterations(
     operator: &CompressedFlexibility,
     (centers, areas): (&[[f64; 2]], &[f64]),
@@ -124,7 +123,6 @@ fn iterations(
     count
 }
 
-/// Resident memory of the process, bytes.
 fn resident() -> usize {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -135,14 +133,12 @@ fn norm(values: impl Iterator<Item = f64>) -> f64 {
     values.map(|value| value * value).sum::<f64>().sqrt()
 }
 
-/// Values after an option of the command line, or the default.
 fn numbers(words: &[String], name: &str, otherwise: &[f64]) -> Outcome<Vec<f64>> {
     let Some(at) = words.iter().rposition(|word| word == name) else { return Ok(otherwise.to_vec()) };
     let found: Vec<f64> = words[at + 1..].iter().map_while(|word| word.parse().ok()).collect();
     if found.is_empty() { Err(format!("{name} needs a number").into()) } else { Ok(found) }
 }
 
-/// Settings of the command line.
 struct Settings {
     sizes: Vec<f64>,
     dense_up_to: f64,
@@ -172,8 +168,7 @@ fn main() -> Outcome<()> {
          it, without | error |"
     );
     println!("|{}", "---|".repeat(11));
-    // Each size is measured in a separate process, because memory that another size has freed would hide the growth of the resident
-    // memory.
+    // Memory that another size has freed would hide the growth of the resident memory.
     let mut seconds: Vec<[f64; 3]> = Vec::new();
     for size in &settings.sizes {
         let mut command = std::process::Command::new(std::env::current_exe()?);
@@ -195,7 +190,6 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Measures one size and prints its rows.
 fn measure(size: f64, settings: &Settings) -> Outcome<()> {
     let (green, tolerance) = (green(settings.tilt)?, settings.tolerance);
     let (centers, corners, areas) = cells(size as usize);

@@ -12,17 +12,13 @@ use crate::Outcome;
 use crate::im7::im7;
 use crate::structured::GradedBlock;
 
-/// Names of the blocks. The block with the number n has n^3 equal elements. "graded" is refined towards a patch of 24 x 24
-/// elements.
+/// The block with the number n has n^3 equal elements. "graded" is refined towards a patch of 24 x 24 elements.
 pub const NAMES: [&str; 4] = ["20", "30", "40", "graded"];
 
-/// An assembled block with its contact nodes.
 pub struct Case {
-    /// The body.
     pub model: FeModel,
     /// Graph of the nodes, with an edge between two nodes of the same element.
     pub graph: NodeGraph,
-    /// Contact nodes.
     pub contact: Vec<usize>,
 }
 
@@ -36,8 +32,8 @@ pub enum Ordering {
 }
 
 impl Case {
-    /// The block with the given name: orthotropic (IM7, fibres at 30 degrees), fixed at its base. The contact nodes lie within 0.5
-    /// mm of the centre of its top face, along x and along y.
+    /// The block is orthotropic (IM7, fibres at 30 degrees) and fixed at its base. The contact nodes lie within 0.5 mm of the
+    /// centre of its top face, along x and along y.
     pub fn new(name: &str) -> Outcome<Self> {
         let block = match name {
             "graded" => GradedBlock {
@@ -116,9 +112,8 @@ impl Case {
         Ok(order.into_iter().map(|i| first[i]).chain(self.contact.iter().copied()).collect())
     }
 
-    /// Writes the stiffness matrix (lower triangle by columns), the METIS order and the contact rows for the other programs.
-    /// Little-endian: i64 n, number of entries, number of contact rows; i64 column offsets, row indices, order, contact rows; f64
-    /// values.
+    /// Writes the stiffness matrix (lower triangle by columns), the METIS order and the contact rows. Little-endian: i64 n, number
+    /// of entries, number of contact rows; i64 column offsets, row indices, order, contact rows; f64 values.
     pub fn write(&self, path: &Path) -> Outcome<()> {
         let (order, n_contact) = self.order(Ordering::Metis)?;
         let (offsets, rows, values) = self.model.stiffness().lower();
@@ -137,7 +132,6 @@ impl Case {
     }
 }
 
-/// Nodes of the top face within `half` of its centre along x and y.
 fn contact(mesh: &Mesh, half: f64) -> Vec<usize> {
     let on = |x: &[f64; 3]| x[2].abs() < 1e-9 && x[0].abs() < half && x[1].abs() < half;
     mesh.points.iter().enumerate().filter(|(_, x)| on(x)).map(|(node, _)| node).collect()

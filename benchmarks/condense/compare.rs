@@ -1,4 +1,4 @@
-//! Measures all programs on all blocks alternately, each in a separate process. Writes tables and a chart of the least times.
+//! Measures all programs on all blocks alternately, each in a separate process.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,13 +12,11 @@ use orthowear::output::plot::chart::{Chart, Series};
 use crate::case::{Case, NAMES};
 use crate::{Outcome, machine};
 
-/// Values printed by a process.
 type Values = BTreeMap<String, f64>;
 
-/// Compared stages. Assembly is the same for all programs.
+/// Assembly is the same for all programs.
 const STAGES: [&str; 4] = ["order", "symbolic", "factor", "flexibility"];
 
-/// A program with its settings.
 struct Contestant {
     name: &'static str,
     /// Arguments of `measure` after the name of the block, or the program file of a peer.
@@ -39,7 +37,6 @@ const CONTESTANTS: [Contestant; 6] = [
     Contestant { name: "orthowear-back-solves", how: How::Own(["metis", "solves", "1"]) },
 ];
 
-/// Folder of the peers, output folder, repetitions and blocks.
 pub struct Settings {
     folder: PathBuf,
     out: PathBuf,
@@ -48,7 +45,6 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Parses the arguments after `compare`.
     pub fn new(arguments: &[&str]) -> Outcome<Self> {
         let mut arguments = arguments.iter().copied();
         let folder = arguments.next().ok_or("compare needs the folder of the peers")?.into();
@@ -71,7 +67,6 @@ impl Settings {
     }
 }
 
-/// Measures and writes the results.
 pub fn compare(settings: &Settings) -> Outcome<()> {
     fs::create_dir_all(&settings.out)?;
     let mut table = machine::comment();
@@ -107,7 +102,7 @@ pub fn compare(settings: &Settings) -> Outcome<()> {
     Ok(fs::write(settings.out.join("condense.csv"), table)?)
 }
 
-/// Least values of each program over alternate runs; `None` for missing programs.
+/// `None` for missing programs.
 fn measure(settings: &Settings, name: &str, matrix: &Path) -> Outcome<Vec<Option<Values>>> {
     let mut best: Vec<Option<Values>> = vec![None; CONTESTANTS.len()];
     for _ in 0..settings.repeats {
@@ -119,7 +114,7 @@ fn measure(settings: &Settings, name: &str, matrix: &Path) -> Outcome<Vec<Option
                 .for_each(|(key, least)| *least = least.min(values[key]));
         }
     }
-    // MUMPS uses the elimination order that orthowear has computed, so the time of the ordering counts for MUMPS, too.
+    // MUMPS uses orthowear's elimination order, so its time counts for MUMPS, too.
     if let [Some(own), _, Some(mumps), ..] = &mut best[..] {
         for key in ["order_cpu", "order_wall"] {
             mumps.insert(key.to_owned(), own[key]);

@@ -8,7 +8,6 @@ use orthowear::linalg::two_level::TwoLevelSolver;
 use crate::Outcome;
 use crate::case::{Case, Ordering};
 
-/// Computation of the flexibility from the factor.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Route {
     /// From the trailing block of the factor.
@@ -36,7 +35,7 @@ fn cpu_seconds() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Condenses a block and prints `key value` lines, as every program of this benchmark does.
+/// Condenses a block and prints `key value` lines.
 pub fn measure(name: &str, ordering: Ordering, route: Route) -> Outcome<()> {
     let mut watch = Watch(Instant::now(), cpu_seconds());
     let case = Case::new(name)?;
@@ -78,7 +77,7 @@ pub fn measure(name: &str, ordering: Ordering, route: Route) -> Outcome<()> {
     Ok(())
 }
 
-/// Trace of the flexibility, by back-solves in batches.
+/// By back-solves in batches.
 fn back_solves(factor: &impl SymmetricSolver, contact: &[usize]) -> Outcome<f64> {
     const BATCH: usize = 64;
     let n = factor.n();
@@ -92,7 +91,7 @@ fn back_solves(factor: &impl SymmetricSolver, contact: &[usize]) -> Outcome<f64>
     Ok(trace)
 }
 
-/// Forms the flexibility of a block by conjugate gradients instead of a factor. Prints iterations, seconds, memory and trace.
+/// As [`measure`], by conjugate gradients instead of a factor.
 pub fn iterate(name: &str) -> Outcome<()> {
     let mut watch = Watch(Instant::now(), cpu_seconds());
     let case = Case::new(name)?;

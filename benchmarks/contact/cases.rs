@@ -6,7 +6,6 @@ use std::path::Path;
 use super::Outcome;
 use super::rough::Rough;
 
-/// A case of the benchmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Case {
     /// (a) Frictionless Hertz under a force.
@@ -24,7 +23,6 @@ pub enum Case {
 }
 
 impl Case {
-    /// All cases.
     pub const ALL: [Self; 6] =
         [Self::Hertz, Self::PartialSlip, Self::Fibres, Self::Roughness, Self::Cycles, Self::Rolling];
 
@@ -67,13 +65,12 @@ impl Case {
         }
     }
 
-    /// Exact value of the quantity, if known.
     pub fn exact(self) -> Option<f64> {
         (self == Self::Hertz).then(|| hertz_radius(STEEL / (1.0 - NU * NU)).powi(2) / RADIUS)
     }
 
-    /// Writes the scene (and the files that it reads) with `n` x `n` cells into `folder`. `method` is as in `[solver]` of the
-    /// scene. `width` is the contact diameter of spheres divided by the side of the frame.
+    /// Writes the scene (and the files that it reads) with `n` x `n` cells. `method` is as in `[solver]` of the scene. `width` is
+    /// the contact diameter of spheres divided by the side of the frame.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -146,12 +143,11 @@ const RADIUS: f64 = 10.0;
 const FORCE: f64 = 1000.0;
 const MU: f64 = 0.3;
 
-/// Contact radius under FORCE for a reduced modulus.
 fn hertz_radius(reduced: f64) -> f64 {
     (3.0 * FORCE * RADIUS / (4.0 * reduced)).cbrt()
 }
 
-/// Bodies and frame of a scene: a steel half-space below `upper` (rigid or steel).
+/// A steel half-space below `upper` (rigid or steel).
 fn bodies(upper: &str, half_width: f64, n: usize) -> String {
     let above =
         if upper == "rigid" { "kind = \"rigid\"" } else { "kind = \"half-space\"\nmaterial = \"steel\"" };

@@ -17,14 +17,13 @@ use places::program;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Settings of the command line.
 struct Settings {
     cases: Vec<Case>,
     /// Cells along the frame, by default the numbers of the case.
     cells: Option<Vec<usize>>,
     threads: Vec<usize>,
     repeats: usize,
-    /// Time limit of a run, seconds. If a run takes longer, finer grids of its case are left out.
+    /// Seconds. If a run takes longer, finer grids of its case are left out.
     limit: f64,
     /// Contact diameter of spheres (a, b, e, f), divided by the side of the frame.
     width: f64,
@@ -137,7 +136,7 @@ fn measure_case(
     Ok(runs)
 }
 
-/// Text about the growth of the seconds on one thread, N^k for N cells: exponents k over all grids, and between successive grids.
+/// Exponents k of the growth of the seconds on one thread, N^k for N cells.
 fn growth_of(case: Case, runs: &[(usize, usize, Run)]) -> Option<String> {
     let seconds: Vec<(f64, f64)> = runs
         .iter()

@@ -8,7 +8,6 @@ use serde_json::Value;
 use super::Outcome;
 use super::cases::Case;
 
-/// Results of a run.
 #[derive(Debug, Clone)]
 pub struct Run {
     /// Seconds of all stages from the cold start to the certificate.
@@ -68,7 +67,6 @@ fn read(case: Case, summary: &Value) -> Outcome<Run> {
     })
 }
 
-/// The run with the median total.
 pub fn median(mut runs: Vec<Run>) -> Run {
     runs.sort_by(|a, b| a.total.total_cmp(&b.total));
     runs.swap_remove(runs.len() / 2)

@@ -14,7 +14,7 @@ const HURST: f64 = 0.8;
 /// Share of the frame in real contact, which determines the force.
 const CONTACT: f64 = 0.01;
 
-/// (kx, ky, amplitude, phase) of the waves on a frame of unit width. The wavenumbers have kx ≥ 0 and magnitudes from 2 to 32.
+/// (kx, ky, amplitude, phase) of the waves on a frame of unit width, with kx ≥ 0.
 pub struct Rough {
     waves: Vec<(i32, i32, f64, f64)>,
 }
@@ -54,7 +54,7 @@ const SLOPE: f64 = 0.1;
 
 impl Rough {
     /// Force at which about the share CONTACT of the frame of unit area is in contact. For these few waves, a mean pressure p gives
-    /// the contact area 2.7 p / (E* slope). For very many waves, the factor is 1.6 (Persson).
+    /// the contact area 2.7 p / (E* slope).
     pub fn force(&self, reduced: f64) -> f64 {
         CONTACT * reduced * SLOPE / 2.7
     }
@@ -63,8 +63,8 @@ impl Rough {
     pub fn heights(&self, n: usize) -> Vec<f64> {
         let place = |i: usize| 2.0 * PI * ((i as f64 + 0.5) / n as f64 - 0.5);
         let (count, offset) = (2 * SHORTEST as usize + 1, SHORTEST);
-        // Each wave is the cosine of 2 pi (kx x + ky y) + phase. For each x, the sums over kx are evaluated once, as real and
-        // imaginary parts for each ky.
+        // Each wave is the cosine of 2 pi (kx x + ky y) + phase. For each x and ky, the sum over kx is evaluated once, as real and
+        // imaginary parts.
         let mut heights = vec![0.0; n * n];
         for (i, row) in heights.chunks_mut(n).enumerate() {
             let mut sums = vec![[0.0; 2]; count];

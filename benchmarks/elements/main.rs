@@ -1,6 +1,5 @@
 //! Error of load and peak pressure against processor seconds, for every element type. The cases are a steel block under a steel
-//! sphere, and the CFRP block of scenes/sphere-on-cfrp-block.toml. The tables also contain the unknowns. Runs the program as a user
-//! does.
+//! sphere, and the CFRP block of scenes/sphere-on-cfrp-block.toml.
 //!
 //!     cargo build --release
 //!     cargo run --release --example elements -- [--out DIR]
@@ -27,10 +26,8 @@ use orthowear::output::plot::chart::{Chart, Series};
 use places::{program, root};
 use serde_json::Value;
 
-/// Result type of this benchmark.
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Element types: name in a scene, kind of cell.
 const ELEMENTS: [(&str, ElementKind); 9] = [
     ("hex8-eas", Hex8),
     ("hex8", Hex8),
@@ -43,14 +40,13 @@ const ELEMENTS: [(&str, ElementKind); 9] = [
     ("wedge15", Wedge15),
 ];
 
-/// Cells of the frame along the patch: one cell per first-order element, two cells per second-order element. Both kinds of elements
-/// then have the same spacing of surface nodes.
+/// Cells of the frame along the patch: one cell per first-order element, two per second-order element. The spacing of surface nodes
+/// is then the same.
 const CELLS: [usize; 4] = [8, 12, 16, 24];
 
 /// Element whose extrapolated values are the reference, and an additional finer frame for it.
 const REFERENCE: (&str, usize) = ("hex20", 32);
 
-/// A steel sphere on a steel block without friction.
 const HERTZ: &str = r#"
 [materials.steel]
 model = "isotropic"
@@ -79,7 +75,6 @@ name = "indent"
 approach = 0.02
 "#;
 
-/// Results of one run.
 struct Sample {
     cells: usize,
     unknowns: usize,
@@ -118,7 +113,6 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Results of one element type for all numbers of cells.
 fn family(folder: &Path, element: &str, kind: ElementKind) -> Outcome<Vec<Sample>> {
     let step = if kind.n_nodes() > kind.n_corners() { 2 } else { 1 };
     let mut samples = Vec::new();
@@ -136,7 +130,6 @@ fn family(folder: &Path, element: &str, kind: ElementKind) -> Outcome<Vec<Sample
     Ok(samples)
 }
 
-/// One run in a separate process on one thread, without the cache.
 fn run(folder: &Path, element: &str, cells: usize, unknowns: usize) -> Outcome<Sample> {
     let out = folder.join("out");
     let mut program = Command::new(program()?);
@@ -145,7 +138,7 @@ fn run(folder: &Path, element: &str, cells: usize, unknowns: usize) -> Outcome<S
         "output.fields=[]".to_owned(),
         format!("body1.mesh=\"{}\"", folder.join("block.msh").display()),
         format!("body1.element=\"{element}\""),
-        // The mesh, not a half-space, models the near field, because the elements under the contact are compared.
+        // The elements under the contact are compared.
         "body1.near_field=\"mesh\"".to_owned(),
         format!("frame.cells=[{cells}, {cells}]"),
     ] {
@@ -175,7 +168,7 @@ fn children_seconds() -> f64 {
     seconds(usage.ru_utime) + seconds(usage.ru_stime)
 }
 
-/// Richardson extrapolation of a value from the two finest runs, for an error of second order in the sizes of cells and elements.
+/// Richardson extrapolation from the two finest runs, for an error of second order in the sizes of cells and elements.
 fn limit(samples: &[Sample], value: usize) -> f64 {
     let [.., coarse, fine] = samples else { return f64::NAN };
     let gain = (fine.cells as f64 / coarse.cells as f64).powi(2) - 1.0;

@@ -16,8 +16,7 @@ pub const PATCH: f64 = 1.5;
 /// Half the edge length of the block, and its height, mm.
 const SIZE: f64 = 12.0;
 
-/// A block 24 x 24 x 12 mm with `n` elements along the edge of the contact patch, growing outward and downward. Each hexahedron may
-/// be replaced by two wedges or six tetrahedra.
+/// A block 24 x 24 x 12 mm with `n` elements along the edge of the contact patch, growing outward and downward.
 pub fn block(kind: ElementKind, n: usize) -> Outcome<Mesh> {
     let solids = if kind.n_corners() == 4 { BlockElements::Tet4 } else { BlockElements::Hex8 };
     let mesh = GradedBlock {
@@ -34,13 +33,12 @@ pub fn block(kind: ElementKind, n: usize) -> Outcome<Mesh> {
     Ok(if kind.n_nodes() > kind.n_corners() { raised(mesh, kind) } else { mesh })
 }
 
-/// Kind of the faces of `solid` with as many corners as `face`.
 fn face_kind(solid: ElementKind, face: ElementKind) -> ElementKind {
     let mut kinds = solid.local_faces().iter().map(|(kind, _)| *kind);
     kinds.find(|kind| kind.n_corners() == face.n_corners()).expect("a face of the solid")
 }
 
-/// Splits each hexahedron into two wedges, and its upper and lower faces into triangles.
+/// Wedges and triangles in place of hexahedra and quadrangles.
 fn wedges(mesh: &Mesh) -> Mesh {
     let mut cut = Mesh { source: mesh.source.clone(), points: mesh.points.clone(), ..Mesh::default() };
     let kinds: [(ElementKind, &[&[usize]]); 3] = [
@@ -70,7 +68,6 @@ fn wedges(mesh: &Mesh) -> Mesh {
     numbered(cut)
 }
 
-/// Numbers the elements from 1, block by block.
 fn numbered(mut mesh: Mesh) -> Mesh {
     let mut next = 1;
     for block in &mut mesh.blocks {
@@ -81,7 +78,7 @@ fn numbered(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// For each node of a solid after its corner nodes: the corners whose mean is this node. They are found by reference coordinates.
+/// For each node of a solid after its corner nodes: the corners whose mean is this node.
 fn between(kind: ElementKind) -> Vec<Vec<usize>> {
     let nodes = kind.reference_nodes();
     let corners = kind.n_corners();
@@ -91,8 +88,7 @@ fn between(kind: ElementKind) -> Vec<Vec<usize>> {
             (mean - x[k]).abs() < 1e-12
         })
     };
-    // The candidates are edges, faces, and all corners. Diagonals of faces are left out, because their centres are the centres of
-    // the faces.
+    // Diagonals of faces are left out, because their centres are the centres of the faces.
     let faces = || kind.local_faces().iter().map(|(face, local)| &local[..face.n_corners()]);
     let edges = || faces().flat_map(|f| (0..f.len()).map(move |i| vec![f[i], f[(i + 1) % f.len()]]));
     let all = || std::iter::once((0..corners).collect::<Vec<_>>());
@@ -100,7 +96,7 @@ fn between(kind: ElementKind) -> Vec<Vec<usize>> {
     nodes[corners..].iter().map(|&x| lists().find(|list| is_mean(list, x)).expect("a mean")).collect()
 }
 
-/// Raises the elements of a mesh to second order. The solids become `kind`.
+/// Elements of second order; the solids become `kind`.
 fn raised(mut mesh: Mesh, kind: ElementKind) -> Mesh {
     let mut known: HashMap<Vec<usize>, usize> = HashMap::new();
     for block in 0..mesh.blocks.len() {
@@ -136,7 +132,6 @@ fn between_on_face(face: ElementKind) -> Vec<Vec<usize>> {
     edges.chain(middle).collect()
 }
 
-/// Writes the mesh as a text file of .msh version 2.2.
 pub fn write(mesh: &Mesh, path: &Path) -> Outcome<()> {
     let mut text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n".to_owned();
     writeln!(text, "{}", mesh.groups.len())?;

@@ -20,7 +20,6 @@ pub struct Case {
     pub least: bool,
 }
 
-/// Origin of a scene.
 enum Base {
     /// A file of scenes/.
     File(String),
@@ -39,7 +38,6 @@ const INSIDE: [&str; 2] = [
      points = [60, 60] }]",
 ];
 
-/// Override that turns off the output of fields.
 const BARE: &str = "output.fields=[]";
 
 /// Half side length of the plates under mesh frames.
@@ -62,7 +60,7 @@ impl Case {
         Self { group, name: name.into(), base: Base::Block(scene, Box::new(block)), sets, least: false }
     }
 
-    /// Path of the scene file. Writes the scene and its mesh into `folder` if it is not in scenes/.
+    /// Path of the scene file. Writes scene and mesh into `folder` unless it is in scenes/.
     pub fn place(&self, folder: &Path) -> Outcome<PathBuf> {
         match &self.base {
             Base::File(name) => Ok(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)),
@@ -110,7 +108,6 @@ fn scenes() -> Vec<Case> {
     NAMES.iter().map(|name| Case::file("Scenes of scenes/", *name, name, &[])).collect()
 }
 
-/// Half-spaces on grids: without friction, with it, anisotropic, with wear, in a window of the frame.
 fn grids(quick: bool) -> Vec<Case> {
     const GROUP: &str = "Half-spaces on grids";
     let mut cases = Vec::new();
@@ -145,7 +142,6 @@ fn on_plate(n: usize) -> GradedBlock {
     GradedBlock::uniform([PLATE; 2], 1.0, [n, n, 2])
 }
 
-/// A half-space on the faces of a meshed plate.
 fn mesh_frames(quick: bool) -> Vec<Case> {
     let scene = "[body1]\nkind = \"fe\"\nmaterial = \"steel\"\nmesh = \"block.msh\"\ncontact = \"contact\"\n\
                  fixed = [{ group = \"base\" }]\n[body2]\nkind = \"half-space\"\nmaterial = \"steel\"\n[frame]\nkind = \"mesh\"\n";
@@ -181,7 +177,6 @@ fn on_block(kind: &str, cells: usize) -> String {
     )
 }
 
-/// Condensed finite-element bodies.
 fn finite_elements(quick: bool) -> Vec<Case> {
     const GROUP: &str = "Finite-element bodies";
     let mut cases = Vec::new();
@@ -210,7 +205,6 @@ fn finite_elements(quick: bool) -> Vec<Case> {
     cases
 }
 
-/// Half-spaces with a far-field correction by a mesh.
 fn far_fields(quick: bool) -> Vec<Case> {
     let sizes: &[usize] = if quick { &[64] } else { &[64, 256, 512] };
     let of = |&n: &usize| {
@@ -224,7 +218,6 @@ fn far_fields(quick: bool) -> Vec<Case> {
     sizes.iter().flat_map(of).collect()
 }
 
-/// Boundary-element bodies with dense and compressed equations.
 fn boundary_elements(quick: bool) -> Vec<Case> {
     let sizes: &[(usize, &str)] = if quick {
         &[(8, "constant"), (8, "linear")]

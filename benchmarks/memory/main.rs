@@ -27,10 +27,8 @@ use measure::{Measured, row};
 use places::{program, root};
 use quoted::quoted;
 
-/// Result type of this benchmark.
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Comment and header row of the file.
 const HEADER: &str = "# command: cargo run --release --example memory
 # One run each.
 group,scene,threads,estimate_MiB,peak_MiB,ratio
@@ -66,7 +64,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Rows of all cases, with a head. Prints the extremes of the ratio.
+/// Rows of all cases, with a head.
 fn table(cases: &[Case]) -> Outcome<String> {
     let program = program()?;
     let mut text = machine::comment() + HEADER;

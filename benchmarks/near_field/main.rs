@@ -1,5 +1,5 @@
 //! Error of the load against seconds for a rigid sphere on blocks: with the near field of a half-space, and with the same blocks
-//! condensed. The table also contains the unknowns. Runs the program as a user does. Meshes are made by gmsh.
+//! condensed.
 //!
 //!     cargo build --release
 //!     cargo run --release --example near_field -- [--out DIR] [--repeats N] [--products]
@@ -61,8 +61,8 @@ approach = 0.02
 fields = []
 "#;
 
-/// Blocks: name, material, half-width (mm), which equals the depth, and load (N) of an independent program. That program combines a
-/// half-space with a far field of 14³ hexahedra with 27 nodes. The load is accurate to 1e-4 (steel) and 1e-3 (CFRP).
+/// Blocks: name, material, half-width (mm), which equals the depth, and load (N) of an independent program with 14³ hexahedra of 27
+/// nodes. The load is accurate to 1e-4 (steel) and 1e-3 (CFRP).
 const BLOCKS: [(&str, &str, f64, f64); 5] = [
     ("steel 3", STEEL, 3.0, 8414.4),
     ("steel 6", STEEL, 6.0, 7138.7),
@@ -84,7 +84,6 @@ const FAR: [(usize, usize, f64); 8] = [
     (8, 2, 3.0),
 ];
 
-/// Number of products per operator.
 const PRODUCTS: usize = 15;
 
 /// Condensed meshes: first-order elements along the patch, around it, over the depth; cells of the frame.
@@ -118,7 +117,6 @@ fn main() -> Outcome<()> {
             }
         }
     }
-    // Products are timed on one thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     fs::create_dir_all(&out)?;
     let folder = std::env::temp_dir().join(format!("orthowear-near-field-{}", std::process::id()));
@@ -132,7 +130,6 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Computes and writes errors and seconds of the loads.
 fn write_loads(folder: &Path, out: &Path, repeats: usize) -> Outcome<()> {
     let mut text = machine::comment();
     writeln!(
@@ -179,7 +176,6 @@ fn write_loads(folder: &Path, out: &Path, repeats: usize) -> Outcome<()> {
     Ok(())
 }
 
-/// Times products of the half-space operator with and without the far field, alternately.
 fn products(folder: &Path) -> Outcome<String> {
     mesh(folder, "far-field-block", &[("half_size", 3.0), ("depth", 3.0), ("cells", 8.0)])?;
     let mut text = machine::comment();
@@ -219,7 +215,6 @@ fn products(folder: &Path) -> Outcome<String> {
     Ok(text)
 }
 
-/// The CFRP block, fixed at its base.
 fn block(path: &Path) -> Outcome<FeSpec> {
     Ok(FeSpec {
         name: "block".to_owned(),
@@ -317,7 +312,7 @@ fn run(folder: &Path, settings: &[String]) -> Outcome<(f64, f64)> {
     Ok((seconds, load))
 }
 
-/// Number of unknowns: three for each node that is not on the base.
+/// Three for each node that is not on the base.
 fn unknowns(path: &Path) -> Outcome<usize> {
     let mesh = orthowear::mesh::gmsh::read(path)?;
     let held = mesh.group_nodes("base")?.len();

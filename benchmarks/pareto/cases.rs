@@ -11,7 +11,7 @@ pub const NAMES: [&str; 5] = ["hertz", "cattaneo-mindlin", "cfrp", "wear", "laye
 pub const CELLS: [usize; 10] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450];
 /// Requested relative errors.
 const ACCURACIES: [&str; 6] = ["3e-2", "1e-2", "3e-3", "1e-3", "3e-4", "1e-4"];
-/// Maximum number of values of CELLS and of ACCURACIES in the quick form.
+/// Maximum number of values of CELLS and of ACCURACIES with `--quick`.
 const QUICK: usize = 5;
 
 /// Family of the unchanged scene.
@@ -28,7 +28,6 @@ pub struct Truth {
     pub scale: f64,
 }
 
-/// Settings of a run.
 #[derive(Debug, Clone)]
 pub struct Configuration {
     /// Name of the setting that varies.
@@ -37,7 +36,6 @@ pub struct Configuration {
     pub sets: Vec<String>,
     /// Mesh of body 1 that is generated for this run.
     pub mesh: Option<Mesh>,
-    /// Requested relative error.
     pub asked: Option<f64>,
 }
 
@@ -45,7 +43,6 @@ pub struct Configuration {
 pub struct Case {
     pub name: &'static str,
     pub title: &'static str,
-    /// Source of the values.
     pub source: &'static str,
     /// Relative error of the values.
     pub known: f64,
@@ -61,7 +58,7 @@ pub fn configuration(family: &'static str, label: impl Into<String>, sets: &[Str
     Configuration { family, label: label.into(), sets: sets.to_vec(), mesh: None, asked: None }
 }
 
-/// Configuration with a requested accuracy. `table` has further entries of the `accuracy` table.
+/// `table` has further entries of the `accuracy` table.
 fn accuracy(relative: &str, table: &str) -> Configuration {
     let set = format!("accuracy={{ relative = {relative}{table} }}");
     let asked = relative.parse().ok();
@@ -69,13 +66,12 @@ fn accuracy(relative: &str, table: &str) -> Configuration {
 }
 
 /// Relative error 1 - p / p0 = (h / a)^2 / 3 of the peak pressure on a grid. p0 is the peak of Hertz's pressure, and p its mean
-/// over a cell beside the centre. h is the side of the cell, a the contact radius.
+/// over a cell of side h beside the centre. a is the contact radius.
 pub fn sampled(half_width: f64, cells: f64, a: f64) -> f64 {
     (2.0 * half_width / cells / a).powi(2) / 3.0
 }
 
-/// The unchanged scene, coarser and finer cells, tolerances, solvers and accuracies. `keep`: setting that the accuracy search does
-/// not refine.
+/// `keep`: setting that the accuracy search does not refine.
 fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
     let first = |n: usize| if quick { n.min(QUICK) } else { n };
     let mut all = vec![configuration(OWN, "defaults", &[])];
@@ -112,7 +108,6 @@ pub fn value(step: &'static str, place: &'static str, value: f64) -> Truth {
 pub fn all(quick: bool) -> Vec<Case> {
     let [approach, peak, radius] = hertz(210e3 / 0.91, 10.0, 1000.0);
     let of_hertz = vec![value("press", "/approach", approach), value("press", "/peak_pressure", peak)];
-    // Two bodies with zero Poisson ratio: pressure and friction are not coupled.
     let [pressed, peak, a] = hertz(105e3, 10.0, 1000.0);
     let moved = 0.9 * 1000.0 * 2.0 / (8.0 * 105e3 * a) * (1.0 - 0.1f64.powf(2.0 / 3.0));
     let of_mindlin = vec![

@@ -9,14 +9,13 @@ use super::cases::{CELLS, Case, Configuration, OWN, configuration, sampled, valu
 /// A mesh of the layer, made by gmsh from layer.geo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mesh {
-    /// Number of cells along the patch under the frame. It determines the numbers over the depth and beside the patch.
+    /// Along the patch under the frame. It determines the numbers over the depth and beside the patch.
     cells: usize,
     nodes: Nodes,
-    /// Whether cells have one size from top to base. Otherwise they are small at the top.
+    /// Whether cells have one size from top to base, or are small at the top.
     even: bool,
 }
 
-/// Nodes of a hexahedron.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Nodes {
     Eight,
@@ -30,14 +29,14 @@ const DEPTH: f64 = 1.0;
 const PATCH: f64 = 1.2;
 
 impl Mesh {
-    /// Path of the mesh file. Makes it in `folder` if it does not exist.
+    /// Path of the mesh file, made in `folder` if it does not exist.
     pub fn make(&self, folder: &Path) -> Outcome<PathBuf> {
         let file = folder.join(format!("{self:?}.msh").replace([' ', '{', '}', ':', ','], ""));
         if file.exists() {
             return Ok(file);
         }
         let n = self.cells as f64;
-        // Cells over the depth: cells of one height, or cells that grow downward by a factor of about 1.2.
+        // Cells of one height, or cells that grow downward by a factor of about 1.2.
         let first = if self.even { DEPTH / n } else { PATCH / n };
         let down = if self.even { n } else { ((1.0 + 0.2 * DEPTH / first).ln() / 1.2f64.ln()).ceil() };
         let beside = if self.even { n } else { (n / 3.0).ceil() + 2.0 };
@@ -64,7 +63,6 @@ impl Mesh {
     }
 }
 
-/// Mesh for the near field of a half-space.
 fn near(cells: usize, nodes: Nodes) -> Mesh {
     Mesh { cells, nodes, even: true }
 }
@@ -84,7 +82,6 @@ fn condensed(
     Configuration { mesh, ..configuration(family, format!("mesh, {label}, {cells} along the patch"), &sets) }
 }
 
-/// Configurations of the case.
 fn configurations(quick: bool) -> Vec<Configuration> {
     let own = Some(near(4, Nodes::TwentySeven));
     let with = |family, label: String, set: String| Configuration {
@@ -105,7 +102,7 @@ fn configurations(quick: bool) -> Vec<Configuration> {
             let label = format!("near field, {name} nodes, {n} along the patch");
             let mesh = Some(near(*n, nodes));
             all.push(Configuration { mesh, ..configuration("mesh of the near field", label, &[]) });
-            // With 200 cells along the frame the error of the mesh dominates.
+            // The error of the mesh dominates.
             if !quick {
                 let set = ["frame.cells=[200, 200]".to_owned()];
                 let label = format!("near field, {name} nodes, {n} along the patch, 200 cells");
@@ -126,7 +123,6 @@ fn configurations(quick: bool) -> Vec<Configuration> {
     all
 }
 
-/// The case "layer".
 pub fn case(quick: bool) -> Case {
     Case {
         name: "layer",

@@ -37,7 +37,6 @@ const LONG: f64 = 10.0;
 /// Seconds below which a run is repeated three times as often as other runs.
 const SHORT: f64 = 0.5;
 
-/// Results of a configuration.
 pub struct Sample {
     pub configuration: Configuration,
     /// Largest relative error of the values of the case; `None` where the run did not converge.
@@ -85,12 +84,11 @@ fn main() -> Outcome<()> {
     done
 }
 
-/// Cases with these names, all cases if `names` is empty.
+/// All cases if `names` is empty.
 fn chosen(quick: bool, names: &[String]) -> impl Iterator<Item = Case> {
     cases::all(quick).into_iter().filter(move |case| names.is_empty() || names.iter().any(|n| n == case.name))
 }
 
-/// Runs the quick form and reports violations.
 fn checked(names: &[String], folder: &Path) -> Outcome<()> {
     let (start, mut wrong, mut runs) = (Instant::now(), Vec::new(), 0);
     for case in chosen(true, names) {
@@ -110,7 +108,6 @@ fn checked(names: &[String], folder: &Path) -> Outcome<()> {
     }
 }
 
-/// Message if a run has not converged or its error is too large.
 fn complaint(case: &Case, configuration: &Configuration, error: Option<f64>) -> Option<String> {
     let place = format!("{} {}", case.name, configuration.label);
     let Some(error) = error else { return Some(format!("{place}: not converged")) };
@@ -122,7 +119,6 @@ fn complaint(case: &Case, configuration: &Configuration, error: Option<f64>) -> 
     beyond.then(|| format!("{place}: error {error:.2e}, allowed {allowed:.2e} ({why})"))
 }
 
-/// Measures the cases and writes the results.
 fn all(names: &[String], repeats: usize, folder: &Path, whole: bool) -> Outcome<()> {
     let mut results = Vec::new();
     for case in chosen(false, names) {
@@ -139,9 +135,8 @@ fn all(names: &[String], repeats: usize, folder: &Path, whole: bool) -> Outcome<
     Ok(())
 }
 
-/// Runs all configurations of a case in several rounds, each starting with another configuration. Temporary disturbances, and
-/// effects of the preceding run, are then spread evenly. The first round gives the errors. If a run is repeated, its time in the
-/// first round does not count.
+/// Runs all configurations of a case in several rounds, each starting with another configuration, to spread disturbances evenly. If
+/// a run is repeated, its time in the first round does not count.
 fn measured(case: &Case, repeats: usize, folder: &Path) -> Outcome<Vec<Sample>> {
     let mut samples: Vec<Sample> = Vec::new();
     for configuration in &case.configurations {
@@ -171,7 +166,7 @@ fn measured(case: &Case, repeats: usize, folder: &Path) -> Outcome<Vec<Sample>> 
     Ok(samples)
 }
 
-/// Seconds and error of a run. The error is `None` if the run did not converge.
+/// Seconds and error of a run; the error is `None` if it did not converge.
 fn run(case: &Case, configuration: &Configuration, folder: &Path) -> Outcome<(f64, Option<f64>)> {
     let out = folder.join("results");
     let mut program = Command::new(program()?);
@@ -195,7 +190,6 @@ fn run(case: &Case, configuration: &Configuration, folder: &Path) -> Outcome<(f6
     Ok((seconds, Some(largest_error(case, &serde_json::from_slice(&text)?)?)))
 }
 
-/// Largest error of the reference values of a case.
 fn largest_error(case: &Case, summary: &Value) -> Outcome<f64> {
     let steps = summary["steps"].as_array().ok_or("no steps in the summary")?;
     let mut largest: f64 = 0.0;
@@ -207,7 +201,6 @@ fn largest_error(case: &Case, summary: &Value) -> Outcome<f64> {
     Ok(largest)
 }
 
-/// Marks the samples on the Pareto front of error and time.
 fn mark_front(samples: &mut [Sample]) {
     let points: Vec<(Option<f64>, f64)> =
         samples.iter().map(|sample| (sample.error, sample.median())).collect();

@@ -68,13 +68,11 @@ pub fn write_chart(case: &Case, samples: &[Sample], folder: &Path) -> Outcome<()
     Ok(fs::write(folder.join(format!("pareto-{}.svg", case.name)), chart.svg())?)
 }
 
-/// The fastest setting with an error of at most `error`.
 fn fastest(samples: &[Sample], error: f64) -> Option<&Sample> {
     let good = samples.iter().filter(|sample| sample.error.is_some_and(|found| found <= error));
     good.min_by(|a, b| a.median().total_cmp(&b.median()))
 }
 
-/// Section of the page with the results of a case.
 pub fn section(case: &Case, samples: &[Sample]) -> String {
     let mut text = format!("## {}\n\n", case.title);
     text.push_str(&format!("Errors against: {}. ", case.source));
@@ -103,7 +101,6 @@ pub fn section(case: &Case, samples: &[Sample]) -> String {
     text
 }
 
-/// Error and time of the defaults, for the page.
 fn defaults(samples: &[Sample]) -> String {
     let Some((own, error)) = samples
         .iter()
@@ -127,7 +124,6 @@ fn defaults(samples: &[Sample]) -> String {
     }
 }
 
-/// Text of the page.
 pub fn results(results: &[(Case, Vec<Sample>)]) -> String {
     let mut text = "# Error against run time\n\nMade by `cargo run --release --example pareto`: every setting by itself, the others as the scene has them; seconds \
                     of the whole program on one thread, the median of nine runs (three if longer than 0.5 s, one if longer than \

@@ -1,8 +1,8 @@
 """Runs the case with every program alternately, and prints medians, ratios and errors as a Markdown table.
 
-Called by benchmarks/peers/run. Each measurement is a separate process. For the peers, the seconds are the time of operator
-set-up and solve, without imports. For orthowear, they are the time of all its stages from the cold start to the certificate,
-and the wall-clock time of the whole process.
+Called by benchmarks/peers/run. Each measurement is a separate process. The seconds of the peers are operator set-up and solve,
+without imports. The seconds of orthowear are all its stages from the cold start to the certificate, and the wall-clock time of
+the process.
 """
 
 import argparse

@@ -26,10 +26,9 @@ use quoted::quoted;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Header row of the file.
 const HEADER: &str = "scene,omitted,saved_s,run_factor,contact_factor,difference\n";
 
-/// Titles of the table, scene files, and overrides.
+/// Titles, scene files, and overrides.
 const SCENES: [(&str, &str, &[&str]); 12] = [
     ("Hertz, 80 cells", "hertz.toml", &["frame.cells=[80, 80]"]),
     ("Hertz, 300 cells", "hertz.toml", &["frame.cells=[300, 300]"]),
@@ -61,7 +60,6 @@ const SCENES: [(&str, &str, &[&str]); 12] = [
     ),
 ];
 
-/// Seconds and summary of a run.
 struct Run {
     whole: f64,
     contact: f64,
@@ -99,7 +97,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Rows of a scene: one for each kind of omitted work, and one for all kinds together.
+/// One row for each kind of omitted work, and one for all kinds together.
 fn rows(title: &str, scene: (&str, &[&str]), repeats: usize) -> Outcome<String> {
     let first = run(scene, None)?;
     let named = names(&first.summary);
@@ -152,8 +150,8 @@ fn names(summary: &Value) -> Vec<String> {
     entries.iter().filter_map(|entry| entry["skip"].as_str().map(str::to_owned)).collect()
 }
 
-/// Largest difference of forces, wear volumes and peak pressures at the end of two runs. It is relative to the largest value of the
-/// same kind in run `a`.
+/// Largest difference of forces, wear volumes and peak pressures at the end of two runs, relative to the largest value of the same
+/// kind in run `a`.
 fn apart(a: &Value, b: &Value) -> Outcome<f64> {
     let steps = |summary: &Value| summary["steps"].as_array().cloned().ok_or("no steps");
     let (a, b) = (steps(a)?, steps(b)?);
@@ -168,7 +166,7 @@ fn apart(a: &Value, b: &Value) -> Outcome<f64> {
             kind.iter().map(|place| step.pointer(place).and_then(Value::as_f64).unwrap_or(0.0)).collect()
         };
         let scale = a.iter().flat_map(values).fold(0.0, |sum: f64, value| sum.max(value.abs()));
-        // Compare last entries: jumps of different lengths end at the same number of cycles.
+        // Jumps of different lengths end at the same number of cycles.
         for (a, b) in a.last().iter().zip(b.last().iter()) {
             for (x, y) in values(a).into_iter().zip(values(b)) {
                 largest = largest.max(if scale > 0.0 { (x - y).abs() / scale } else { 0.0 });

@@ -32,7 +32,6 @@ use quoted::quoted;
 use sweeps::{Case, End};
 use verdict::{Run, Verdict};
 
-/// Comment and header row of the file.
 const HEADER: &str = "# command: cargo run --release --example stability
 # residual: largest natural residual of the steps; iterations: those of each step; message: its beginning
 group,sweep,value,end,residual,iterations,cells_in_contact,message
@@ -112,13 +111,12 @@ fn row(group: &str, case: &Case, verdict: &Verdict) -> String {
     format!("{group},{sweep},{value},{end},{residual},{iterations},{touching},{message}\n")
 }
 
-/// Warnings of a run with severity WARNING. Hints about units and load paths are the same in every row.
+/// Hints about units and load paths are the same in every row.
 fn warnings(run: &Run) -> String {
     let doubts = run.warnings.iter().filter(|warning| warning.starts_with("WARNING"));
     doubts.map(|warning| short(warning)).collect::<Vec<_>>().join("; ")
 }
 
-/// Beginning of a message.
 fn short(message: &str) -> String {
     let line = message.lines().next().unwrap_or_default().to_owned();
     if line.chars().count() <= LONGEST {

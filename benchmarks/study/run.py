@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""Compares a study with separate runs of the same scenes: the time that it saves, and its overhead per run.
+"""Compares a study with separate runs of the same scenes.
 
     cargo build --release && python3 benchmarks/study/run.py [--repeats N] [STUDY]
 
 Alternates the study on two threads with its runs as separate processes, two at a time. Prints medians of wall-clock time and
-processor time. Then prints the overhead of the study per run: the time of the study on one thread minus the time of the
-separate runs, per run.
+processor time. Then prints the overhead per run: the study on one thread minus the separate runs.
 """
 
 import argparse

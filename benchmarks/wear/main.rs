@@ -1,10 +1,9 @@
-//! Wear depth after 100 000 fretting cycles: error against run time, and number of contact solves, of each integrator with equal
-//! jumps and with a tolerance. Compares the solver for sliding contacts with the solver for all unknowns. Writes tables, and a
-//! chart per tilt, to docs/benchmarks.
+//! Wear depth after 100 000 fretting cycles: error against run time, and number of contact solves, of each integrator. Also
+//! compares the solver for sliding contacts with the solver for all unknowns.
 //!
 //!     cargo run --release --example wear -- [--cells N] [--repeats N] [--sliding]
 //!
-//! `--sliding` compares the two solvers only.
+//! `--sliding` compares the two solvers only. Tables and charts are written to docs/benchmarks.
 
 #[path = "../machine.rs"]
 mod machine;
@@ -36,7 +35,6 @@ impl Observer for Silent {
     }
 }
 
-/// The run with the median time, of several runs with one setting.
 #[derive(Clone)]
 struct Run {
     seconds: f64,
@@ -46,7 +44,7 @@ struct Run {
     last: IncrementRecord,
 }
 
-/// Runs the scene with overrides `repeats` times. Returns the run with the median time.
+/// The run with the median time, of `repeats` runs with overrides.
 fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
     let plan = scene::read(&path, overrides).map_err(|mistakes| mistakes.to_error().to_string())?;
@@ -68,7 +66,7 @@ fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     Ok(runs[runs.len() / 2].clone())
 }
 
-/// Root mean square difference over the cells with wear in `b`, relative to the largest depth of `b`.
+/// Root mean square over the cells with wear in `b`, divided by its largest depth.
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     let squares: Vec<f64> =
         a.iter().zip(b).filter(|(_, b)| **b > 0.0).map(|(a, b)| (a - b).powi(2)).collect();
@@ -76,7 +74,6 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / deepest
 }
 
-/// One row of the table and point of the chart: the run, and its error as in [`difference`].
 struct Row {
     integrator: &'static str,
     jumps: String,
@@ -161,8 +158,7 @@ fn integrators(tilt: f64, cells: usize, repeats: usize) -> Outcome<()> {
     Ok(fs::write(out(&format!("wear-tilt{tilt}.svg")), chart.svg())?)
 }
 
-/// Compares "newton", which solves for all unknowns, with "auto", which solves for pressures alone where the contact slides. From
-/// 60 x 60 cells on, "auto" may also solve on windows of the frame.
+/// Compares "newton", which solves for all unknowns, with "auto", which solves for pressures alone where the contact slides.
 fn sliding(repeats: usize) -> Outcome<()> {
     let mut text = machine::comment();
     writeln!(
@@ -211,7 +207,7 @@ fn main() -> Outcome<()> {
         }
     };
     let (cells, repeats) = (value("--cells", 64)?, value("--repeats", 3)?.max(1));
-    // The pool has only the current thread. Otherwise each parallel part would wait for another thread.
+    // Otherwise each parallel part would wait for another thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     if !words.iter().any(|word| word == "--sliding") {
         for tilt in [0.0, 90.0] {

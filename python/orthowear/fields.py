@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-#: An array of numbers.
 Array = npt.NDArray[np.float64]
 
 #: Default units of a scene.
@@ -134,7 +133,7 @@ class FieldAttributes:
         return self.fields.to_grid(values)
 
     def __getattr__(self, name: str) -> Any:
-        # Called for attributes that the object does not have itself. Copy and pickle call it before any attribute is set.
+        # Copy and pickle call this before any attribute is set.
         fields = self.__dict__.get("fields")
         if fields is None and name in FieldAttributes.__annotations__:
             raise AttributeError(f"{name}: there are no fields, because no increment was computed")

@@ -14,8 +14,8 @@ from . import _orthowear
 from .errors import InputError
 from .scene import _settings
 
-#: Number of retries of a task that raises an exception; a run that does not converge raises none. Dask itself restarts the runs
-#: of lost workers (distributed.scheduler.allowed-failures).
+#: Retries of a task that raises an exception; a run that does not converge raises none. Dask itself restarts the runs of lost
+#: workers (distributed.scheduler.allowed-failures).
 RETRIES = 3
 
 
@@ -227,10 +227,7 @@ def _run_on_workers(
     numbers: list[int],
     progress: Callable[[int, int], object] | None,
 ) -> BaseException | None:
-    """Computes the runs `numbers`, each in a task of `client`. Returns the first exception of a task, or None.
-
-    A run that fails or does not converge raises no exception. Its folder contains the status.
-    """
+    """Computes the runs `numbers`, each in a task of `client`. Returns the first exception of a task, or None."""
     from dask.distributed import as_completed
 
     settings, folder, resume = arguments
@@ -243,7 +240,7 @@ def _run_on_workers(
         for done, task in enumerate(as_completed(tasks, raise_errors=False), 1):
             if failure is None and task.status == "error":
                 failure = task.exception()
-            # Results are in the folders. A released task is not computed again if its worker is lost.
+            # A released task is not computed again if its worker is lost.
             task.release()
             if progress is not None:
                 progress(done, len(numbers))

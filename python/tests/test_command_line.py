@@ -24,7 +24,7 @@ SCENES = ["cattaneo-mindlin", "hertz", "sphere-on-cfrp-halfspaces"]
 
 @pytest.mark.parametrize("name", SCENES)
 def test_summary_and_fields(name, program, tmp_path):
-    """Truth: the program built from the same sources gives the same summary and fields. Field files store 64-bit numbers."""
+    """Truth: the program built from the same sources gives the same summary and fields."""
     meshio = pytest.importorskip("meshio")
     path = ROOT / "scenes" / f"{name}.toml"
     frame = {"frame.cells": [32, 32]}
@@ -41,7 +41,7 @@ def test_summary_and_fields(name, program, tmp_path):
 
 
 def test_files_are_written(scene, program, tmp_path):
-    """Truth: the program writes files of the same names. The VTU and PVD files are the same byte for byte."""
+    """Truth: the program writes files of the same names, and the same VTU and PVD files byte for byte."""
     scene.run(tmp_path / "a")
     path = tmp_path / "scene.toml"
     path.write_text(toml(scene))
@@ -54,7 +54,7 @@ def test_files_are_written(scene, program, tmp_path):
 
 
 def toml(scene) -> str:
-    """TOML text of a scene of plain values, with inline tables. JSON strings, numbers, lists and dicts are nearly TOML."""
+    """TOML text of a scene of plain values, with inline tables."""
 
     def value(part) -> str:
         if isinstance(part, dict):
@@ -88,7 +88,7 @@ def test_mistakes_are_those_of_the_program(program, tmp_path):
 
 
 def test_missing_file_and_wrong_values(tmp_path):
-    """Truth: docs/command-line.md: wrong input raises InputError, insufficient memory raises ResourcesError with exit code 4."""
+    """Truth: docs/command-line.md: wrong input raises InputError, insufficient memory raises ResourcesError."""
     with pytest.raises(orthowear.InputError, match="cannot read the scene"):
         orthowear.Scene.load(tmp_path / "none.toml")
     with pytest.raises(orthowear.InputError, match=r"gap\.radius: this is not a value of a scene \(Python type complex\)"):

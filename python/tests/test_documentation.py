@@ -18,8 +18,7 @@ PAGE = ROOT / "docs" / "python.md"
 
 @pytest.fixture(scope="module")
 def examples():
-    """The module of scripts/examples, which runs the examples of the other pages. It parses the blocks and compares their output.
-    """
+    """The module of scripts/examples, which parses the blocks and compares their output."""
     if sys.version_info < (3, 11):
         pytest.skip("scripts/examples needs Python 3.11")
     loader = importlib.machinery.SourceFileLoader("examples", str(ROOT / "scripts" / "examples"))

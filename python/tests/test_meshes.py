@@ -19,7 +19,7 @@ import orthowear
 from orthowear import mesh as meshes
 from orthowear.mesh import files, meshio_reader
 
-#: A block of 6 x 6 x 4 hexahedra, or of prisms. Its top is in two groups.
+#: A block of 6 x 6 x 4 hexahedra, or of prisms.
 BLOCK = """
 Mesh.ElementOrder = %d;
 Mesh.SecondOrderIncomplete = %d;
@@ -56,14 +56,14 @@ def gmsh():
 
 @pytest.fixture
 def temporary(monkeypatch, tmp_path):
-    """Folder of temporary files for processes that this test starts, and that may end without cleaning up."""
+    """Folder of temporary files for processes that may end without cleaning up."""
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return tmp_path
 
 
 def on(mesh, **more) -> dict:
-    """Scene of a rigid sphere on a steel block with the given mesh, 8 x 8 cells."""
+    """Scene of a rigid sphere on a steel block with the given mesh."""
     return {
         "materials": {"steel": {"model": "isotropic", "E": 210e3, "nu": 0.3}},
         "body1": {"kind": "fe", "material": "steel", "mesh": mesh, "contact": "contact", "fixed": [{"group": "base"}], **more},
@@ -116,7 +116,7 @@ def test_program_of_gmsh_and_package(gmsh, tmp_path):
 
 
 def test_groups(gmsh, tmp_path):
-    """Truth: the geometry. The top has 6 x 6 faces in two groups, one group has only a number, and there are 144 solids."""
+    """Truth: the geometry. The top has 6 x 6 faces in two groups, and there are 144 solids."""
     meshio = needed("meshio")
     gmsh.open(str(geometry(tmp_path)))
     gmsh.model.mesh.generate(3)
@@ -133,7 +133,7 @@ def test_groups(gmsh, tmp_path):
 
 
 def cube(meshio, kind="hexahedron", **more):
-    """Eight solids in a cube of edge 2 with the top at z = 0. Cell sets contact and base."""
+    """Eight solids in a cube of edge 2 with the top at z = 0."""
     steps = np.arange(3.0) - 1
     x, y, z = np.meshgrid(steps, steps, steps - 1, indexing="ij")
     number = np.arange(27).reshape(3, 3, 3)
@@ -217,9 +217,7 @@ def test_nodes_of_second_order(kind):
 
 
 def test_equal_meshes_are_equal_scenes():
-    """Truth: mesh files are named by content. Equal meshes give equal dicts and share one file, which is removed with the last
-    scene.
-    """
+    """Truth: mesh files are named by content. Equal meshes share one file, which is removed with the last scene."""
     meshio = needed("meshio")
     a, b = orthowear.Scene.from_dict(on(cube(meshio))), orthowear.Scene.from_dict(on(cube(meshio)))
     assert a.to_dict() == b.to_dict()
@@ -244,8 +242,8 @@ def test_equal_meshes_are_equal_scenes():
 
 
 def test_steps_keep_the_file(tmp_path):
-    """Truth: steps whose scene is deleted give the results of a scene that is kept. The mesh file must still exist, because runs
-    that write files read it once more.
+    """Truth: steps whose scene is deleted give the results of a scene that is kept. Runs that write files read the mesh file once
+    more.
     """
     meshio = needed("meshio")
     expected = orthowear.Scene.from_dict(on(cube(meshio))).run(cache=False)
@@ -272,7 +270,7 @@ def test_what_becomes_of_the_object_changes_no_scene():
 
 
 def test_refusals_of_meshio():
-    """Truth: the message names the key, the wrong value and the allowed values."""
+    """Truth: the message names key, value and allowed values."""
     meshio = needed("meshio")
     surface = cube(meshio)
     surface.cells = surface.cells[1:]
@@ -336,7 +334,7 @@ def run_of(scene):
 
 
 def test_scenes_with_meshes_travel(temporary):
-    """Truth: another process, or a pickled scene, gives the results of this process. Each process has its own mesh files."""
+    """Truth: another process, or a pickled scene, gives the results of this process."""
     meshio = needed("meshio")
     scene = orthowear.Scene.from_dict(on(cube(meshio)))
     expected = scene.run(cache=False)
@@ -365,8 +363,7 @@ time.sleep(60)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
 def test_folders_of_killed_processes_are_cleared(monkeypatch, temporary):
-    """Truth: the folder of a running process stays. The folder of a killed process is removed after STALE_AFTER_SECONDS, when
-    another process makes its own.
+    """Truth: the folder of a running process stays. The folder of a killed process is removed when another process makes its own.
     """
     child = subprocess.Popen([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, text=True)
     folder = Path(child.stdout.readline().strip())

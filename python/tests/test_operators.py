@@ -22,7 +22,7 @@ def test_green_isotropic():
     assert np.allclose(found[:, 0, 0], factor * (1 - NU + NU * c**2), rtol=1e-12)
     assert np.allclose(found[:, 1, 1], factor * (1 - NU + NU * s**2), rtol=1e-12)
     assert np.allclose(found[:, 0, 1], factor * NU * c * s, rtol=0, atol=1e-12 * factor)
-    # A compressive force draws the surface towards it. A tensile force, along n, pushes the surface away.
+    # A compressive force draws the surface towards it.
     assert np.allclose(found[:, 0, 2], (1 - 2 * NU) / 2 * factor * c, rtol=0, atol=1e-12 * factor)
 
 
@@ -49,7 +49,7 @@ def test_flexibility_of_a_square():
 
 
 def test_flexibility_is_symmetric_and_positive():
-    """Truth: the flexibility is symmetric (Betti's theorem), positive definite (elastic energy), and the sum over both bodies."""
+    """Truth: the flexibility is symmetric (Betti's theorem) and positive definite (elastic energy)."""
     scene = orthowear.Scene.from_dict(small()).replace(
         {"frame.cells": [6, 6], "body2": {"kind": "half-space", "material": "steel"}}
     )
@@ -82,8 +82,7 @@ def test_wrong_shapes_and_sizes(scene):
 
 
 def test_green_refuses_what_is_no_angle():
-    """Truth: docs/scene.md: tilts are from -90 to 90. For any material, the message names the wrong value and the allowed values.
-    """
+    """Truth: docs/scene.md: tilts are from -90 to 90. The message names the wrong value and the allowed values."""
     cfrp = {"model": "transversely-isotropic", "E1": 140e3, "E2": 10e3, "G12": 5e3, "nu12": 0.3, "nu23": 0.4}
     for material in (STEEL, cfrp):
         for tilt in (90.5, -120.0):
@@ -102,6 +101,6 @@ def test_green_refuses_what_is_no_angle():
         orthowear.green(STEEL, "east")
     with pytest.raises(TypeError, match="material: 'steel' is of the type str; allowed: a dict"):
         orthowear.green("steel", 0.0)
-    # With the fibre along the normal, the isotropic plane is the surface for any azimuth.
+    # The isotropic plane is the surface for any azimuth.
     normal = orthowear.green(cfrp, [0.0, 70.0], tilt=90.0)[:, 2, 2]
     assert normal[1] == pytest.approx(normal[0], rel=1e-9)

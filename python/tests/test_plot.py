@@ -79,7 +79,7 @@ def test_arrows_point_along_the_tractions(pyplot, result):
 
 
 def test_options_and_axes_of_others(pyplot, result):
-    """Truth: plots have the given axes, limits and norm. Entries and fields are drawn like results."""
+    """Truth: plots have the given axes, limits and norm."""
     _, axes = pyplot.subplots(1, 3)
     ax = plot.field(result.fields, ax=axes[0], cmap="cividis", vmax=10.0, colorbar=False)
     assert ax is axes[0] and ax.collections[0].get_clim()[1] == 10.0 and len(ax.figure.axes) == 3
@@ -119,7 +119,7 @@ def test_sections(pyplot, result):
 
 
 def test_turned_frames_and_outlines(pyplot):
-    """Truth: a section follows a row of the grid for any azimuth. Both plots omit cells outside the outline."""
+    """Truth: a section follows a row of the grid for any azimuth, without cells outside the outline."""
     scene = orthowear.Scene.from_dict(small())
     turned = scene.replace({"frame.azimuth": 30.0, "frame.outline": {"shape": "circle", "radius": 0.33}}).run()
     ax = plot.section(turned)
@@ -182,8 +182,8 @@ def test_histories(pyplot, result):
 
 
 def test_loops_and_cycles(pyplot):
-    """Truth: the area enclosed by a loop of force against displacement is the dissipation that the run reports. The trapezoidal
-    rule with 32 points agrees to 5 %.
+    """Truth: the area enclosed by a loop of force against displacement is the reported dissipation. The trapezoidal rule with 32
+    points agrees to 5 %.
     """
     scene = orthowear.Scene.load(
         ROOT / "scenes" / "sphere-wear.toml",
@@ -204,7 +204,7 @@ def test_loops_and_cycles(pyplot):
 
 
 def test_path_of_a_stroke(pyplot, result):
-    """Truth: the path shows the entries of the step, by default along x, where force and displacement are larger than along y."""
+    """Truth: the path shows the entries of the step, by default along the larger component, x."""
     ax = plot.loop(result, step="push")
     entries = [entry for entry in result.entries if entry["name"] == "push"]
     assert list(ax.lines[0].get_xdata()) == [entry["shift"][0] for entry in entries]
@@ -214,7 +214,7 @@ def test_path_of_a_stroke(pyplot, result):
 
 
 def test_convergence(pyplot):
-    """Truth: curves show differences from the last run. Rings are at the estimated errors, and the requested accuracy is a line."""
+    """Truth: curves show differences from the last run, rings the estimated errors."""
     result = orthowear.Scene.load(ROOT / "scenes" / "hertz.toml", {"accuracy": 0.02}).run()
     ax = plot.convergence(result)
     accuracy = result.summary["accuracy"]
@@ -224,7 +224,6 @@ def test_convergence(pyplot):
     rings = [line.get_ydata()[0] for line in ax.lines if line.get_marker() == "o"]
     assert rings == [found["relative"] for found in accuracy["results"] if found["relative"] > 0]
     assert ax.lines[-1].get_ydata()[0] == 0.02 and ax.get_yscale() == "log"
-    # Runs on the cells of a mesh have no `cells` (docs/results.md).
     runs = [{key: value for key, value in run.items() if key != "cells"} for run in accuracy["runs"]]
     on_mesh = orthowear.Result({**result.summary, "accuracy": {**accuracy, "runs": runs}}, None)
     labels = [label.get_text() for label in plot.convergence(on_mesh).get_xticklabels()]
@@ -269,8 +268,7 @@ def test_refusals(pyplot, result):
 
 
 def test_without_matplotlib():
-    """Truth: the package can be imported without matplotlib. The error of a plot names the missing package and how to install it.
-    """
+    """Truth: the package can be imported without matplotlib. A plot names the missing package and how to install it."""
     code = """
 import sys
 import orthowear

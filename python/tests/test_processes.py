@@ -59,7 +59,7 @@ def test_another_process_gives_the_same_bits(other, name):
 
 
 def test_copies_are_the_scene():
-    """Truth: a copy has the values and the title of the original scene. A scene without file and title is called "scene"."""
+    """Truth: a copy has the values and the title of the original scene."""
     for scene in scenes().values():
         for twin in (pickle.loads(pickle.dumps(scene)), copy.copy(scene), copy.deepcopy(scene)):
             assert twin.to_dict() == scene.to_dict() and twin.title == scene.title
@@ -82,8 +82,7 @@ def test_exceptions_come_back(other):
 
 
 def test_arrays_of_results_cannot_be_written_to(scene):
-    """Truth: writing is refused, also after pickling. Pressure is a view of the third component of tractions. Copies are writable.
-    """
+    """Truth: writing is refused, also after pickling. Copies are writable."""
     result = scene.run()
     with scene.steps() as steps:
         entry = next(steps)
@@ -104,9 +103,7 @@ def test_arrays_of_results_cannot_be_written_to(scene):
 
 
 def test_attributes(scene):
-    """Truth: results and entries have the attributes of their fields. `dir` lists the names, and an error reports a missing
-    attribute.
-    """
+    """Truth: results and entries have the attributes of their fields."""
     result = scene.run()
     with scene.steps() as steps:
         entry = next(steps)

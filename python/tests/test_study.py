@@ -42,7 +42,7 @@ def folder(tmp_path):
 
 
 def test_command_line(folder, program):
-    """Truth: the command line writes the same files, byte by byte. The arrays of study.npz are the columns of study.csv."""
+    """Truth: the command line writes the same files, byte by byte."""
     program("study", folder / "study.toml", "--quiet", "--out", folder / "line")
     told = []
     result = orthowear.study.run(folder / "study.toml", folder / "own", threads=2, progress=lambda *now: told.append(now))
@@ -61,7 +61,7 @@ def test_command_line(folder, program):
 
 
 def test_tables(folder):
-    """Truth: data frames and data sets contain the results of the runs, at the coordinates of the axis values."""
+    """Truth: data frames and data sets contain the results of the runs."""
     pytest.importorskip("pandas")
     pytest.importorskip("xarray")
     result = Study(folder / "study.toml").run()
@@ -90,7 +90,7 @@ def test_values_that_are_lists(tmp_path):
 
 
 def test_parts(folder):
-    """Truth: runs computed in parts give the table of the whole study. Missing runs have no status. Finished runs are kept."""
+    """Truth: runs computed in parts give the table of the whole study."""
     study = pickle.loads(pickle.dumps(Study(folder / "study.toml", {})))
     whole = study.run(folder / "whole")
     study.run(folder / "parts", only=[7, 0, 1])
@@ -115,7 +115,7 @@ def test_notes(folder):
 
 
 def test_elsewhere(folder, monkeypatch):
-    """Truth: results are written beside the study's file, even if the process changes its working directory."""
+    """Truth: results are written beside the study's file, even if the working directory changes."""
     monkeypatch.chdir(folder)
     study = Study("study.toml")
     monkeypatch.chdir("/")
@@ -150,9 +150,7 @@ def client():
 
 
 def test_workers_that_die(folder, client):
-    """Truth: the table equals the table of the study in one process, byte by byte. No run is lost, although workers are killed
-    during their runs. At most one finished run is computed again.
-    """
+    """Truth: the table of the study in one process, byte by byte, although workers are killed."""
     (folder / "scene.toml").write_text((folder / "scene.toml").read_text().replace("[24, 24]", "[96, 96]"))
     study = Study(folder / "study.toml")
     study.run(folder / "whole")
@@ -170,7 +168,7 @@ def test_workers_that_die(folder, client):
 
     result = study.run(folder / "parts", client=client, progress=progress)
     assert len(killed) == 3 and len(finished) >= 11
-    # A worker may have been killed after it wrote a summary, but before it reported the run.
+    # A worker may have been killed after it wrote a summary.
     assert sum(file.stat().st_mtime_ns != time for file, time in finished.items()) <= 1
     assert (result.exit_code, result.kept, result.unfinished) == (0, 12, [])
     assert (folder / "parts/study.csv").read_bytes() == (folder / "whole/study.csv").read_bytes()
@@ -179,11 +177,10 @@ def test_workers_that_die(folder, client):
     assert [run["status"] for run in some.runs].count("converged") == 2
     assert some.runs[9]["results"] == result.runs[9]["results"]
     assert not (folder / "some/study.csv").exists()
-    # Resume the complete study: nothing is computed again.
+    # Nothing is computed again.
     times = [run["seconds"] for run in result.runs]
     again = study.run(folder / "parts", client=client, resume=True)
     assert [run["seconds"] for run in again.runs] == times
-    # Errors of the workers are raised, with and without `resume`.
     (folder / "study.toml").rename(folder / "other.toml")
     for resume in (False, True):
         with pytest.raises(OSError):

@@ -15,8 +15,8 @@ FLAGS = [
     "--disable-sync", "--disable-extensions", "--disable-default-apps", "--disable-dev-shm-usage", "--hide-scrollbars", "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 ]
-# Flags for software rendering of WebGL without a graphics card, or for no WebGL. The page itself is drawn without WebGL's renderer,
-# in half of the time.
+# Software rendering of WebGL without a graphics card, or no WebGL. The page itself is drawn without WebGL's renderer, in half of
+# the time.
 WITH_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 WITHOUT_WEBGL = ["--disable-gpu", "--disable-3d-apis"]
 

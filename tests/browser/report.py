@@ -1,4 +1,4 @@
-"""Opens the reports in the folders of a directory in headless Chromium and tests everything that can be chosen on them.
+"""Opens the reports in the folders of a directory in headless Chromium.
 
 Fails if a page logs an error or a warning, requests anything, is wider than the window, or shows another number than meshio and
 summary.json. A second argument is a folder for pictures of the pages.
@@ -82,7 +82,7 @@ def hover(browser, cell):
 
 
 def maps(browser, folder, least):
-    """Compares the maps of each quantity and entry with the fields. The quantities `least` must be among them."""
+    """Compares the maps with the fields. The quantities `least` must be among them."""
     said = json.loads((folder / "summary.json").read_text())
     browser.value("document.getElementById('tab-maps').click()")
     seen = set()
@@ -108,7 +108,7 @@ def maps(browser, folder, least):
                 assert abs(found - right) <= TOLERANCE * abs(right), f"{folder.name}, {file}: {tip} at {cell}, {right} in the file"
                 same = number(browser.value("document.getElementById('map-value').cells[1].textContent"))
                 assert same == found, f"{folder.name}: {same} beside {found}"
-        # In the summary, the peak pressure of a jump is the mean of both reversal points.
+        # The peak pressure of a jump is the mean of both reversal points.
         if "jump" not in said["steps"][record]:
             peak = said["steps"][record]["peak_pressure"]
             choose(browser, "map-field", "pressure")

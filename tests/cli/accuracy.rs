@@ -44,8 +44,7 @@ radius = 50.0
 fields = []
 "#;
 
-/// Scene on the frame with the lower material `below` (and the `tilt` of its fibres in degrees), further keys `more`, and an
-/// accuracy.
+/// Scene with the lower material `below` (and the `tilt` of its fibres in degrees), further keys `more`, and an accuracy.
 fn scene(below: &str, tilt: f64, more: &str, accuracy: &str) -> String {
     let fibre = if below == "cfrp" { format!("fibre = {{ tilt = {tilt:.1} }}") } else { String::new() };
     let frame = FRAME.replace("BELOW", below).replace("FIBRE", &fibre);
@@ -57,7 +56,6 @@ fn of_folder(folder: &Path, text: &str) -> Value {
     run(folder, &[])
 }
 
-/// Value of the result `name` of the step in `summary.accuracy`, and its estimated error.
 pub fn value(summary: &Value, step: &str, name: &str) -> [f64; 2] {
     let results = summary["accuracy"]["results"].as_array().unwrap();
     let found = results.iter().find(|result| result["step"] == step && result["name"] == name);
@@ -68,13 +66,13 @@ pub fn value(summary: &Value, step: &str, name: &str) -> [f64; 2] {
 /// Truths: for steel, the closed forms of Hertz (Johnson 4.22 to 4.24) and Cattaneo and Mindlin (Johnson 7.42: tangential
 /// displacement). For CFRP, the exact elliptical contact without friction, and an independent program with friction
 /// (tests/data/sphere-on-frp.json). At least 95 % of the errors are below the requested error, and none is three times as large.
-/// More than half of the errors of peak pressures exceed a tenth of the requested error. The values equal the values in `steps`.
+/// More than half of the errors of peak pressures exceed a tenth of the requested error: cells are not finer than necessary.
 #[test]
 fn true_errors_stay_below_what_is_asked_for() {
     let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let mut shares: Vec<(String, f64)> = Vec::new();
-    // Bodies with nu = 0, for which the solution of Cattaneo and Mindlin is exact.
+    // Bodies with nu = 0, for which Cattaneo and Mindlin are exact.
     let modulus = 210e3 / 2.0;
     let (force, radius) = (150.0, 50.0_f64);
     let a = f64::cbrt(0.75 * force * radius / modulus);
@@ -95,7 +93,6 @@ fn true_errors_stay_below_what_is_asked_for() {
         };
         let asked_text = format!("{asked:e}");
         let press = format!("[[steps]]\nname = \"press\"\nnormal_force = {force:.1}\n");
-        // Two equal bodies: pressure and friction are uncoupled.
         let friction = "[friction]\nlaw = \"coulomb\"\nmu = 0.3\n";
         let pull = "[[steps]]\nname = \"pull\"\ntangential_force = [36.0, 0.0]\n";
         let summary = of_folder(
@@ -116,7 +113,7 @@ fn true_errors_stay_below_what_is_asked_for() {
             let [p, p0] = ["P", "p0"].map(|name| case["exact"][name].as_f64().unwrap());
             compare(&summary, "indent", &[("normal_force", p, p), ("peak_pressure", p0, p0)]);
             if tilt == 60.0 {
-                // At this tilt, the independent program's peak pressures have an error of 1e-3.
+                // At this tilt, peak pressures of the independent program have an error of 1e-3.
                 continue;
             }
             let friction = "[friction]\nlaw = \"frp\"\nmu_L = 0.4\nmu_T = 0.5\nmu_N = 0.55\n";
@@ -140,16 +137,15 @@ fn true_errors_stay_below_what_is_asked_for() {
     println!("{} results, {} above", shares.len(), shares.iter().filter(|(_, share)| *share > 1.0).count());
     let above: Vec<_> = shares.iter().filter(|(_, share)| *share > 1.0).collect();
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 3.0), "{above:?}");
-    // Only peak pressures are counted: they converge last and so determine the cells. Forces converge earlier, and transverse
-    // forces vanish.
+    // Peak pressures converge last and so determine the cells. Forces converge earlier, and transverse forces vanish.
     let peaks: Vec<_> = shares.iter().filter(|(name, _)| name.ends_with("peak_pressure")).collect();
     let near = peaks.iter().filter(|(_, share)| *share > 0.1).count();
     println!("{near} of {} peaks above a tenth", peaks.len());
     assert!(2 * near > peaks.len(), "{near} of {}: {peaks:?}", peaks.len());
 }
 
-/// Truth: wear volumes after 100 000 cycles equal an independent program's wear volumes to 1e-2 and 1e-3
-/// (tests/data/sphere-on-frp.json, accurate to 6e-5). Each stroke has one increment.
+/// Truth: wear volumes after 100 000 cycles of an independent program, to 1e-2 and 1e-3 (tests/data/sphere-on-frp.json, accurate to
+/// 6e-5).
 #[test]
 fn worn_volumes() {
     let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
@@ -173,7 +169,6 @@ fn worn_volumes() {
     }
 }
 
-/// A flat punch of the size of the frame on a half-space.
 fn punch(wanted: &str) -> String {
     let press = "[[steps]]\nname = \"press\"\nnormal_force = 100.0\n";
     let text = scene("steel", 0.0, press, wanted);
@@ -182,8 +177,7 @@ fn punch(wanted: &str) -> String {
 }
 
 /// Truth: the pressure at the edge of a punch is singular (Johnson 1985, section 5.2: p ~ d^-1/2 at the distance d). The peak on
-/// cells of the side h therefore grows like h^-1/2. The search ends after three growing changes of the peak. The message suggests
-/// an `accuracy.of` without the peak. The approach converges.
+/// cells of the side h therefore grows like h^-1/2. The search ends after three growing changes of the peak.
 #[test]
 fn a_peak_that_does_not_converge() {
     let folder = tempfile::tempdir().unwrap();
@@ -208,13 +202,12 @@ fn a_peak_that_does_not_converge() {
     assert_eq!(code, Some(0), "{said}");
 }
 
-/// Truth: docs/scene.md: if no finer cells fit into the memory, the best results so far are written. The exit code is 3, and the
-/// reason is given.
+/// Truth: docs/scene.md: if no finer cells fit into the memory, the best results so far are written, with exit code 3.
 #[test]
 fn what_is_not_reached_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let text = punch("{ relative = 1e-5, of = [\"load\"] }");
-    // The limit is the estimated memory of 200 x 200 cells. None of the finer grids fits.
+    // None of the grids finer than 200 x 200 cells fits.
     let alone = text.split_once('\n').unwrap().1.replace("cells = [8, 8]", "cells = [200, 200]");
     fs::write(folder.path().join("scene.toml"), alone).unwrap();
     let limit = foretold(&call("check", folder.path(), &[]).1).round();
@@ -233,8 +226,7 @@ fn what_is_not_reached_is_told() {
     assert!(record["results"][0]["relative"].as_f64().unwrap() > 1e-5, "{record}");
 }
 
-/// Truth: docs/scene.md, docs/command-line.md: refusals give the key and the fix. The option `--accuracy` replaces the key of the
-/// scene.
+/// Truth: docs/scene.md, docs/command-line.md: refusals give the key and the fix.
 #[test]
 fn what_is_refused() {
     let with = |accuracy: &str| format!("accuracy = {accuracy}\n{SOUND}");
@@ -277,7 +269,6 @@ fn what_is_refused() {
         let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
         assert!(output.status.code() == Some(expected) && text.contains(word), "{more:?}: {text}");
     }
-    // The option gives the error of a table that has only other keys. The report lists the results that have estimates.
     fs::write(folder.path().join("scene.toml"), SOUND).unwrap();
     let mut program = crate::tools::orthowear();
     program.arg("run").arg(folder.path().join("scene.toml"));
@@ -286,8 +277,8 @@ fn what_is_refused() {
     assert!(output.status.success() && text.contains("accuracy 5e-2 of normal force"), "{text}");
 }
 
-/// Truths: force and peak pressure of a rigid sphere on steel are Hertz's (Johnson 4.22, 4.24). The search does not end on cells
-/// wider than the contact, or on frames with fewer than 12 cells along a side.
+/// Truths: force and peak pressure of a rigid sphere on steel are Hertz's (Johnson 4.22, 4.24). The first cells are wider than the
+/// contact.
 #[test]
 fn cells_that_are_too_coarse_at_first() {
     let folder = tempfile::tempdir().unwrap();
@@ -302,7 +293,7 @@ fn cells_that_are_too_coarse_at_first() {
     let wide = of_folder(folder.path(), &text.replace("half_width = [1.2, 1.2]", "half_width = [2.0, 2.0]"));
     let [found, _] = value(&wide, "press", "normal_force");
     assert!((found / force - 1.0).abs() < 1e-2, "{found} {force}");
-    // Bodies separated by a vanishing force have no contact that cells could miss, and no defined position.
+    // Bodies separated by a vanishing force have no contact that cells could miss.
     let parted =
         "[[steps]]\nname = \"press\"\nnormal_force = 150.0\n[[steps]]\nname = \"part\"\nnormal_force = 0.0\n";
     let summary = of_folder(folder.path(), &rigid(scene("steel", 0.0, parted, "1e-2")));
@@ -327,8 +318,7 @@ fn cells_that_are_too_coarse_at_first() {
 }
 
 /// Truth: docs/scene.md: the increments are refined for friction, for wear without friction, and on closed paths. Files are written
-/// only at the increments of the scene, numbered by their entries in `summary.steps`. No run of the search is moved to a folder of
-/// previous results.
+/// only at the increments of the scene.
 #[test]
 fn increments_and_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -372,7 +362,7 @@ fn increments_and_files() {
     }
 }
 
-/// Truth: a run with another accuracy has other cells. `--resume` does not reuse its results for the scene without this accuracy.
+/// Truth: a run with another accuracy has other cells, so `--resume` does not reuse its results.
 #[test]
 fn results_of_another_accuracy_are_not_resumed() {
     let folder = tempfile::tempdir().unwrap();

@@ -54,7 +54,6 @@ fn known(step: &'static str, name: &'static str, value: f64) -> Truth {
     (step, name, value, value.abs())
 }
 
-/// A rigid indenter on a half-space of steel, with 16 x 16 cells.
 fn indenter(
     name: &'static str,
     half_width: [f64; 2],
@@ -146,7 +145,7 @@ fn friction_and_wear() -> Vec<Case> {
         known("back", "approach", depth),
     ];
     let loop_ = Case { bodies: (0.0, true), ..indenter("unloading", [0.5; 2], SPHERE, &pulls, shifts) };
-    // Load divided by Hertz's load at this approach: kappa / sqrt(DR) of the catalogue (`spence-self-similar`), nu = 0.3, mu = 0.3.
+    // Load divided by Hertz's load at this approach: kappa / sqrt(DR) of the catalogue (`spence-self-similar`).
     let load = 1.0243 / 1.01948f64.sqrt() * 4.0 / 3.0 * STAR * 10f64.sqrt() * 1e-3;
     let spence = indenter(
         "spence",
@@ -170,7 +169,7 @@ fn friction_and_wear() -> Vec<Case> {
 }
 
 /// Truths: the known results of the cases above. At least 95 % of the errors are below the requested error, and none is twice as
-/// large. All runs report that they have reached the requested error.
+/// large.
 #[test]
 fn closed_forms_lie_within_what_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -196,8 +195,7 @@ fn closed_forms_lie_within_what_is_asked_for() {
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 2.0), "{above:?}");
 }
 
-/// Truth: an outline that the contact does not reach (contact radius 0.32 mm) does not change the contact. The same cells suffice,
-/// and a force that vanishes by symmetry has no estimated error.
+/// Truth: an outline that the contact does not reach (contact radius 0.32 mm) does not change the contact. The same cells suffice.
 #[test]
 fn outlines_that_are_not_reached() {
     let outline = "frame.outline={shape=\"circle\", radius=0.39}";

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-/// A valid scene that needs no mesh. Each row of `TABLE` below changes one entry of it.
+/// A valid scene that needs no mesh.
 pub const SOUND: &str = r#"title = "sound"
 [materials.steel]
 model = "isotropic"
@@ -295,7 +295,7 @@ const TABLE: &[Row] = &[
     ),
 ];
 
-/// Truth: docs/scene.md: each row contains one mistake, reported with key and line. The exit code 2 is from docs/command-line.md.
+/// Truth: docs/scene.md, exit code 2 of docs/command-line.md: each row contains one mistake, reported with key and line.
 #[test]
 fn each_mistake_is_refused_with_its_key_and_line() {
     for (from, to, below, words) in TABLE {
@@ -314,14 +314,13 @@ fn each_mistake_is_refused_with_its_key_and_line() {
     }
 }
 
-/// Truth: docs/scene.md: a distance is at least 0. One mistake is reported once.
+/// Truth: docs/scene.md: one mistake is reported once.
 #[test]
 fn a_mistake_is_told_once() {
     let roll = "rolling = { creepage = [1e-3, 0.0], distance = -1.0 }";
     let (scene, _) = changed("cycles = { count = 1000, amplitude = 0.05, jumps = 4 }", roll);
     let (code, text) = check(&scene, &[]);
     assert_eq!((code, text.matches("rolling.distance").count()), (Some(2), 1), "{text}");
-    // A negative coefficient, the fibre of a rigid body, and an undefined material have no second message.
     let (scene, _) = changed("mu_N = 0.55", "mu_N = -1.0");
     let (code, text) = check(&scene, &[]);
     assert!(code == Some(2) && !text.contains("along one axis"), "{text}");
@@ -329,7 +328,6 @@ fn a_mistake_is_told_once() {
     let (code, text) = check(&scene, &[]);
     let advice = "friction.law = \"frp\" needs the fibre of a body that is not rigid";
     assert!(code == Some(2) && text.contains(advice) && !text.contains("neither body has"), "{text}");
-    // Another mistake does not hide that no body has a fibre.
     let (scene, _) = changed("fibre = { tilt = 30.0, azimuth = 0.0 }", "");
     let (code, text) = check(&scene, &["--set", "steps.0.incremens=2"]);
     assert!(code == Some(2) && text.contains("neither body has") && text.contains("incremens"), "{text}");
@@ -394,13 +392,11 @@ fn overrides_are_checked_like_the_file() {
             assert!(text.contains(word), "{option} lacks \"{word}\"\n{text}");
         }
     }
-    // A step that is named like the index of another step makes the option ambiguous.
     let named = SOUND.replace("name = \"fretting\"", "name = \"0\"");
     let (code, text) = check(&named, &["--set", "steps.0.approach=0.01"]);
     assert!(code == Some(2) && text.contains("`0` is the name of element 1"), "{text}");
     let (code, text) = check(&named.replace("indent", "1"), &["--set", "steps.1.cycles.jumps=3"]);
     assert!(code == Some(2) && text.contains("`1` is the name of element 0"), "{text}");
-    // An empty list is refused: the number of steps has a lower bound, but no upper bound.
     let (code, text) = check(SOUND, &["--set", "steps=[]"]);
     assert!(code == Some(2) && text.contains("`steps` has 0 values"), "{text}");
     for option in [
@@ -416,7 +412,7 @@ fn overrides_are_checked_like_the_file() {
     }
 }
 
-/// Truth: TOML 1.1: a byte order mark and both line breaks (LF and CRLF) are allowed, and text is UTF-8.
+/// Truth: TOML 1.1: a byte order mark, LF and CRLF are allowed, and text is UTF-8.
 #[test]
 fn encodings() {
     let folder = tempfile::tempdir().unwrap();
@@ -449,8 +445,7 @@ fn encodings() {
     }
 }
 
-/// Truth: TOML: an array or inline table without its closing bracket continues on the lines below. Only the bracket is reported.
-/// The hint at decimal commas appears only for numbers outside of lists.
+/// Truth: TOML: an array or inline table without its closing bracket continues on the lines below.
 #[test]
 fn a_missing_bracket_is_one_mistake() {
     for (from, to) in [("cells = [16, 16]", "cells = [16, 16"), ("jumps = 4 }", "jumps = 4")] {

@@ -5,8 +5,7 @@ use std::fs;
 use super::bad_input::{SOUND, check};
 
 /// Truth: docs/scene.md: on a frame that is periodic along x, body 2 cannot rotate about y or the normal n, and no moment is
-/// allowed. Otherwise the gap would grow from period to period. Body 2 may rotate about x. With two periodic directions it cannot
-/// rotate at all. Rotations by zero are valid.
+/// allowed. Otherwise the gap would grow from period to period.
 #[test]
 fn repeated_bodies_do_not_turn() {
     let turned = |periodic: &str, control: &str| {
@@ -49,8 +48,7 @@ fn repeated_bodies_do_not_turn() {
 }
 
 /// Truth: docs/scene.md: a step keeps earlier loads, but no tangential force or spin moment may act together with rolling. `check`
-/// refuses what `run` would find only after computing the steps before. If a step in between removes the load, the scene is valid.
-/// `check` prints direction and creepage of a rolling step.
+/// refuses what `run` would find only after computing the steps before.
 #[test]
 fn loads_held_into_rolling() {
     let scene = |load: &str, between: &str| {

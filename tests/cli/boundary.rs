@@ -47,7 +47,7 @@ fn place(mesh: &str) -> tempfile::TempDir {
     folder
 }
 
-/// The mesh with its elements changed by `change`. Elements for which `change` returns `None` are removed.
+/// Elements of the mesh, changed by `change` or removed if it returns `None`.
 fn elements(mesh: &str, change: impl Fn(usize, &str) -> Option<String>) -> String {
     let (head, rest) = mesh.split_once("$Elements\n").unwrap();
     let list: Vec<String> = rest
@@ -60,7 +60,6 @@ fn elements(mesh: &str, change: impl Fn(usize, &str) -> Option<String>) -> Strin
     format!("{head}$Elements\n{}\n{}\n$EndElements\n", list.len(), list.join("\n"))
 }
 
-/// The surface of a layer without its solids.
 fn surface(mesh: &str) -> String {
     elements(mesh, |_, line| (line.split(' ').nth(1) == Some("3")).then(|| line.to_owned()))
 }
@@ -74,9 +73,8 @@ fn grids(folder: &Path) -> Vec<String> {
     all.map(|name| name.into_string().unwrap()).filter(|name| name.ends_with(".vtu")).collect()
 }
 
-/// Truth: the same block of finite elements (with the near field of a half-space, docs/theory-hybrid.md) gives the same forces to 3
-/// %. The boundary elements are constant, with sides of about a third of the contact radius. The surface alone gives the forces of
-/// the solids to 1e-6, and a warning reports reversed faces.
+/// Truth: the same block of finite elements (docs/theory-hybrid.md) gives the same forces to 3 %. The boundary elements are
+/// constant, with sides of about a third of the contact radius. The surface alone gives the forces of the solids to 1e-6.
 #[test]
 fn the_block_of_finite_elements() {
     let folder = place(&block());
@@ -107,8 +105,8 @@ fn the_block_of_finite_elements() {
     }
 }
 
-/// Truth: a block is free along z between smooth walls, with a pressure on its base. A rigid plate on its top bears this pressure
-/// uniformly. With friction the scene is refused (docs/theory-boundary-elements.md).
+/// Truth: a block is free along z between smooth walls. A rigid plate on its top bears the pressure on its base uniformly. With
+/// friction the scene is refused (docs/theory-boundary-elements.md).
 #[test]
 fn a_block_that_floats() {
     let folder = place(&layer([1.0, 1.0], 1.0, [4, 4, 3]));
@@ -135,7 +133,7 @@ fn a_block_that_floats() {
     assert!(said.contains("unconstrained rigid-body modes (translation z)"), "{said}");
 }
 
-/// Truth: each scene has one mistake. The message gives the element or key concerned, and the exit code is 2.
+/// Truth: each scene has one mistake.
 #[test]
 fn surfaces_and_supports_that_are_wrong() {
     let refused = |mesh: &str, sets: &[&str], words: &[&str]| {
@@ -150,7 +148,6 @@ fn surfaces_and_supports_that_are_wrong() {
     let small = layer([2.0, 2.0], 2.0, [8, 8, 4]);
     let cells = "frame.cells=[4,4]";
     let skin = surface(&small);
-    // Removes the first of the 64 elements on top.
     let open = elements(&skin, |i, line| (i > 0).then(|| line.to_owned()));
     refused(&open, &[cells], &["is open at 4 edges", "body1.mesh"]);
     let turned = elements(&skin, |i, line| {
@@ -171,7 +168,7 @@ fn surfaces_and_supports_that_are_wrong() {
     refused(&small, &[cells, displaced], &["prescribes another displacement along z"]);
 }
 
-/// Truth: a body that exceeds the memory limit is refused before any allocation, with exit code 4 and possible remedies.
+/// Truth: a body that exceeds the memory limit is refused before any allocation.
 #[test]
 fn too_little_memory() {
     let folder = place(&block());

@@ -40,7 +40,6 @@ approach = 0.02
 fields = []
 "#;
 
-/// A folder with the scene and a cache.
 struct Place {
     folder: tempfile::TempDir,
 }
@@ -54,7 +53,7 @@ impl Place {
         Self { folder }
     }
 
-    /// Calls the program with a cache limit of `limit` MiB. Returns the exit code and both outputs.
+    /// Exit code and both outputs; `limit` is in MiB.
     fn call(&self, verb: &str, options: &[&str], limit: &str) -> (Option<i32>, String) {
         let mut program = crate::tools::orthowear();
         program.env("XDG_CACHE_HOME", self.folder.path()).env("ORTHOWEAR_CACHE_LIMIT", limit);
@@ -64,7 +63,6 @@ impl Place {
         (output.status.code(), String::from_utf8(text).unwrap())
     }
 
-    /// Summary of a run.
     fn run(&self, options: &[&str]) -> Value {
         let (code, text) = self.call("run", options, "100");
         assert_eq!(code, Some(0), "{text}");
@@ -95,8 +93,7 @@ fn hit(summary: &Value) -> bool {
         .any(|skip| skip["why"].as_str().unwrap().contains("the cache contains"))
 }
 
-/// Truth: an empty, filled, damaged or unused cache gives the same results, bit by bit. The list of omitted work and `check` report
-/// the reuse. Another body has another entry.
+/// Truth: an empty, filled, damaged or unused cache gives the same results, bit by bit. Another body has another entry.
 #[test]
 fn a_second_run_skips_the_factorisation() {
     let place = Place::new();
@@ -116,7 +113,7 @@ fn a_second_run_skips_the_factorisation() {
     let rebuilt = place.run(&[]);
     assert!(rebuilt["warnings"].to_string().contains("was damaged (its checksum is wrong)"), "{rebuilt}");
     assert!(!hit(&rebuilt) && hit(&place.run(&[])));
-    // Fields need the factorisation. It is computed although the cache has the flexibility, and kept for the next run.
+    // Fields need the factorisation, which is kept for the next run.
     let volume = || fs::read(place.folder.path().join("scene.out/body1_volume_0001.vtu")).unwrap();
     let wanted = ["--set", "output.fields=[\"volume\"]"];
     let fields = place.run(&wanted);
@@ -126,7 +123,6 @@ fn a_second_run_skips_the_factorisation() {
     assert!(text.contains("the flexibility and the factor for fields or loads"), "{text}");
     let restored = place.run(&wanted);
     assert!(hit(&restored) && volume() == factorised);
-    // A damaged factor is computed again.
     let kept = place.entries().into_iter().find(|path| path.extension().is_some_and(|end| end == "factor"));
     let kept = kept.expect("a kept factor");
     let mut bytes = fs::read(&kept).unwrap();
@@ -138,7 +134,7 @@ fn a_second_run_skips_the_factorisation() {
     for other in [&first, &second, &rebuilt, &fields, &restored] {
         assert_eq!(steps(other), steps(&bare));
     }
-    // A direct solution checks the operator only if the factorisation is available. No factorisation is made for the check alone.
+    // No factorisation is made only to check the operator.
     let defect = |summary: &Value| summary["steps"][0]["certificate"]["operator_defect"].as_f64();
     assert!(defect(&bare).is_some_and(|defect| defect < 1e-11) && defect(&second).is_none(), "{bare}");
     place.run(&["--set", "body1.fibre.tilt=20.0"]);
@@ -146,8 +142,7 @@ fn a_second_run_skips_the_factorisation() {
 }
 
 /// Truth: docs/results.md: a direct solution of the body checks the operator in the first entry that has a factorisation. With a
-/// flexibility from the cache, no factorisation exists until fields are written at the end of a step. The next step is then
-/// checked.
+/// flexibility from the cache, no factorisation exists until fields are written at the end of a step.
 #[test]
 fn the_operator_is_checked_once_the_factor_is_there() {
     let place = Place::new();
@@ -163,8 +158,7 @@ fn the_operator_is_checked_once_the_factor_is_there() {
     assert!(defect(1).is_some_and(|defect| defect < 1e-11), "{summary}");
 }
 
-/// Truth: the stored table of the field inside a half-space gives the same results as a new one, bit by bit. A damaged table is
-/// computed again, and the summary says so.
+/// Truth: the stored table of the field inside a half-space gives the same results as a new one, bit by bit.
 #[test]
 fn the_field_inside_a_half_space() {
     let place = Place::new();
@@ -189,7 +183,7 @@ fn the_field_inside_a_half_space() {
     assert!(points() == made);
 }
 
-/// Truth: docs/command-line.md: the limit 0 means no cache, and a limit that is not a number is refused with exit code 2.
+/// Truth: docs/command-line.md: the limit 0 means no cache.
 #[test]
 fn the_limit_is_the_users() {
     let place = Place::new();
@@ -201,7 +195,7 @@ fn the_limit_is_the_users() {
     }
 }
 
-/// Truth: a cache that cannot be written raises a note. The run continues.
+/// Truth: a run continues without a cache, with a note.
 #[test]
 fn a_cache_that_cannot_be_written() {
     let place = Place::new();

@@ -11,7 +11,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
 }
 
-/// Fibre of body 1. The near field of body 1 is computed with the mesh, in a hundredth of the time of the default.
+/// The near field of the mesh takes a hundredth of the time of the default.
 const FIBRE: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"";
 
 const STEEL: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"\n[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3";
@@ -20,15 +20,14 @@ fn pairs(names: &[&str]) -> Vec<orthowear::scene::variant::DiscretisationPair> {
     names.iter().map(|name| name.parse().unwrap()).collect()
 }
 
-/// Five results of each step of a run, none of them a computing time.
+/// Without computing times.
 fn results(summary: &Value) -> Vec<Vec<f64>> {
     let keys = ["normal_force", "contact_area", "stick_area", "peak_pressure", "worn_volume"];
     let numbers = |step: &Value| keys.iter().map(|key| step[key].as_f64().unwrap()).collect::<Vec<f64>>();
     summary["steps"].as_array().unwrap().iter().map(numbers).collect()
 }
 
-/// Truth: each variant equals, bit by bit, the run of the scene with the body replaced as in the variant. The percentages are
-/// differences relative to the first variant.
+/// Truth: each variant equals, bit by bit, the run of the scene with the body replaced as in the variant.
 #[test]
 fn the_variants_are_the_runs_they_stand_for() {
     let folder = folder(STEEL, "", &[]);
@@ -87,8 +86,8 @@ fn the_documents_explain_the_comparison() {
     }
 }
 
-/// Truth: docs/command-line.md: a half-space needs a plane frame and one material direction. The output names impossible variants.
-/// The exit code is the worst of the computed variants.
+/// Truth: docs/command-line.md: a half-space needs a plane frame and one material direction. The exit code is the worst of the
+/// computed variants.
 #[test]
 fn variants_that_cannot_be_do_not_stop_the_others() {
     let curved = folder(FIBRE, "", &[]);
@@ -117,8 +116,8 @@ fn variants_that_cannot_be_do_not_stop_the_others() {
     );
 }
 
-/// Truth: docs/command-line.md: a note names quantities that a half-space cannot have: loads, foundations and prescribed
-/// displacements, even if only a gradient is prescribed. Fixed supports are not named.
+/// Truth: docs/command-line.md: a half-space has no loads, foundations and prescribed displacements, even if only a gradient is
+/// prescribed.
 #[test]
 fn what_a_half_space_has_no_place_for_is_named() {
     let scene = folder(FIBRE, "", &[]);
@@ -143,8 +142,7 @@ fn what_a_half_space_has_no_place_for_is_named() {
     }
 }
 
-/// Truth: docs/command-line.md: without a meshed body there is one variant. The exit code is the worst of the variants. Mistakes
-/// are reported as by `run`.
+/// Truth: docs/command-line.md: without a meshed body there is one variant. The exit code is the worst of the variants.
 #[test]
 fn one_variant_and_the_worst_exit_code() {
     let folder = folder(FIBRE, "", &[]);
@@ -162,8 +160,8 @@ fn one_variant_and_the_worst_exit_code() {
     assert!(errors.contains("gap.radius"), "{errors}");
 }
 
-/// Truth: the gap is the gap of a sphere of radius R = 50 mm, which the faces of the cap approximate. Faces with sides of 0.19 mm
-/// deviate from the sphere by 0.19^2/(4 R) = 2e-4 mm. The gap in the corners of the frame is 0.024 mm.
+/// Truth: a sphere of radius R = 50 mm. Faces with sides of 0.19 mm deviate from it by 0.19^2/(4 R) = 2e-4 mm. The gap in the
+/// corners of the frame is 0.024 mm.
 #[test]
 fn half_spaces_keep_the_gap_of_the_meshes() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/steel-cap-on-cfrp-block.toml");
@@ -180,8 +178,8 @@ fn half_spaces_keep_the_gap_of_the_meshes() {
     }
 }
 
-/// Truth: a variant equals, bit by bit, the run of the scene with the body replaced. An FE body becomes a BE body on the surface of
-/// its solids or on a separate mesh. A BE body becomes an FE body on the solids whose surface it used.
+/// Truth: the run of the scene with the body replaced, bit by bit. An FE body becomes a BE body on the surface of its solids or on
+/// a separate mesh. A BE body becomes an FE body on the solids whose surface it used.
 #[test]
 fn meshed_bodies_become_one_another() {
     let folder = folder(FIBRE, "", &[]);
@@ -268,8 +266,7 @@ fn descriptions_that_do_not_fit_are_named() {
 const FLAT: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"top\"\n$EndPhysicalNames\n$Nodes\n4\n\
                     1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n$Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 1 1 1 3 4\n$EndElements\n";
 
-/// Truth: meshio reads the files of differences. They contain the fields of both variants and, bit by bit, the differences of these
-/// fields.
+/// Truth: the files contain the fields of both variants and, bit by bit, their differences.
 #[test]
 fn differences_are_those_of_the_fields() {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
@@ -280,8 +277,8 @@ fn differences_are_those_of_the_fields() {
     let _checked = crate::tools::python("differences.py", &folder.path().join("c"));
 }
 
-/// Truth: the comment at the head of the scene: forces and peak pressure with a boundary-element and a finite-element bushing agree
-/// to 0.5 %. A half-space has no curved surface, and a wound body has no uniform fibre direction.
+/// Truth: the head of the scene: forces and peak pressure with either bushing agree to 0.5 %. A half-space has no curved surface,
+/// and a wound body has no uniform fibre direction.
 #[test]
 fn a_bushing_on_a_wound_tube() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/compare-bushing.toml");
@@ -300,8 +297,7 @@ fn a_bushing_on_a_wound_tube() {
 }
 
 /// Truth: docs/command-line.md: differences are relative to the first computed variant, for steps that ended after equal numbers of
-/// cycles. If no variant is computed, the exit code is 2, with the reasons, even if the output folder does not exist. A warning
-/// names its variant, unless all variants have it.
+/// cycles. If no variant is computed, the exit code is 2. A warning names its variant, unless all variants have it.
 #[test]
 fn what_is_compared_with_what_is_told() {
     let folder = folder(FIBRE, "", &[]);
@@ -332,12 +328,10 @@ fn what_is_compared_with_what_is_told() {
 }
 
 /// Truth: docs/scene.md: groups of supports and loads whose area or position differs between meshes by more than 5 % are reported.
-/// Equal groups are not.
 #[test]
 fn meshes_that_are_not_alike_are_told() {
     let folder = folder(FIBRE, "", &[]);
     let mesh = fs::read_to_string(folder.path().join("box.msh")).unwrap();
-    // The first two faces of the base are removed from its group.
     let base = mesh.lines().filter(|line| line.contains(" 3 2 2 2 ")).take(2).collect::<Vec<_>>();
     let other = base
         .iter()

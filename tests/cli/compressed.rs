@@ -8,10 +8,9 @@ use serde_json::Value;
 
 use crate::tools::refusal;
 
-/// Number of faces along each side of the plate's top.
 const FACES: usize = 32;
 
-/// A plate of one layer of hexahedra, `FACES` along x and y, in gmsh's format 2.2. Groups: base, contact, plate.
+/// A plate of one layer of hexahedra, `FACES` along x and y.
 fn plate() -> String {
     let nodes = FACES + 1;
     let at = |i: usize, j: usize, k: usize| (k * nodes + i) * nodes + j + 1;
@@ -19,7 +18,6 @@ fn plate() -> String {
                     $EndPhysicalNames\n$Nodes\n"
         .to_owned();
     writeln!(text, "{}", 2 * nodes * nodes).unwrap();
-    // The faces are smaller in the middle.
     let along = |i: usize| {
         let x = 2.0 * i as f64 / FACES as f64 - 1.0;
         x * (0.6 + 0.4 * x * x)
@@ -71,7 +69,6 @@ name = "shift"
 shift = { distance = 0.001, angle = 30.0 }
 "#;
 
-/// Exit code, standard output and standard error.
 fn call(command: &str, folder: &Path, options: &[&str]) -> (Option<i32>, String, String) {
     let mut program = crate::tools::orthowear();
     let output = program.arg(command).arg(folder.join("scene.toml")).args(options).output().unwrap();
@@ -86,8 +83,8 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Truth: docs/scene.md: above 1000 cells the operator is compressed, unless `solver.skip` is false. `check` and summary.json say
-/// so. The results agree within the tolerance of the compression, and the fields of the half-space are written.
+/// Truth: docs/scene.md: above 1000 cells the operator is compressed, unless `solver.skip` is false. The results agree within the
+/// tolerance of the compression.
 #[test]
 fn compressed_half_spaces_are_told_and_change_nothing() {
     let folder = folder();
@@ -115,7 +112,7 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     };
     assert!(told(&compressed) && !told(&exact));
     let coarse = answer(&["--set", "solver.compression_tolerance=1e-3"]);
-    // A direct solution of the plate checks the operator in the first step only. The compressed operator is checked in all steps.
+    // A direct solution of the plate checks the operator in the first step only, the compressed operator is checked in all steps.
     let defect = |summary: &Value, step: usize| {
         summary["steps"][step].pointer("/certificate/operator_defect").and_then(Value::as_f64)
     };
@@ -138,8 +135,7 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     }
 }
 
-/// Truth: docs/scene.md: tolerances from 1e-12 to 1e-2 are valid (exit code 2 for others). A run that does not fit into the memory
-/// is refused before it starts (exit code 4).
+/// Truth: docs/scene.md: tolerances from 1e-12 to 1e-2 are valid.
 #[test]
 fn what_cannot_be_compressed_is_refused() {
     let folder = folder();
@@ -149,7 +145,6 @@ fn what_cannot_be_compressed_is_refused() {
         assert_eq!(code, Some(2), "{wrong}: {text}");
         assert!(text.contains("compression_tolerance"), "{wrong}: {text}");
     }
-    // The half-space is body 1, below the plate as body 2.
     let turned = SCENE
         .replace("body1", "meshed")
         .replace("body2", "body1")
@@ -157,7 +152,6 @@ fn what_cannot_be_compressed_is_refused() {
         .replace("contact = \"contact\"", "contact = \"base\"")
         .replace("group = \"base\"", "group = \"contact\"");
     fs::write(folder.path().join("scene.toml"), turned).unwrap();
-    // The limit is 90 % of the memory of the operator, plus the rest of the scene.
     let [needed, _, rest] = refusal(&call("check", folder.path(), &["--set", "solver.memory_limit=1000"]).2);
     let limit = format!("solver.memory_limit={}", (0.9 * needed + rest).round());
     for command in ["check", "run"] {

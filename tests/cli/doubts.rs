@@ -1,4 +1,4 @@
-//! Uncertain results are reported on the screen and in summary.json. Results that cannot be improved are reported, too.
+//! Uncertain results, and results that cannot be improved, are reported.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,6 @@ use serde_json::Value;
 
 use super::limits::BLOCK;
 
-/// The coarse block under a rigid sphere, with texts replaced by others.
 fn block(changes: &[(&str, &str)]) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("block.toml");
@@ -21,7 +20,6 @@ fn block(changes: &[(&str, &str)]) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Exit code, output of `check` or `run`, and the warnings in the summary.
 fn call(verb: &str, scene: &Path) -> (Option<i32>, String, Vec<String>) {
     let output = crate::tools::orthowear().arg(verb).arg(scene).output().unwrap();
     let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
@@ -32,7 +30,7 @@ fn call(verb: &str, scene: &Path) -> (Option<i32>, String, Vec<String>) {
 }
 
 /// Truth: the contact faces of the block are quadrangles, one per node. The mesh does not respond to tractions that alternate from
-/// face to face. `check` gives no warning for cells around nodes, the default against a rigid body.
+/// face to face. Cells around nodes are the default against a rigid body.
 #[test]
 fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
     let grid = "kind = \"grid\"\nhalf_width = [1.2, 1.2]\ncells = [4, 4]";
@@ -71,7 +69,7 @@ fn an_approach_that_no_cell_feels_is_a_warning() {
     assert!(text.contains("\nWARNING: step"), "{text}");
 }
 
-/// Truth: uniaxial stress in a prism (nu = 0) is exact on any mesh. The estimated error is rounding.
+/// Truth: uniaxial stress in a prism (nu = 0) is exact on any mesh.
 #[test]
 fn a_body_of_constant_stress_need_not_be_refined() {
     let (folder, path) = block(&[
@@ -104,7 +102,7 @@ fn a_body_of_constant_stress_need_not_be_refined() {
 }
 
 /// Truth: geometry: of 3 x 3 cells of 0.8 mm one lies on the axis. Its neighbours are 6.4e-3 mm away from the sphere of 50 mm, more
-/// than the approach. With 16 cells in contact nothing is reported.
+/// than the approach.
 #[test]
 fn a_contact_of_one_cell_is_told() {
     let (_folder, path) =
@@ -115,7 +113,7 @@ fn a_contact_of_one_cell_is_told() {
     let (_folder, path) = block(&[("approach = 0.02", "approach = 0.04")]);
     let (_, _, warnings) = call("run", &path);
     assert!(!warnings.iter().any(|w| w.contains("in contact")), "{warnings:?}");
-    // A load history is one step: it has one warning, about its last row.
+    // A load history is one step, with one warning about its last row.
     let file = "approach = 0.02";
     let history = "history = { file = \"loads.csv\", columns = [\"approach\"] }";
     let (folder, path) = block(&[("cells = [4, 4]", "cells = [3, 3]"), (file, history)]);

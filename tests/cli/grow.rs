@@ -36,7 +36,6 @@ name = "slide"
 sliding = { distance = 1570.7963267948967, jumps = 10 }
 "#;
 
-/// Exit code, output and summary of a run.
 fn run(folder: &Path, out: &str, more: &[&str]) -> (Option<i32>, String, Value) {
     let scene = folder.join("scene.toml");
     fs::write(&scene, SCENE).unwrap();
@@ -63,7 +62,6 @@ fn close(a: &Value, b: &Value, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs()
 }
 
-/// Number of cells of a field file.
 fn cells(path: &Path) -> usize {
     let bytes = fs::read(path).unwrap();
     let text = String::from_utf8_lossy(&bytes);
@@ -73,8 +71,7 @@ fn cells(path: &Path) -> usize {
 
 const LARGE: [&str; 4] = ["--set", "frame.half_width=[2.025, 2.025]", "--set", "frame.cells=[36, 36]"];
 
-/// Truth (rel-contact-reaches-frame): the results equal the results of a run on the large frame. Each field file has the frame of
-/// its entry.
+/// Truth (rel-contact-reaches-frame): the results of a run on the large frame. Each field file has the frame of its entry.
 #[test]
 fn frames_grow() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,9 +101,8 @@ fn frames_grow() {
     );
 }
 
-/// Truth (rel-contact-reaches-frame): with `frame.grow = false` the run stops after a checkpoint, before the jump in which the
-/// contact outgrows the frame. A run on the large frame gives the contact radii. If the run is resumed and its frame may grow, it
-/// ends like a run without the stop.
+/// Truth (rel-contact-reaches-frame): with `frame.grow = false` the run stops before the contact outgrows the frame. A run on the
+/// large frame gives the contact radii. If its frame may grow, the resumed run ends like a run without the stop.
 #[test]
 fn runs_stop_at_the_edge() {
     let folder = tempfile::tempdir().unwrap();
@@ -121,7 +117,7 @@ fn runs_stop_at_the_edge() {
     let radius = |entry: &Value| (entry["contact_area"].as_f64().unwrap() / std::f64::consts::PI).sqrt();
     let count = entries(&stopped).len();
     let cell = 2.7 / 24.0;
-    // The outermost cells begin at the half-width 1.35 minus the side of a cell. Contact radii are known to half a cell.
+    // The outermost cells begin at 1.35 minus the side of a cell. Contact radii are known to half a cell.
     let [before, after] = [count - 1, count].map(|k| radius(&entries(&large)[k]));
     assert!(before < 1.35 - 0.5 * cell && after > 1.35 - 1.5 * cell && before < after, "{before} {after}");
     for (a, b) in entries(&stopped).iter().zip(entries(&large)) {
@@ -138,8 +134,8 @@ fn runs_stop_at_the_edge() {
     assert_eq!(timeless(&resumed), timeless(&grown));
 }
 
-/// Truth: docs/theory-wear.md: a frame grows to four times its cells at most. A frame does not grow if its gap is known only on the
-/// initial frame. Results so far are kept.
+/// Truth: docs/theory-wear.md: a frame grows to four times its cells at most, and not if its gap is known only on the initial
+/// frame.
 #[test]
 fn frames_that_cannot_grow() {
     let folder = tempfile::tempdir().unwrap();
@@ -173,8 +169,7 @@ fn frames_that_cannot_grow() {
     assert!(folder.path().join("heights/wear.svg").exists(), "{text}");
 }
 
-/// Half of a model with the plane of symmetry x = -2. The frame reaches from this plane to the opposite end of the body. Along y,
-/// the body is larger than the frame.
+/// Half of a model with the plane of symmetry x = -2. Along y, the body is larger than the frame.
 const HALF_MODEL: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -201,13 +196,13 @@ angle = 0.0
 approach = 0.01
 "#;
 
-/// Truth: the frame of the scene ends at x = -2 before and after it grows along y. Its plane of symmetry is therefore the same.
+/// Truth: the frame ends at x = -2 before and after it grows along y.
 #[test]
 fn grown_frames_keep_their_planes_of_symmetry() {
     let folder = tempfile::tempdir().unwrap();
     let [nx, ny, nz] = [4, 8, 2];
     let mesh = crate::moved::layer([2.0, 4.0], 1.0, [nx, ny, nz]);
-    // Faces at x = -2 come first. Faces at x = 2 are removed from the group.
+    // Faces at x = 2 are removed from the group.
     let mesh = mesh.replace(" 3 2 3 3 ", " 3 2 9 9 ").replacen(" 3 2 9 9 ", " 3 2 3 3 ", ny * nz);
     fs::write(folder.path().join("layer.msh"), mesh).unwrap();
     let path = folder.path().join("scene.toml");

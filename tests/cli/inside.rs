@@ -63,8 +63,7 @@ fn columns(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
 }
 
 /// Truth: Hertz (Johnson 3.45): σ_z = -p0 / (1 + z²/a²) on the axis of a circular contact, to 2 % of p0. a is the contact radius,
-/// p0 the peak pressure. Each entry has a file, and points in a rectangle also have a grid. By symmetry, the stress in body 2
-/// equals the stress at the same distance in body 1.
+/// p0 the peak pressure. By symmetry, the stress in body 2 equals the stress at the same distance in body 1.
 #[test]
 fn files_of_a_half_space() {
     let folder = tempfile::tempdir().unwrap();
@@ -91,13 +90,12 @@ fn files_of_a_half_space() {
     }
     let (above, cut) = columns(&fs::read_to_string(out.join("inside-cut_0001.csv")).unwrap());
     assert_eq!((cut.len(), above[4].as_str()), (45, "distance_across"));
-    // The middle of the first row lies 0.05 above the surface, the first point of the axis 0.05 below it.
+    // These points lie 0.05 above and 0.05 below the surface.
     let column = above.iter().position(|name| name == "stress_zz").unwrap();
     assert!((cut[4][column] - rows[0][at("stress_zz")]).abs() < 1e-6 * p0);
 }
 
-/// Truth: exit code 4 of docs/command-line.md: points that do not fit into the memory are refused before the computation, by
-/// `check` too. Fewer points fit.
+/// Truth: exit code 4 of docs/command-line.md: points that do not fit into the memory are refused before the computation.
 #[test]
 fn too_many_points_for_the_memory() {
     let limited = HERTZ.replace("[output]", "[solver]\nmemory_limit = \"60 MiB\"\n[output]");
@@ -172,8 +170,7 @@ points = 5
 "#;
 
 /// Truth: docs/results.md: a body of boundary elements has the arrays and peaks of a finite-element body, on its surface.
-/// Compression decreases with depth at points inside and on the surface. Points outside are refused. For finite elements the
-/// message says how to obtain a line.
+/// Compression decreases with depth. Points outside are refused.
 #[test]
 fn a_body_of_boundary_elements() {
     let folder = tempfile::tempdir().unwrap();

@@ -7,10 +7,10 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// Elements along an edge of the cube, whose factorisation takes seconds.
+/// The factorisation of the cube takes seconds.
 const N: usize = 30;
 
-/// A cube of `N`^3 hexahedra of side 1 in gmsh's format 2.2, its upper face in z = 0.
+/// Sides of 1, with the upper face in z = 0.
 fn cube() -> String {
     let at = |i: usize, j: usize, k: usize| (i * (N + 1) + j) * (N + 1) + k + 1;
     let mut text =
@@ -69,7 +69,7 @@ approach = 0.1
 increments = 100000
 "#;
 
-/// Runs the scene in `folder` and interrupts it after `delay`. Returns exit code, standard error, and time from signal to end.
+/// Exit code, standard error, and time from signal to end.
 fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration) {
     let out = folder.join("out");
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_orthowear"))
@@ -96,9 +96,8 @@ fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration
     (code, text, elapsed)
 }
 
-/// Truth: docs/command-line.md: during any computation, an interrupted run ends within about a second with exit code 130 and says
-/// so. The summary is written, and the cache contains no part of an entry. The limit is 20 s, because machines may run other work
-/// at the same time. Without the signal, the run takes hours.
+/// Truth: docs/command-line.md: an interrupted run ends within about a second. The cache contains no part of an entry. The limit is
+/// 20 s, because machines may run other work at the same time. Without the signal, the run takes hours.
 #[test]
 fn signals_are_heard_while_a_body_is_made() {
     let folder = tempfile::tempdir().unwrap();
@@ -124,8 +123,8 @@ fn signals_are_heard_while_a_body_is_made() {
     }
 }
 
-/// Truth: docs/command-line.md: a run whose increments need no iterations ends within about a second with exit code 130. The whole
-/// run would take days.
+/// Truth: docs/command-line.md: a run whose increments need no iterations ends within about a second. The whole run would take
+/// days.
 #[test]
 fn signals_are_heard_between_increments() {
     let folder = tempfile::tempdir().unwrap();

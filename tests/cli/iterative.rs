@@ -9,7 +9,6 @@ use orthowear::evolution::observer::Observer;
 use orthowear::evolution::records::{FrameState, IncrementRecord};
 use serde_json::Value;
 
-/// The tractions of every increment.
 #[derive(Default)]
 struct Tractions(Vec<Vec<f64>>);
 
@@ -20,7 +19,6 @@ impl Observer for Tractions {
     }
 }
 
-/// The coarse block under a sphere, with indentation and tangential displacement, in its own folder.
 fn scene() -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("block.toml");
@@ -39,11 +37,10 @@ fn call(command: &str, scene: &Path, limit: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// Memory limit, and its part for frame and program, bytes. With this limit, conjugate gradients with two threads fit, but a
-/// factorisation does not fit. The error message under a smaller limit gives the bytes that conjugate gradients need and the bytes
-/// that are left for them.
+/// Memory limit, and its part for frame and program, bytes. Under this limit, conjugate gradients with two threads fit, but a
+/// factorisation does not.
 fn limit(scene: &Path) -> [u64; 2] {
-    // One of the limits from 20 to 79 MB suffices for the assembled body, but not for any solution of its equations.
+    // One of these limits suffices for the assembled body alone.
     let refusal = |limit: u64| {
         let (code, text) = call("check", scene, &limit.to_string());
         (code == Some(4) && text.contains("by conjugate gradients")).then_some((limit, text))
@@ -64,8 +61,7 @@ fn tractions(scene: &Path, limit: u64) -> Vec<Vec<f64>> {
 }
 
 /// Truth: conjugate gradients and a factorisation give the same flexibility. Forces and tractions agree to 1e-8 of the largest. The
-/// contact solver has a tolerance of 1e-11, and columns of the flexibility have errors of 1e-11 in energy. `check` and summary.json
-/// report the method, the reason and the bytes.
+/// contact solver has a tolerance of 1e-11, and columns of the flexibility have errors of 1e-11 in energy.
 #[test]
 fn a_small_memory_limit_changes_no_result() {
     let (folder, path) = scene();
@@ -94,7 +90,7 @@ fn a_small_memory_limit_changes_no_result() {
             assert!((a - b).abs() < 1e-8 * b.abs().max(force), "{pointer}: {a} {b}");
         }
     }
-    // This process may have more threads, which need more memory. The limit suffices for a pool of two threads.
+    // The limit suffices for a pool of two threads only.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     let (a, b) = pool.install(|| (tractions(&path, limit), tractions(&path, 4 << 30)));
     for (a, b) in a.iter().zip(&b) {

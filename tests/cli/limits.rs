@@ -40,7 +40,6 @@ approach = 0.02
 fields = []
 "#;
 
-/// The coarse block under a rigid sphere, with one text replaced by another.
 fn block(from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("block.toml");
@@ -50,7 +49,6 @@ fn block(from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Exit code, standard output and standard error.
 fn call(command: &str, scene: &Path, options: &[&str]) -> (Option<i32>, String, String) {
     let mut program = crate::tools::orthowear();
     let output = program.arg(command).arg(scene).args(options).output().unwrap();
@@ -129,8 +127,7 @@ fn folders_are_no_meshes() {
     refused("mesh = 'MESH'", &format!("mesh = '{folder}'"), &["body1.mesh", "is a folder"]);
 }
 
-/// Truth: docs/theory-contact.md: the load path matters with any friction. Coulomb's law does not depend on the fibres, so the
-/// warning does not name them.
+/// Truth: docs/theory-contact.md: the load path matters with any friction. Coulomb's law does not depend on the fibres.
 #[test]
 fn path_dependence_names_tilted_fibres_only() {
     let (_folder, path) = block("[4, 4]", "[4, 4]");
@@ -164,7 +161,6 @@ fn names_given_twice_or_not_at_all() {
     noted("approach = 0.02", second, "two steps are named", true);
 }
 
-/// A scene of the repository with one text replaced, and with absolute paths of the meshes.
 fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let scene = fs::read_to_string(root.join("scenes").join(name)).unwrap();
@@ -176,8 +172,8 @@ fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, Path
     (folder, path)
 }
 
-/// Truth: docs/scene.md: `check` and `run` refuse meshes that overlap before loading, with depth and place of the overlap. They
-/// also refuse a pin that no motion along the normal takes out of the plate, and a normal without direction.
+/// Truth: docs/scene.md: meshes that overlap before loading are refused, and so is a pin that no motion along the normal takes out
+/// of the plate.
 #[test]
 fn bodies_that_overlap_at_the_start() {
     let plate = "normal = [0.0, 0.0, 1.0]";
@@ -197,7 +193,6 @@ fn bodies_that_overlap_at_the_start() {
         ),
     ] {
         let (folder, path) = from_repository(scene, from, to);
-        // The roller's mesh is moved down by 2 mm, the pin's mesh is enlarged by 5 %.
         for (name, source, scale, drop) in
             [("ROLLER", "roller.msh", [1.0; 3], 2.0), ("PIN", "pin.msh", [1.05, 1.0, 1.05], 0.0)]
         {
@@ -219,7 +214,7 @@ fn bodies_that_overlap_at_the_start() {
     }
 }
 
-/// A binary mesh of gmsh's format 2.2, with its points scaled along the axes and then lowered along z by `drop`.
+/// A binary mesh of gmsh's format 2.2, scaled along the axes and then lowered along z by `drop`.
 pub(super) fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
     let mut bytes = fs::read(path).unwrap();
     let head = b"$Nodes\n";
@@ -238,8 +233,8 @@ pub(super) fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
     bytes
 }
 
-/// Truth: docs/scene.md: faces without an opposite surface are left out of a mesh frame, with a note. The roller's patch has a
-/// length of 0.8 x 9 = 7.2 mm. 3 of the block's 12 faces with sides of 0.75 mm reach beyond the patch.
+/// Truth: docs/scene.md: faces without an opposite surface are left out of a mesh frame. The roller's patch has a length of 0.8 x
+/// 9 = 7.2 mm. 3 of the block's 12 faces with sides of 0.75 mm reach beyond the patch.
 #[test]
 fn faces_left_out_of_the_frame() {
     let grid = "kind = \"grid\"\nhalf_width = [4.5, 0.5]\ncenter = [4.5, 0.5]\ncells = [8, 1]";
@@ -259,9 +254,8 @@ fn faces_left_out_of_the_frame() {
     );
 }
 
-/// Truth: docs/scene.md, docs/command-line.md: a run that does not fit into the memory limit is refused before it starts, with exit
-/// code 4. The message gives the bytes needed and allowed. The allowed bytes and the bytes of the rest of the scene add up to the
-/// limit. Invalid limits are mistakes in the scene.
+/// Truth: docs/scene.md, docs/command-line.md: a run that does not fit into the memory limit is refused before it starts. The
+/// allowed bytes and the bytes of the rest of the scene add up to the limit.
 #[test]
 fn memory_is_refused_beforehand() {
     let told = |limit: &str| {
@@ -278,8 +272,7 @@ fn memory_is_refused_beforehand() {
     for word in ["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"] {
         assert!(text.contains(word), "lacks \"{word}\":\n{text}");
     }
-    // The first limit suffices for the frame, but not for a stiffness matrix. The second limit suffices for the matrix, but not for
-    // its condensation.
+    // The first limit suffices for the frame, the second limit for the stiffness matrix, but not for its condensation.
     let [frame, ..] = refusal(&text);
     let [assembling, _, rest] = refusal(&told(&format!("{}", frame + 1.0)));
     let limit = (assembling + rest).round() + f64::from(1 << 20);

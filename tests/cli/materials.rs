@@ -7,8 +7,7 @@ use serde_json::Value;
 
 use crate::tools::usual_or_finest;
 
-/// Mesh of a box 2 x 2 x 1 below z = 0 with 4 x 4 x 4 hexahedra, numbered from 101. Groups: "top", "base", "block". The elements of
-/// the surfaces come first.
+/// A box 2 x 2 x 1 below z = 0 with 4 x 4 x 4 hexahedra, numbered from 101.
 fn mesh() -> String {
     let node = |i: usize, j: usize, k: usize| 1 + i + 5 * j + 25 * k;
     let mut nodes = String::new();
@@ -40,7 +39,6 @@ fn joined(numbers: &[usize]) -> String {
     numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(" ")
 }
 
-/// Section `$ElementData` with the same vector for all `elements`.
 fn element_data(elements: impl Iterator<Item = usize> + Clone, vector: &str) -> String {
     let lines: String = elements.clone().map(|element| format!("{element} {vector}\n")).collect();
     format!("$ElementData\n1\n\"fibre\"\n1\n0.0\n3\n0\n3\n{}\n{lines}$EndElementData\n", elements.count())
@@ -88,7 +86,7 @@ shift = { distance = 0.002 }
 fields = []
 "#;
 
-/// Folder with the mesh followed by `after_mesh`, further `files` (name, text), and the scene with the keys `fibre` in its body 1.
+/// Folder with the mesh followed by `after_mesh`, further `files` (name, text), and the scene with the keys `fibre` in body 1.
 pub fn folder(fibre: &str, after_mesh: &str, files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("box.msh"), mesh() + after_mesh).unwrap();
@@ -103,7 +101,7 @@ pub fn orthowear(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, Str
     (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
-/// Normal forces at the end of both steps, tangential force along x and y at the end of the second step, and the warnings.
+/// Normal forces of both steps, tangential force along x and y of the second step, and the warnings.
 fn forces(folder: &tempfile::TempDir) -> ([f64; 4], String) {
     let (code, _, errors) = orthowear(folder.path(), &["run", "scene.toml", "--quiet"]);
     assert_eq!(code, Some(0), "{errors}");
@@ -115,7 +113,6 @@ fn forces(folder: &tempfile::TempDir) -> ([f64; 4], String) {
     (all, summary["warnings"].to_string())
 }
 
-/// Requires that `check` refuses the scene with a message that contains all words.
 #[track_caller]
 fn refused(folder: &tempfile::TempDir, words: &[&str]) {
     let (code, _, text) = orthowear(folder.path(), &["check", "scene.toml"]);
@@ -126,9 +123,8 @@ fn refused(folder: &tempfile::TempDir, words: &[&str]) {
     }
 }
 
-/// Truth: the result depends on the fibre direction, not on the way it is given. It is given by angles or by a field of the mesh
-/// file or of another .msh file. Other ways are tables with and without a second direction, plies, and a region. The tolerance
-/// covers the rounding of the direction, which the factorisation and the tolerance 1e-8 of the contact solver may amplify.
+/// Truth: the result depends on the fibre direction, not on the way it is given. The tolerance covers the rounding of the
+/// direction, which the factorisation and the tolerance 1e-8 of the contact solver may amplify.
 #[test]
 fn one_direction_runs_the_same_in_every_way() {
     let (s, c) = 25.0f64.to_radians().sin_cos();
@@ -172,8 +168,7 @@ fn one_direction_runs_the_same_in_every_way() {
 }
 
 /// Truth: docs/scene.md: fibres are wound around an axis parallel to y, below the block. At the top of the block they point along
-/// x, to within their spread over the elements. If the directions vary too much for the friction law, the error asks for
-/// `friction.fibre`.
+/// x, to within their spread over the elements.
 #[test]
 fn friction_of_directions_that_vary() {
     let near = "fibre = { cylindrical = { axis = \"y\", origin = [0, 0, -20], angle = 90.0 } }";
@@ -191,7 +186,7 @@ fn friction_of_directions_that_vary() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: docs/scene.md: mistakes in tables and fields are reported with file, line and element.
+/// Truth: docs/scene.md: mistakes are reported with file, line and element.
 #[test]
 fn mistakes_in_tables_and_fields() {
     let commas = folder("fibre = { file = \"f.csv\" }", "", &[("f.csv", "101;0,8;0,6;0,0\n")]);
@@ -225,8 +220,7 @@ fn mistakes_in_tables_and_fields() {
     refused(&field("fibre", &element_data(101..150, "1 0 0")), &["element 150", "(15 elements in all)"]);
 }
 
-/// Truth: docs/scene.md: a direction must be given in exactly one way, and plies must fill the mesh. The number of plies is
-/// limited, and a layup needs elements. Elements that extend beyond a ply raise a note.
+/// Truth: docs/scene.md: a direction must be given in exactly one way, and plies must fill the mesh.
 #[test]
 fn contradictions_are_named() {
     refused(&folder("fibre = { tilt = 1.0, field = \"a\" }", "", &[]), &["more than one way"]);
@@ -277,7 +271,7 @@ fn contradictions_are_named() {
     assert!(text.contains("16 of 64 elements extend beyond the ply"), "{text}");
 }
 
-/// Truth: the strain energy must be positive. The message gives the resulting bound on nu12, and group and body of the scene.
+/// Truth: the strain energy must be positive, which bounds nu12.
 #[test]
 fn an_indefinite_material_is_named_with_its_group_and_bound() {
     let bad = "regions.block = { material = \"bad\" }\n[materials.bad]\nmodel = \"orthotropic\"\nE1 = 100.0e3\nE2 = 10e3\n\
@@ -288,8 +282,7 @@ fn an_indefinite_material_is_named_with_its_group_and_bound() {
     );
 }
 
-/// Truth: in double precision these materials cannot be distinguished from singular ones. Each message names the constants
-/// responsible, for a material of body 1 as for a material of body 2.
+/// Truth: in double precision these materials cannot be distinguished from singular ones.
 #[test]
 fn nearly_singular_materials_are_refused() {
     let orthotropic = |g12: &str, g13: &str, g23: &str, nu: &str| {

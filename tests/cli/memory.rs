@@ -9,7 +9,6 @@ use serde_json::Value;
 const STUDY: &str =
     "[study]\nscene = \"scene.toml\"\n[[axes]]\nkeys = [\"gap.radius\"]\nvalues = [10.0, 20.0]\n";
 
-/// The scene of Hertz's sphere with more keys at its end.
 fn scene(more: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
@@ -28,8 +27,7 @@ fn call(command: &str, path: &Path, options: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), text.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
-/// Truth: docs/command-line.md: all commands with the option `--max-memory` refuse wrong values with exit code 2. The message names
-/// the option and the allowed values.
+/// Truth: docs/command-line.md: the message names the option `--max-memory` and the allowed values.
 #[test]
 fn what_is_no_amount_of_memory() {
     let (folder, path) = scene("");
@@ -46,9 +44,8 @@ fn what_is_no_amount_of_memory() {
     assert!(!folder.path().join("scene.out").exists());
 }
 
-/// Truth: docs/command-line.md: the option `--max-memory` overrides the key `solver.memory_limit`, even if the option is the larger
-/// limit. A run that exceeds the limit is refused with exit code 4. The message gives the estimate, the limit that applies, and how
-/// to raise it.
+/// Truth: docs/command-line.md: the option `--max-memory` overrides the key `solver.memory_limit`, even if it is the larger limit.
+/// The message gives the estimate, the limit that applies, and how to raise it.
 #[test]
 fn the_option_wins_over_the_key() {
     let raised = "or raise solver.memory_limit";
@@ -91,7 +88,7 @@ fn the_option_wins_over_the_key() {
 }
 
 /// Truth: docs/command-line.md: `check` reports the allowed memory: 80 % of the available memory, or the value of the option. It
-/// also reports the defaults of docs/keys.md for `[solver]`, without the memory limit if the option is given.
+/// also reports the defaults of docs/keys.md for `[solver]`.
 #[test]
 fn check_says_what_is_allowed() {
     let (_folder, path) = scene("");
@@ -109,7 +106,7 @@ fn check_says_what_is_allowed() {
     }
 }
 
-/// Exit code and output of the program in an address space of the given number of kibibytes.
+/// Exit code and output of the program with an address space of `kibibytes`.
 fn confined(kibibytes: usize, arguments: &[&str]) -> (Option<i32>, String) {
     let script = format!("ulimit -v {kibibytes}; exec \"$0\" \"$@\"");
     let mut shell = Command::new("sh");
@@ -118,14 +115,13 @@ fn confined(kibibytes: usize, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// Truth: docs/command-line.md: the refusal precedes any allocation. The program needs at most about a thirtieth of the refused
-/// memory as address space.
+/// Truth: docs/command-line.md: the program needs at most about a thirtieth of the refused memory as address space.
 #[test]
 fn refused_before_anything_is_allocated() {
     let (folder, path) = scene("");
     let out = folder.path().join("out").display().to_string();
     let path = path.display().to_string();
-    // 64 million cells take tens of GB. The limit is 2 GB.
+    // 64 million cells take tens of GB.
     for command in [&["check"][..], &["run", "--out", &out]] {
         let more = ["--set", "frame.cells=[8000, 8000]", "--max-memory", "2 GB", "--threads", "1"];
         let (code, said) = confined(1_500_000, &[command, &[path.as_str()], &more].concat());

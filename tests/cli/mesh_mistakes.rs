@@ -44,7 +44,6 @@ approach = 0.002
 friction = true
 "#;
 
-/// Exit code and messages of `check` for `SCENE` with replacements.
 fn check(changes: &[(&str, &str)], options: &[&str]) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("cubes.msh"), MESH).unwrap();
@@ -68,7 +67,6 @@ fn check(changes: &[(&str, &str)], options: &[&str]) -> (Option<i32>, String) {
 fn refused(changes: &[(&str, &str)], words: &[&str]) {
     let (code, text) = check(changes, &[]);
     assert_eq!(code, Some(2), "{text}");
-    // Long messages are broken into lines.
     let flat = text.split(['│', '\n']).map(str::trim).collect::<Vec<_>>().join(" ");
     for word in words {
         assert!(text.contains(word) || flat.contains(word), "lacks \"{word}\":\n{text}");
@@ -78,22 +76,22 @@ fn refused(changes: &[(&str, &str)], words: &[&str]) {
 const INNER: (&str, &str) = ("contact = \"top\"", "contact = \"middle\"");
 const FLOATING: (&str, &str) = ("{ group = \"base\" }", "{ group = \"base\", components = [\"x\"] }");
 
-/// Truth: docs/scene.md: the unchanged scene, on which the cases below are based, is valid.
+/// Truth: docs/scene.md: the unchanged scene is valid.
 #[test]
 fn the_sound_scene_is_accepted() {
     let (code, text) = check(&[], &[]);
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: in `MESH`, the group "middle" lies between two solids. The expected line number is the line of the key in `SCENE`.
+/// Truth: in `MESH`, the group "middle" lies between two solids.
 #[test]
 fn an_inner_contact_face() {
     refused(&[INNER], &["body1.contact", "inner face", "--> scene.toml:9:"]);
 }
 
 /// Truth: docs/scene.md: a base fixed only along x leaves translations along y and z, and rotations about x and y, free. A force
-/// along a free direction can be prescribed, a displacement cannot. A body without supports is valid. Two bodies that are free
-/// along the same direction are refused, and so is the block coupling of an unconstrained body.
+/// along a free direction can be prescribed, a displacement cannot. Two bodies that are free along the same direction are refused,
+/// and so is the block coupling of an unconstrained body.
 #[test]
 fn a_floating_body() {
     refused(
@@ -128,7 +126,7 @@ fn a_floating_body() {
     refused(&both, &["--> scene.toml:", "both bodies are unconstrained", "body 2 by translation y"]);
 }
 
-/// Truth: docs/scene.md: supports of other kinds than `fixed` are valid. Mistakes in them are reported.
+/// Truth: docs/scene.md: supports of other kinds than `fixed` are valid.
 #[test]
 fn supports_of_other_kinds() {
     let instead = |keys: &'static str| [("fixed = [{ group = \"base\" }]", keys)];
@@ -230,7 +228,7 @@ fn forces_on_a_curved_frame() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: 10^12 cells do not fit into any memory. docs/command-line.md gives the exit code 4 for insufficient memory.
+/// Truth: 10^12 cells do not fit into any memory. Exit code 4: docs/command-line.md.
 #[test]
 fn a_frame_beyond_the_memory() {
     let (code, text) = check(&[], &["--set", "frame.cells=[1000000, 1000000]"]);
@@ -238,7 +236,7 @@ fn a_frame_beyond_the_memory() {
     assert!(text.contains("bytes") && text.contains("use fewer cells"), "{text}");
 }
 
-/// Exit code of `check` for `SCENE` with another mesh, and its output on one line.
+/// Exit code of `check`, and its output on one line.
 fn check_mesh(mesh: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("cubes.msh"), mesh).unwrap();
@@ -263,8 +261,7 @@ fn groups_of_supports() {
     }
 }
 
-/// Truth: the stiffness of a material with nu = 0.5 - 1e-15 is singular to rounding. The message names the material, its constant
-/// and its bodies once.
+/// Truth: the stiffness of a material with nu = 0.5 - 1e-15 is singular to rounding.
 #[test]
 fn a_material_that_keeps_its_volume() {
     let folder = tempfile::tempdir().unwrap();
@@ -292,8 +289,8 @@ fn names_with_dots() {
     refused(&[table, name, name, ("E = 210e3", "E = -1")], &["materials.\"T700.epoxy\"", "--> scene.toml:"]);
 }
 
-/// Mesh of a column of `n` cubes of side 2 below z = 0. The solids are numbered from 101 on, from the top down. `order` gives the
-/// order of the corners of each cube. The groups "base" and "top" contain one surface element each.
+/// A column of `n` cubes of side 2 below z = 0, numbered from 101 on, from the top down. `order` gives the order of the corners of
+/// each cube.
 fn column(n: usize, order: impl Fn(usize) -> [usize; 8]) -> String {
     let mut text =
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"base\"\n2 2 \"top\"\n3 4 \"solid\"\n\
@@ -314,8 +311,8 @@ fn column(n: usize, order: impl Fn(usize) -> [usize; 8]) -> String {
     text + "$EndElements\n"
 }
 
-/// Truth: geometry. A hexahedron whose lower and upper faces are exchanged has the Jacobian -1 relative to the lengths of its
-/// edges. The cube and the reference cube both have side 2, so the Jacobian itself is -1, too.
+/// Truth: geometry. The cube and the reference cube both have side 2. With its lower and upper faces exchanged, the cube has the
+/// Jacobian -1.
 #[test]
 fn inverted_elements_are_listed() {
     let sound = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -336,8 +333,7 @@ fn inverted_elements_are_listed() {
     }
 }
 
-/// One hexahedron of 20 nodes, a cube of side 2. The middle node of the edge from (-1, -1, -2) to (1, -1, -2) has the x coordinate
-/// `x`.
+/// A cube of side 2 of 20 nodes. The middle node of the edge from (-1, -1, -2) to (1, -1, -2) has the x coordinate `x`.
 fn curved(x: f64) -> String {
     let corners =
         [[-1, -1, -2], [1, -1, -2], [1, 1, -2], [-1, 1, -2], [-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]];
@@ -359,9 +355,9 @@ fn curved(x: f64) -> String {
 }
 
 /// Truth: a quadratic line with nodes at -1, m and 1 has the slope 1 - 2 m x at the reference coordinate x. If m exceeds 1/2 (the
-/// quarter point of the line), the slope is negative at x = 1: the line folds. The cube folds there, too, because its slopes along
-/// the other two axes are 1. The outermost integration points have the coordinates ±s, s = sqrt(3/5). At these points the shape
-/// functions of the edge have the weight ((1 + s) / 2)^2 = 0.787. The Jacobian 1 - 2 m 0.787 s is positive up to m = 0.82.
+/// quarter point of the line), the slope is negative at x = 1: the line and the cube fold. The outermost integration points have
+/// the coordinates ±s, s = sqrt(3/5). There the shape functions of the edge have the weight ((1 + s) / 2)^2 = 0.787. The Jacobian
+/// 1 - 2 m 0.787 s is positive up to m = 0.82.
 #[test]
 fn folded_curved_elements_are_listed() {
     let (code, text) = check_mesh(&curved(0.49));
@@ -378,8 +374,7 @@ fn folded_curved_elements_are_listed() {
     }
 }
 
-/// Truth: two keys prescribe different displacements along z on one group. The error is reported at the later key and names both
-/// keys.
+/// Truth: two keys prescribe different displacements along z on one group.
 #[test]
 fn contradicting_supports_are_named_by_their_keys() {
     let fixed = "fixed = [{ group = \"base\" }]";
@@ -397,7 +392,6 @@ fn contradicting_supports_are_named_by_their_keys() {
         &[(fixed, &format!("{displaced}\nsymmetry = [\"base\"]"))],
         &["body1.symmetry.0", "body1.displaced.0 and body1.symmetry.0", "along z: 0.1 and 0"],
     );
-    // An error in a support of the contact group is reported at the key of the support, too.
     refused(&[(fixed, "symmetry = [\"top\"]")], &["body1.symmetry.0", "`top`", "along z"]);
 }
 
@@ -412,7 +406,7 @@ fn a_contact_group_that_looks_away_is_the_groups_mistake() {
     );
 }
 
-/// Truth: gmsh saves a mesh without its volumes if only surfaces have physical groups. This is one mistake, reported with the fix.
+/// Truth: gmsh saves a mesh without its volumes if only surfaces have physical groups.
 #[test]
 fn a_mesh_of_surfaces_only() {
     let (start, end) = (MESH.find("4 5 2 4 4").unwrap(), MESH.find("$EndElements").unwrap());
@@ -425,7 +419,7 @@ fn a_mesh_of_surfaces_only() {
     assert!(!text.contains("body1.fixed") && !text.contains("body1.contact"), "{text}");
 }
 
-/// Truth: a plane mesh has no volume that a physical group could save. The message asks to extrude it.
+/// Truth: a plane mesh has no volume that a physical group could save.
 #[test]
 fn a_plane_mesh_is_to_be_extruded() {
     let (start, end) = (MESH.find("1 3 2 1 1").unwrap(), MESH.find("$EndElements").unwrap());
@@ -461,8 +455,7 @@ fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
     );
 }
 
-/// Truth: two separate blocks in one mesh share no node, although four nodes coincide in position. The error about the unsupported
-/// upper block reports the coincident nodes.
+/// Truth: two separate blocks in one mesh share no node, although four nodes coincide in position.
 #[test]
 fn unmerged_nodes_are_told_with_the_mistake() {
     // The upper cube gets its own nodes in place of nodes 5 to 8.
@@ -481,8 +474,8 @@ fn unmerged_nodes_are_told_with_the_mistake() {
     );
 }
 
-/// A ring of radii 6 and 10, one element thick along y, with its lowest line at z = 0. Groups: surfaces "outer", "lower" and
-/// "inner", volume "ring". The group "lower" contains the faces of "outer" whose normals point down by more than 2.9 degrees.
+/// A ring of radii 6 and 10, one element thick along y, with its lowest line at z = 0. The group "lower" contains the faces of
+/// "outer" whose normals point down by more than 2.9 degrees.
 fn ring(n: usize) -> String {
     let (mut nodes, mut elements) = (String::new(), Vec::new());
     let number = |layer: usize, i: usize, y: usize| 1 + y + 2 * (layer + 2 * (i % n));
@@ -512,8 +505,7 @@ fn ring(n: usize) -> String {
     )
 }
 
-/// Truth: only the lower half of the ring faces the plane. With the whole outer surface as contact group, the normal force is the
-/// same as with the lower half. A message counts the faces left out.
+/// Truth: only the lower half of the ring faces the plane. The whole outer surface as contact group gives the same normal force.
 #[test]
 fn rings_are_pressed_on_a_plane() {
     let folder = tempfile::tempdir().unwrap();

@@ -7,7 +7,7 @@ use super::limits::moved_mesh;
 use super::materials::{folder, orthowear};
 use super::near_field;
 
-/// Runs `check` on a scene of `scenes/` with overrides. Returns the exit code, and the output on one line.
+/// Exit code of `check` on a scene of `scenes/`, and its output on one line.
 fn check(scene: &str, overrides: &[&str]) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut arguments = vec!["check", scene];
@@ -20,9 +20,8 @@ const FRP: &str = "friction={ law = \"frp\", mu_L = 0.4, mu_T = 0.5, mu_N = 0.55
 const PLY: &str = "materials.peek={ model = \"orthotropic\", E1 = 167230.0, E2 = 9544.0, E3 = 9544.0, G12 = 5292.0, \
                    G13 = 5292.0, G23 = 3483.0, nu12 = 0.272, nu13 = 0.272, nu23 = 0.369 }";
 
-/// Truth: the bore of the plate is a half cylinder, with normals up to 90 degrees from their mean. Fibres along x lie in the
-/// surface at the bottom and along its normal at the sides. If the key `fibre` of the law gives angles relative to the surface, the
-/// law is valid.
+/// Truth: the normals of the half bore lie up to 90 degrees from their mean. Fibres along x lie in the surface at the bottom and
+/// along its normal at the sides. Angles relative to the surface (key `fibre` of the law) are valid.
 #[test]
 fn frp_laws_in_a_bore() {
     let fibre = "body1.fibre={ tilt = 0.0, azimuth = 0.0 }";
@@ -40,8 +39,8 @@ fn frp_laws_in_a_bore() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: the top of a block that is sheared by z = 0.05 x is plane, but inclined by atan(0.05) = 2.862 degrees. A fibre's tilt
-/// from the plane z = 0 then differs from its tilt from the surface.
+/// Truth: the top of the sheared block is plane, but inclined by atan(0.05) = 2.862 degrees. A fibre's tilt from the plane z = 0
+/// then differs from its tilt from the surface.
 #[test]
 fn frp_laws_on_an_inclined_plane() {
     let folder = folder("fibre = { tilt = 0.0 }", "", &[]);
@@ -70,8 +69,8 @@ fn frp_laws_on_an_inclined_plane() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: on a plane mesh frame, the fibre has one angle to the surface. On the cap of a sphere of radius 50 mm, 1.2 mm from its
-/// centre, the angle varies by at most 1.4 degrees, which is admissible.
+/// Truth: the fibre has one angle to a plane. On a sphere of radius 50 mm, 1.2 mm from the centre of the cap, its angle varies by
+/// at most 1.4 degrees.
 #[test]
 fn frp_laws_on_nearly_plane_mesh_frames() {
     for scene in ["steel-cap-on-cfrp-block.toml", "compare-finite-pin.toml"] {
@@ -81,8 +80,7 @@ fn frp_laws_on_nearly_plane_mesh_frames() {
 }
 
 /// Truth: the loads of a body act in full before the first increment, so friction cannot respond to the displacements that they
-/// cause. A block with a pressure or with displaced supports raises a warning if a step has friction. A block without loads raises
-/// none.
+/// cause. Pressures and displaced supports raise a warning if a step has friction.
 #[test]
 fn own_loads_with_friction() {
     let load = "pressure = [{ group = \"base\", value = 50.0 }]";
@@ -132,8 +130,7 @@ fn sliding_farther_than_the_contact_allows() {
     assert!(!said("0.002").contains("displaced tangentially"));
 }
 
-/// Runs `check` on `scenes/pin-in-hole.toml`, with the pin's radius of 9.8 mm scaled by `scale` in its plane. Returns the exit
-/// code, and the output on one line.
+/// Exit code of `check` for a pin of radius 9.8 mm times `scale`, and its output on one line.
 fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
@@ -143,10 +140,10 @@ fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
     check("pin-in-hole.toml", &[&[mesh.as_str()], overrides].concat())
 }
 
-/// Truth: a pin scaled to the radius 10.02 mm overlaps the bore of radius 10 mm by 0.02 mm, all round. Curved faces may overlap by
-/// up to a tenth of a cell, and this overlap is smaller. It is refused all the same, because no motion along the normal removes it.
-/// The reported overlap is 0.02 mm to 5 %, because it is a mean over cells. A pin of 9.98 mm moves down by 0.02 mm to the bottom of
-/// the bore. Flat faces of 1.3 and 0.64 mm cut off 0.02 mm, of which the curvature correction leaves less than a tenth.
+/// Truth: a pin of radius 10.02 mm overlaps the bore of radius 10 mm by 0.02 mm all round. This is less than a tenth of a cell, but
+/// no motion along the normal removes it. The reported overlap is right to 5 %, because it is a mean over cells. A pin of 9.98 mm
+/// moves down by 0.02 mm to the bottom of the bore. Flat faces of 1.3 and 0.64 mm cut off 0.02 mm, of which the curvature
+/// correction leaves less than a tenth.
 #[test]
 fn press_fit() {
     let (code, text) = pin_of_other_size(10.02 / 9.8, &[]);
@@ -174,7 +171,6 @@ fn load_of_flat_faces_at_the_first_touch() {
     let words = "WARNING: where the curved surfaces first touch, their flat faces overlap by up to 0.01";
     let (code, text) = pin_of_other_size(9.99 / 9.8, &["steps.press.approach=0.0"]);
     assert!(code == Some(0) && text.contains(words), "{text}");
-    // At a larger approach the warning gives the part of the approach that flat faces cut off.
     let (code, text) = pin_of_other_size(9.99 / 9.8, &["steps.press.approach=0.05"]);
     assert!(
         code == Some(0) && !text.contains("flat faces overlap") && text.contains("of the approach of 0.05"),
@@ -182,7 +178,7 @@ fn load_of_flat_faces_at_the_first_touch() {
     );
 }
 
-/// Truth: the pin, concentric in the scene with a clearance of 0.2 mm, is meshed 0.5 mm higher. It moves by u = 0.7 mm to the first
+/// Truth: the pin lies 0.5 mm above its concentric position and has a clearance of 0.2 mm. It moves by u = 0.7 mm to the first
 /// touch. With the radius R = 10 mm of the frame, the error u^2 / R = 0.05 mm is a fifth of the approach.
 #[test]
 fn long_motion_to_the_first_touch() {
@@ -197,8 +193,7 @@ fn long_motion_to_the_first_touch() {
     assert!(code == Some(0) && !text.contains(words), "{text}");
 }
 
-/// Truth: a mesh 0.1 mm above the block is moved down by 0.1 mm, a mesh 0.01 mm inside it is moved up by 0.01 mm. A mesh that
-/// touches is not moved.
+/// Truth: a mesh 0.1 mm above the block is moved down by 0.1 mm, a mesh 0.01 mm inside it is moved up by 0.01 mm.
 #[test]
 fn meshes_moved_to_the_first_touch() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -219,8 +214,8 @@ fn meshes_moved_to_the_first_touch() {
     }
 }
 
-/// Truth: the half bore and its mirror image at x = 0 form a closed ring. A motion of the pin along x opens the contact on one side
-/// of the ring and presses on the opposite side. The mirror image of this motion exchanges the sides.
+/// Truth: the half bore and its mirror image at x = 0 form a closed ring. A motion along x opens the contact on one side and
+/// presses on the opposite side.
 #[test]
 fn contact_that_a_plane_of_symmetry_closes() {
     let planes = ["body1", "body2"].map(|body| {
@@ -238,8 +233,8 @@ fn contact_that_a_plane_of_symmetry_closes() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: the faces of the pin are 0.64 mm long, the faces of the bore 1.31 mm. Cells on the faces of the pin are finer than the
-/// faces of the bore. A plate 58 times as stiff as the pin hardly deforms, so its faces do not matter.
+/// Truth: the faces of the pin are 0.64 mm long, the faces of the bore 1.31 mm. A plate 58 times as stiff as the pin hardly
+/// deforms, so its faces do not matter.
 #[test]
 fn coarse_partner_of_a_fine_mesh() {
     let warned = "WARNING: the contact faces of body1 are coarser than the cells of the frame";
@@ -252,7 +247,7 @@ fn coarse_partner_of_a_fine_mesh() {
     assert!(code == Some(0) && !text.contains("coarser than the cells"), "{text}");
 }
 
-/// Runs a scene of `scenes/` with overrides. Returns the summary, and the output on one line.
+/// Summary of a run of a scene of `scenes/`, and its output on one line.
 fn run(scene: &str, overrides: &[&str]) -> (serde_json::Value, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
@@ -280,15 +275,13 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     let place = near_field::place([4.0, 4.0], 4.0, [8, 8, 8]);
     let summary = near_field::run(place.path(), &small);
     assert!(cut(&summary) && summary["warnings"].to_string().contains(warned), "{summary}");
-    // Half of a slice 1 mm thick, with flanks and a plane of symmetry at the bottom of the bore.
     let (summary, text) = run("pin-in-hole.toml", &[]);
     assert!(!cut(&summary) && !text.contains(warned), "{text}");
-    // A flat punch of the size of the block.
     let all = ["frame={ kind = \"mesh\", body = 1 }", "gap.kind=\"flat\"", "body2={ kind = \"rigid\" }"];
     let flat: Vec<&str> = all.iter().copied().filter(|line| !line.starts_with("gap")).collect();
     let summary = near_field::run(place.path(), &[&flat[..], &["gap={ kind = \"flat\" }"]].concat());
     assert!(!cut(&summary) && !summary["warnings"].to_string().contains(warned), "{summary}");
-    // A half-space in place of the block continues beyond the frame.
+    // A half-space continues beyond the frame.
     let sets = [&flat[..], &["gap={ kind = \"flat\" }"]].concat();
     let mut arguments = vec!["compare", "scene.toml", "--variants", "FE-rigid,HS-rigid", "--out", "c"];
     sets.iter().for_each(|line| arguments.extend(["--set", line]));
@@ -297,8 +290,8 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     assert!(!text.contains("FE-rigid: WARNING: step \"press\" (1)"), "{text}");
 }
 
-/// Truth: the output line of a step with cycles shows the state at the + reversal point, as in `stroke_ends` of the summary, and
-/// says so. The mean tangential displacement over both reversal points is 0.
+/// Truth: the output line of a step with cycles shows the state at the + reversal point, as in `stroke_ends` of the summary. The
+/// mean tangential displacement over both reversal points is 0.
 #[test]
 fn a_line_of_cycles_shows_one_state() {
     let steps = "steps=[{ name = \"press\", approach = 0.01 }, { name = \"fret\", cycles = { count = 10, amplitude = 0.002, jumps = 1 } }]";
@@ -366,8 +359,7 @@ fields = []
 /// mT) = diag(0.25, 0.35). The associated rule gives the traction q = p M^2 v / |M v| for the pressure p and the sliding velocity
 /// v. Let P be the normal force and m^2 = mL^2 sin^2 t + mT^2 cos^2 t. The tangential force is P (mL^2 - mT^2) sin t cos t / m
 /// across the stroke and P m along it. The tolerance is 2 %, because tractions reach their final direction only after sliding by a
-/// few elastic displacements. A stroke in one increment ends with half of the transverse force. At an amplitude of 0.05 mm, four
-/// increments wear the same volume as one increment by chance.
+/// few elastic displacements.
 #[test]
 fn oblique_fretting() {
     let folder = tempfile::tempdir().unwrap();
@@ -386,8 +378,7 @@ fn oblique_fretting() {
         let minus = record["stroke_ends"][1]["tangential_force"][0].as_f64().unwrap();
         assert!((minus / -expected[0] - 1.0).abs() < 0.02, "{minus}");
     }
-    // The law is homogeneous in the load. At a hundredth of the load the ratio of the tangential force's components is unchanged,
-    // and its magnitude stays below 0.35 times the load.
+    // The law is homogeneous in the load: the ratio of the components is the same at a hundredth of the load.
     let summary = near_field::run(folder.path(), &["steps.fret.normal_force=5.0"]);
     for record in summary["steps"].as_array().unwrap().iter().skip(1) {
         let [x, y] = [0, 1].map(|k| record["tangential_force"][k].as_f64().unwrap());
@@ -397,8 +388,7 @@ fn oblique_fretting() {
 }
 
 /// Truth: heights (x^2 + y^2) / 20 mm approximate a ball of radius 10 mm. In micrometres they rise a thousand times as fast (slope
-/// 40 instead of 0.04 at the edge of 0.4 mm). With the opposite sign they are largest in the middle. A map of +-0.25 mm does not
-/// cover a frame of +-0.4 mm. Decimal commas are refused.
+/// 40 instead of 0.04 at the edge of 0.4 mm). A map of +-0.25 mm does not cover a frame of +-0.4 mm.
 #[test]
 fn maps_of_heights() {
     let folder = tempfile::tempdir().unwrap();
@@ -433,15 +423,15 @@ fn maps_of_heights() {
 }
 
 /// Truth: flat faces deviate from the arcs by up to 0.02 mm, far more than the approach of 0.0001 mm. With a clearance of 0.1 mm
-/// nothing touches. A warning about the flat faces explains this.
+/// nothing touches.
 #[test]
 fn flat_faces_that_touch_nothing() {
     let (code, text) = pin_of_other_size(9.9 / 9.8, &["steps.press.approach=0.0001"]);
     assert!(code == Some(0) && text.contains("of the approach of 0.0001"), "{text}");
 }
 
-/// Truth: some cells around the bore coincide in the view along n. Profiles along the frame's axes would zigzag between these
-/// cells, and a rectangle would misrepresent the frame. Both figures are omitted.
+/// Truth: some cells around the bore coincide in the view along n. Profiles would zigzag between these cells, and a rectangle would
+/// misrepresent the frame.
 #[test]
 fn figures_of_a_curved_frame() {
     let (code, text) = check("pin-in-hole.toml", &[]);

@@ -8,8 +8,8 @@ use serde_json::Value;
 
 use crate::tools::timeless;
 
-/// A flat rigid body slides on a layer of thickness 1 mm whose sides move in their planes only. The pressure is 20 MPa, and the
-/// wear depth 1e-8 mm per mm of sliding and MPa.
+/// A flat rigid body slides on a layer of thickness 1 mm whose sides move in their planes only. The wear depth is 1e-8 mm per mm of
+/// sliding and MPa.
 pub const LAYER: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -51,8 +51,7 @@ wear = false
 /// Compression of a layer of thickness 1 mm in uniaxial strain under 20 MPa, mm: 20 (1 + nu) (1 - 2 nu) / (E (1 - nu)).
 const GIVES: f64 = 20.0 * 1.3 * 0.4 / (1000.0 * 0.7);
 
-/// Mesh of equal hexahedra with the half-widths `half` along x and y, the extent `depth` below z = 0, and numbers of cells along x,
-/// y and z.
+/// Mesh of equal hexahedra with the half-widths `half` along x and y and the extent `depth` below z = 0.
 pub fn layer(half: [f64; 2], depth: f64, [nx, ny, nz]: [usize; 3]) -> String {
     let at = |i: usize, j: usize, k: usize| 1 + (i * (ny + 1) + j) * (nz + 1) + k;
     let part = |i: usize, n: usize| i as f64 / n as f64;
@@ -98,7 +97,6 @@ pub fn layer(half: [f64; 2], depth: f64, [nx, ny, nz]: [usize; 3]) -> String {
     text
 }
 
-/// Exit code, output and summary of a run.
 fn run(folder: &Path, out: &str, sets: &[&str]) -> (Option<i32>, String, Value) {
     let out = folder.join(out);
     let mut program = crate::tools::orthowear();
@@ -136,13 +134,13 @@ fn warned(summary: &Value, words: &[&str]) -> usize {
     warnings.filter(|text| words.iter().all(|word| text.as_str().unwrap().contains(word))).count()
 }
 
-/// Elastic compression at the end of each entry: approach minus wear depth.
+/// Approach minus wear depth.
 fn elastic(summary: &Value) -> Vec<f64> {
     entries(summary).iter().map(|entry| number(entry, "approach") - number(entry, "max_wear_depth")).collect()
 }
 
-/// Truth: a layer of thickness H in uniaxial strain with the modulus M is compressed by p (H - d) / M under the pressure p. Here d
-/// is the wear depth at the last mesh move, 0 without moves.
+/// Truth: in uniaxial strain a layer of thickness H and modulus M is compressed by p (H - d) / M under the pressure p. Here d is
+/// the wear depth at the last mesh move, 0 without moves.
 #[test]
 fn a_worn_layer_is_stiffer() {
     let folder = of_layer(4);
@@ -154,7 +152,7 @@ fn a_worn_layer_is_stiffer() {
     }
     let last = &entries(&moved)[3];
     let [depth, force] = ["max_wear_depth", "normal_force"].map(|key| number(last, key));
-    // The force is prescribed. The tolerance is the rounding of the sum over 16 cells.
+    // The tolerance is the rounding of the sum over 16 cells.
     assert!(
         (depth - 0.3).abs() < 1e-9 && (force / 80.0 - 1.0).abs() < 16.0 * f64::EPSILON,
         "{depth} {force}"
@@ -177,9 +175,8 @@ fn a_worn_layer_is_stiffer() {
     assert!(skipped(&still) && !skipped(&moved));
 }
 
-/// Truth: a layer with the thickness H, the modulus M, the weight b per volume and the wear depth d is under the pressure p. Body 2
-/// is fixed at A below the undeformed surface. The compression is A - d = (p (H - d) + b (H - d)^2 / 2) / M. Hence p = (M (A - d) -
-/// b (H - d)^2 / 2) / (H - d).
+/// Truth: a layer of thickness H, modulus M and weight b per volume has the wear depth d and the pressure p. Body 2 is fixed at A
+/// below the undeformed surface. The compression is A - d = (p (H - d) + b (H - d)^2 / 2) / M.
 #[test]
 fn worn_layers_under_their_weight() {
     let folder = of_layer(4);
@@ -199,7 +196,6 @@ fn worn_layers_under_their_weight() {
     assert!(left < 0.9 && (number(hold, "approach") - approach).abs() < 1e-12, "{left}");
 }
 
-/// A summary without the fields that depend on time and on whether meshes may move.
 fn unmoved(summary: &Value) -> Value {
     let mut summary = timeless(summary.clone());
     for name in ["scene", "scene_sha256", "mesh_moves", "near_fields", "skipped"] {
@@ -208,11 +204,11 @@ fn unmoved(summary: &Value) -> Value {
     summary
 }
 
-/// Truth: a run whose meshes never wear deep enough to move equals, bit by bit, the run without `wear.move_mesh`.
+/// Truth: meshes that never wear deep enough to move give the results, bit by bit, of a run without `wear.move_mesh`.
 #[test]
 fn meshes_that_do_not_wear_deep_enough() {
     let folder = of_layer(1);
-    // With this setting both runs use the near field of the mesh, and report the same reason for it.
+    // Both runs use the near field of the mesh, and report the same reason for it.
     let mesh = "body1.near_field=\"mesh\"";
     // The wear depth is 0.3 mm, in elements of 1 mm.
     let (code, text, moving) = run(folder.path(), "moving", &["wear.move_mesh=0.31", mesh]);
@@ -227,8 +223,8 @@ fn meshes_that_do_not_wear_deep_enough() {
     }
 }
 
-/// Truth: an element that would lose more than nine tenths of its height keeps the shape of the last move. A warning is given. The
-/// run continues with the compression of this shape, p (H - d) / M, as in `a_worn_layer_is_stiffer`.
+/// Truth: an element that would lose more than nine tenths of its height keeps the shape of the last move. Its compression is then
+/// p (H - d) / M for this shape.
 #[test]
 fn meshes_that_would_get_too_flat() {
     let folder = of_layer(1);
@@ -312,7 +308,7 @@ name = "hold"
 wear = false
 "#;
 
-/// Truth: a run whose frame grows equals the run on the large frame from the start, to 1e-6. The mesh moves in both runs.
+/// Truth: the run on the large frame from the start, to 1e-6.
 #[test]
 fn frames_grow_over_moved_meshes() {
     let folder = place(SPHERE, &layer([2.4; 2], 1.2, [18, 18, 4]));

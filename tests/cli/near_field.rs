@@ -54,7 +54,6 @@ pub fn place(half: [f64; 2], depth: f64, cells: [usize; 3]) -> tempfile::TempDir
     folder
 }
 
-/// Exit code and output.
 pub fn call(verb: &str, folder: &Path, sets: &[&str]) -> (Option<i32>, String) {
     let mut program = crate::tools::orthowear();
     program.arg(verb).arg(folder.join("scene.toml"));
@@ -78,7 +77,6 @@ pub fn force(summary: &Value, step: usize) -> [f64; 3] {
 }
 
 /// Truths: docs/theory-hybrid.md: the near field of a half-space is used where the indicators of its error are below their limits.
-/// Omitted work changes nothing, and `check` reports the same near field.
 #[test]
 fn a_half_space_where_it_is_valid() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -108,13 +106,12 @@ fn held_by_a_load() {
     let loaded = run(place.path(), &[&format!("steps.0={{name=\"press\", normal_force={load}}}")]);
     let approach = loaded["steps"][0]["approach"].as_f64().unwrap();
     assert!((approach / 0.02 - 1.0).abs() < 1e-7, "{approach}");
-    // The tangential displacement then starts from the same state.
     let (a, b) = (force(&approached, 1), force(&loaded, 1));
     assert!((a[1] / b[1] - 1.0).abs() < 0.05 && (b[0] / load - 1.0).abs() < 1e-9, "{a:?} {b:?} {load}");
 }
 
 /// Truths: docs/scene.md: if the near field of a half-space is not valid, "auto" uses the mesh and gives the reason. "half-space"
-/// is refused with the same reason, at its key.
+/// is refused.
 #[test]
 fn no_place_for_a_half_space() {
     let place = place([2.0, 2.0], 2.0, [4, 4, 4]);
@@ -153,8 +150,7 @@ fn no_place_for_a_half_space() {
     assert_eq!(summary["near_fields"][0]["reason"], "near_field is \"mesh\"");
 }
 
-/// Truth: docs/theory-hybrid.md: if an indicator fails, the mesh is condensed and a warning says so. The forces equal the forces
-/// with `near_field = "mesh"`.
+/// Truth: docs/theory-hybrid.md: if an indicator fails, the mesh is condensed, with the forces of `near_field = "mesh"`.
 #[test]
 fn a_correction_that_is_not_used() {
     // A single element cannot represent the far field.
@@ -171,14 +167,13 @@ fn a_correction_that_is_not_used() {
             .contains(&format!("with its mesh instead of a half-space: {reason}")),
         "{given_up}"
     );
-    // The warning is printed before the solution, and again at the end.
+    // Before the solution and at the end.
     let (_, text) = call("run", place.path(), &sets);
     let said: Vec<usize> = text
         .match_indices("WARNING: the near field of body1 is computed with its mesh")
         .map(|(at, _)| at)
         .collect();
     assert_eq!(said.len(), 2, "{text}");
-    // A request for the half-space is refused, without a warning about a mesh that is not used.
     let (code, text) = call("run", place.path(), &["frame.cells=[1, 1]", "body1.near_field=\"half-space\""]);
     assert!(code == Some(2) && text.contains("body1.near_field"), "{text}");
     let words = format!(
@@ -187,7 +182,6 @@ fn a_correction_that_is_not_used() {
     assert!(text.contains(&words) && !text.contains("is computed with its mesh"), "{text}");
     let meshed = run(place.path(), &[&sets[..], &["body1.near_field=\"mesh\""]].concat());
     assert_eq!(force(&given_up, 1), force(&meshed, 1));
-    // Cells that only a half-space allows are refused with the reason.
     let (code, text) = call("run", place.path(), &["frame.cells=[12, 12]", "body2={kind=\"rigid\"}"]);
     assert!(
         code == Some(2) && text.contains("instead of a half-space") && text.contains("frame.cells"),
@@ -195,8 +189,7 @@ fn a_correction_that_is_not_used() {
     );
 }
 
-/// Truth: a rigid displacement of the support moves the body with it. The forces are the same if the approach is reduced by this
-/// displacement.
+/// Truth: a rigid displacement of the support moves the body with it and reduces the approach.
 #[test]
 fn supports_that_move() {
     let place = place([4.0, 4.0], 4.0, [6, 6, 6]);
@@ -216,8 +209,7 @@ fn supports_that_move() {
     }
 }
 
-/// Truth: docs/refine.md: the elements carry the correction of the half-space. The stress of this correction is singular at the
-/// edges of the base.
+/// Truth: docs/refine.md: the stress of the half-space's correction is singular at the edges of the base.
 #[test]
 fn refinement_at_held_edges() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);

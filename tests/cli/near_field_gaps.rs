@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::near_field::{call, force, place, run};
 
-/// Folder with a block whose top is bent to a spherical cap of the given radius. It has `cells` elements along x and y.
+/// A block whose top is bent to a spherical cap, with `cells` elements along x and y.
 fn cap(radius: f64, cells: usize) -> tempfile::TempDir {
     let (half, depth) = (3.0, 3.0);
     let place = place([half; 2], depth, [cells, cells, cells / 2]);
@@ -39,7 +39,7 @@ fn warning<'a>(summary: &'a Value, words: &str) -> Option<&'a str> {
 }
 
 /// Truths: the load equals the load with the exact sphere as gap, to 1e-2. The sag of a chord of length h on a circle of radius R
-/// is h^2 / 8R. Faces of 0.5 mm therefore cut off 1.6e-3 mm along an edge. Flat facets would bear a third less.
+/// is h^2 / 8R. Flat facets would bear a third less.
 #[test]
 fn flat_faces_are_bowed_under_a_half_space() {
     let place = cap(20.0, 12);
@@ -60,9 +60,8 @@ fn flat_faces_are_bowed_under_a_half_space() {
     );
 }
 
-/// Truth: the sag h^2 / 8R of the faces remains in the gap of a condensed mesh. `check` and the summary report the sag with the
-/// radius. Under a prescribed force, the sag is compared with the resulting approach. The same faces are fine enough for an
-/// approach nine times as large.
+/// Truth: the sag h^2 / 8R of the faces remains in the gap of a condensed mesh. Under a prescribed force, it is compared with the
+/// resulting approach. The same faces are fine enough for an approach nine times as large.
 #[test]
 fn flat_faces_of_a_condensed_mesh_are_doubtful() {
     let place = cap(20.0, 12);
@@ -90,9 +89,8 @@ fn flat_faces_of_a_condensed_mesh_are_doubtful() {
     assert!(code == Some(0) && !said.contains(words), "{said}");
 }
 
-/// Truth: docs/scene.md: cells finer than the faces of a condensed mesh beside a half-space make the pressures uncertain. The
-/// warning gives the ratio of areas (0.1 / 1 mm, squared), and the reason why "auto" takes the mesh. Cells as large as the faces
-/// raise no warning.
+/// Truth: docs/scene.md: cells finer than the faces of a condensed mesh beside a half-space make the pressures uncertain. The ratio
+/// of areas is (0.1 / 1 mm) squared.
 #[test]
 fn cells_finer_than_faces_beside_a_half_space() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -113,7 +111,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
     assert!(code == Some(0) && text.contains(words) && text.contains(reason), "{text}");
     let (code, text) = call("check", place.path(), &["frame.half_width=[3.5, 3.5]", "frame.cells=[7, 7]"]);
     assert!(code == Some(0) && !text.contains("WARNING"), "{text}");
-    // The advice works: a half-width of 3.07 mm leaves 0.93 mm to the edge, and 0.3 x 3.07 = 0.921 mm are required.
+    // A half-width of 3.07 mm leaves 0.93 mm to the edge, and 0.3 x 3.07 = 0.921 mm are required.
     let (code, text) =
         call("check", place.path(), &["frame.half_width=[3.07, 3.07]", "frame.cells=[35, 35]"]);
     assert!(code == Some(0) && !text.contains(words), "{text}");
@@ -129,7 +127,6 @@ fn cells_finer_than_faces_beside_a_half_space() {
     );
     let (code, text) = call("check", place.path(), &[&finer[..], &["body1.near_field=\"mesh\""]].concat());
     assert!(code == Some(0) && text.contains(words), "{text}");
-    // Beside a rigid body the cells are refused for the same reason.
     let (code, text) = call("check", place.path(), &[&base[..], &["body2={kind=\"rigid\"}"]].concat());
     assert!(
         code == Some(2) && text.contains("tractions are not determined") && text.contains(reason),
@@ -138,8 +135,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
 }
 
 /// Truth: geometry: the frame of half-width 1.35 mm is 0.95 mm from the edge of the block. The enlarged frame of half-width 2.025
-/// mm is 0.275 mm from it, less than 0.3 of half its side. The run stops for this reason, not because of the cells of a mesh that
-/// it never used.
+/// mm is 0.275 mm from it, less than 0.3 of half its side.
 #[test]
 fn a_frame_that_outgrows_its_half_space() {
     let place = place([2.3, 2.3], 2.3, [6, 6, 6]);
@@ -166,7 +162,7 @@ fn a_frame_that_outgrows_its_half_space() {
     assert!(!warnings.contains("tractions are not determined"), "{warnings}");
 }
 
-/// Truth: if a frame grows under the loads of a body, the results equal the results on the final frame from the start, to 1e-3.
+/// Truth: the final frame from the start gives the same results, to 1e-3.
 #[test]
 fn frames_grow_under_own_loads() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -200,8 +196,8 @@ fn frames_grow_under_own_loads() {
     }
 }
 
-/// Truths: the displacement of a body's surface is proportional to the loads of the body, and so is its estimated error. A warning
-/// is given if the error matters relative to the overlap. Without loads nothing is reported.
+/// Truths: the displacement of a body's surface is proportional to the loads of the body, and so is its estimated error. The error
+/// matters relative to the overlap.
 #[test]
 fn surfaces_that_loads_move() {
     let place = place([3.0, 3.0], 3.0, [6, 6, 6]);

@@ -1,12 +1,12 @@
-//! When the near field of a half-space is valid for a meshed body. Where it is not, `near_field = "half-space"` is refused, and the
-//! default takes the near field from the mesh.
+//! Bodies that do not allow the near field of a half-space. `near_field = "half-space"` is then refused, and the default is the
+//! near field of the mesh.
 
 use std::fs;
 use std::path::Path;
 
 use crate::near_field::{call, place, run};
 
-/// Rewrites the lines of a section of the mesh. `line` gets the numbers and the text of each line, and returns its new text.
+/// `line` gets the numbers and the text of each line.
 fn rewrite(folder: &Path, section: &str, line: impl Fn(&[f64], &str) -> String) {
     let path = folder.join("block.msh");
     let text = fs::read_to_string(&path).unwrap();
@@ -33,8 +33,7 @@ fn core(folder: &Path, level: usize) {
     fs::write(path, text).unwrap();
 }
 
-/// Requires that `near_field = "half-space"` is refused with its key and the reason `why`. The default must take the near field
-/// from the mesh for the same reason.
+/// Requires that `near_field = "half-space"` is refused for the reason `why`, and that the default is the near field of the mesh.
 fn refused(folder: &Path, sets: &[&str], why: &str) {
     let sets = [&["frame.cells=[4, 4]"], sets].concat();
     let asked = [&sets[..], &["body1.near_field=\"half-space\""]].concat();
@@ -62,7 +61,7 @@ fn nothing_is_wrong_with_the_block() {
 }
 
 /// Truth: a body that is moved together with its frame has the same forces. At 3e5 mm from the origin the coordinates are rounded
-/// to 6e-11 mm, which does not affect the forces of cells of 0.3 mm.
+/// to 6e-11 mm, which does not matter for cells of 0.3 mm.
 #[test]
 fn bodies_may_lie_far_from_the_origin() {
     let near = block();
@@ -87,7 +86,7 @@ fn a_foundation_in_the_plane_of_the_contact() {
 }
 
 /// Truths: a core of seven of eight layers of 0.5 mm ends 0.5 mm below the contact. A half-width of 1.2 mm needs a distance of 0.48
-/// mm, so the half-space is valid. A half-width of 1.8 mm needs 0.72 mm.
+/// mm, a half-width of 1.8 mm 0.72 mm.
 #[test]
 fn another_material_too_near() {
     let place = block();
@@ -121,7 +120,7 @@ fn a_support_inside_the_body() {
     refused(place.path(), &["body1.fixed=[{group=\"core\"}]"], "a support fixes nodes inside the body");
 }
 
-/// Truth: a point without a solid is no part of the body, wherever it lies. The near field of a half-space remains valid.
+/// Truth: a point without a solid is no part of the body.
 #[test]
 fn a_lone_point_above_the_contact() {
     let place = block();

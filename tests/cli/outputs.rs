@@ -14,8 +14,7 @@ fn record(increment: usize) -> IncrementRecord {
     IncrementRecord { name: "indent".into(), increment, normal_force: 290.7, ..Default::default() }
 }
 
-/// Writes a run of `increments` with the given outcome into `dir`, with a further file `extra` of content `text`. Returns its
-/// summary.
+/// Writes a run with the given outcome into `dir`, with a further file `extra` of content `text`. Returns its summary.
 fn run_into(
     dir: &Path,
     increments: usize,
@@ -81,7 +80,6 @@ fn a_run_that_does_not_converge_sets_earlier_results_aside() {
 }
 
 /// Truth: a run that ends before its first increment leaves only its summary, and moves the files of the earlier run to a folder.
-/// Repeated failures do not accumulate files.
 #[test]
 fn a_failed_run_leaves_only_its_summary() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -101,7 +99,7 @@ fn a_failed_run_leaves_only_its_summary() {
     );
 }
 
-/// Truth: field files that only the previous run has written are removed. Other files are kept.
+/// Truth: only field files of the previous run are removed.
 #[test]
 fn a_converged_run_removes_the_fields_of_the_run_before() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -111,7 +109,7 @@ fn a_converged_run_removes_the_fields_of_the_run_before() {
     assert_eq!(names(dir.path()), ["frame_0001.vtu", "frame_0009.vtu", "history.csv", "summary.json"]);
 }
 
-/// Truth: a dropped run (an error or a panic) leaves the directory unchanged.
+/// Truth: a dropped run leaves the directory unchanged.
 #[test]
 fn a_dropped_run_leaves_no_trace() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -122,8 +120,7 @@ fn a_dropped_run_leaves_no_trace() {
 }
 
 /// Truth: docs/checkpoints.md: if a run ends again before it has resumed, it keeps the files needed to resume, and its entries in
-/// the summary. Files that were moved or set aside meanwhile are found by their content. Files that no longer exist are reported as
-/// missing.
+/// the summary. Files that were moved meanwhile are found by their content.
 #[test]
 fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -195,7 +192,7 @@ fn numbers_that_are_not_finite_are_never_written_silently() {
     assert_eq!(names(dir.path()), ["summary.json"]);
 }
 
-/// Truth: an output path that is a file gives an input error. A directory that cannot be created gives a resource error.
+/// Truth: an output path that is a file is an input error. A directory that cannot be created is a resource error.
 #[test]
 fn places_that_cannot_be_written_are_named() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -223,7 +220,6 @@ fn a_full_disk_is_reported_with_the_path() {
     assert!(message.contains("history.csv") && message.contains("free some space"), "{message}");
 }
 
-/// Runs the scene of two half-spaces on 16 x 16 cells into `out`.
 fn program(out: &Path, more: &[&str]) -> std::process::Output {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-on-cfrp-halfspaces.toml");
     let mut command = crate::tools::orthowear();
@@ -237,8 +233,7 @@ fn program(out: &Path, more: &[&str]) -> std::process::Output {
     command.args(more).output().expect("the program starts")
 }
 
-/// Truth: forces in the summary are sums of traction times area over the cells of the fields, which meshio reads. The summary lists
-/// all files.
+/// Truth: forces in the summary are sums of traction times area over the cells of the fields, which meshio reads.
 #[test]
 fn fields_and_summary_of_a_run_agree() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -263,7 +258,7 @@ fn fields_and_summary_of_a_run_agree() {
     let _checked = crate::tools::python("resultants.py", dir.path());
 }
 
-/// Truth: the wear volume of each body is the sum of wear depth times area over the cells of its fields, which meshio reads.
+/// Truth: the wear volume of each body is the sum of wear depth times area over the cells of its fields.
 #[test]
 fn both_bodies_have_their_worn_depth() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -282,8 +277,7 @@ fn both_bodies_have_their_worn_depth() {
     assert!(["slip.svg", "wear.svg"].iter().all(|name| there.iter().any(|file| file == name)), "{there:?}");
 }
 
-/// Truth: at a fixed approach δ of a sphere of radius R, the wear volume tends to π δ² R, the overlap of the bodies. A run that
-/// reaches this limit, with cycles or sliding, writes its summary as usual.
+/// Truth: at a fixed approach δ of a sphere of radius R, the wear volume tends to π δ² R, the overlap of the bodies.
 #[test]
 fn runs_in_which_nothing_is_left_to_wear() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
@@ -309,8 +303,7 @@ fn runs_in_which_nothing_is_left_to_wear() {
     }
 }
 
-/// Truth: docs/results.md: an invalid scene (exit code 2) and a run that does not converge (exit code 3) keep the files of an
-/// earlier successful run.
+/// Truth: docs/results.md: an invalid scene and a run that does not converge keep the files of an earlier successful run.
 #[test]
 fn failures_of_the_program_lose_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -349,7 +342,7 @@ fn a_place_that_cannot_be_written_ends_with_code_4() {
     assert!(message.contains("/proc/orthowear.out"), "{message}");
 }
 
-/// Runs the program under bash, after the shell commands `limits`. Returns exit code and standard error.
+/// `limits` are shell commands of bash.
 #[cfg(target_os = "linux")]
 fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -358,8 +351,7 @@ fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// Truth: docs/command-line.md: exit code 4 if the output does not fit, wherever it is written. A pipe that its reader has closed
-/// is no error.
+/// Truth: docs/command-line.md: exit code 4 if the output does not fit. A pipe that its reader has closed is no error.
 #[cfg(target_os = "linux")]
 #[test]
 fn output_that_does_not_fit_is_a_lack_of_resources() {
@@ -378,8 +370,7 @@ fn output_that_does_not_fit_is_a_lack_of_resources() {
     assert!(code == Some(4) && errors.contains("File too large"), "{errors}");
 }
 
-/// Truth: docs/command-line.md: threads that cannot be started give exit code 4. 1024 threads with stacks of 8 MiB and more do not
-/// fit into an address space of 3 GB.
+/// Truth: docs/command-line.md: 1024 threads with stacks of 8 MiB do not fit into an address space of 3 GB.
 #[cfg(target_os = "linux")]
 #[test]
 fn threads_that_cannot_be_started_are_a_lack_of_resources() {

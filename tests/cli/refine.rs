@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::tools::gmsh;
 
-/// Settings for the block under the sphere, without friction and wear.
+/// Without friction and wear.
 const SETTINGS: [&str; 5] = [
     "friction={law=\"none\"}",
     "wear={law=\"none\"}",
@@ -20,7 +20,6 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The program on the scene with `mesh` for body 1.
 fn program(verb: &str, scene: &Path, mesh: &Path) -> Command {
     let mut command = crate::tools::orthowear();
     command.arg(verb).arg(scene).args(["--set", &format!("body1.mesh=\"{}\"", mesh.display())]);
@@ -30,7 +29,7 @@ fn program(verb: &str, scene: &Path, mesh: &Path) -> Command {
     command
 }
 
-/// The scene of the block, cut after its first step, in `folder`.
+/// The scene of the block, cut after its first step.
 fn scene(folder: &Path) -> PathBuf {
     let text = std::fs::read_to_string(root().join("scenes/sphere-on-cfrp-block.toml")).unwrap();
     let second = text.match_indices("[[steps]]").nth(1).unwrap().0;
@@ -40,7 +39,6 @@ fn scene(folder: &Path) -> PathBuf {
     path
 }
 
-/// A tetrahedral mesh of the block, with uniform elements or with a size field.
 fn mesh(folder: &Path, name: &str, arguments: &[&str]) -> Option<PathBuf> {
     let out = folder.join(name);
     let geo = root().join("meshes/cfrp-tets.geo");
@@ -61,9 +59,8 @@ fn solve(folder: &Path, scene: &Path, mesh: &Path) -> (usize, f64, f64) {
     (3 * points, summary["steps"][0]["normal_force"].as_f64().unwrap(), error)
 }
 
-/// Truths: a conforming mesh is too stiff. Of two loads for one approach (on the same frame) the smaller is therefore nearer to the
-/// true load. After three rounds of refinement, load and estimated error are below the values of a uniform mesh with at least as
-/// many unknowns.
+/// Truths: a conforming mesh is too stiff: of two loads for one approach the smaller one is nearer to the true load. After three
+/// rounds of refinement, load and estimated error are below the values of a uniform mesh with at least as many unknowns.
 #[test]
 fn the_size_field_beats_uniform_refinement() {
     let folder = tempfile::tempdir().unwrap();
@@ -97,7 +94,7 @@ fn the_size_field_beats_uniform_refinement() {
     assert!(adapted.2 < 0.8 * uniform.2 && uniform.2 < start.2);
 }
 
-/// Truth: docs/command-line.md: impossible requests are refused by name with exit code 2, before anything is computed.
+/// Truth: docs/command-line.md: impossible requests are refused before anything is computed.
 #[test]
 fn refine_refuses_what_it_cannot_do() {
     let refused = |scene: &str, arguments: &[&str]| {

@@ -4,7 +4,6 @@ use std::fs;
 
 use serde_json::Value;
 
-/// Two half-spaces of steel with friction.
 fn scene(gap: &str, frame: &str, steps: &str) -> String {
     format!(
         "[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3\n[body1]\nkind = \"half-space\"\nmaterial = \"steel\"\n\
@@ -13,7 +12,6 @@ fn scene(gap: &str, frame: &str, steps: &str) -> String {
     )
 }
 
-/// Exit code, messages and summary.
 fn call(command: &str, scene: &str) -> (Option<i32>, String, Value) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -33,7 +31,7 @@ const PRESS: &str = "[[steps]]\nnormal_force = 10.0\n[[steps]]\n";
 
 /// Truth: flat periodic surfaces bear the force P on the area A as a uniform pressure P / A. Nothing deforms under it
 /// (docs/scene.md: the mean displacement is zero). Friction carries the prescribed tangential force, or 0.3 P against a motion, to
-/// 1e-7. The numbers of the certificate exist and are small.
+/// 1e-7.
 #[test]
 fn level_surfaces_bear_a_uniform_pressure() {
     let flat = "kind = \"flat\"";
@@ -75,15 +73,14 @@ fn level_surfaces_approach_under_no_pressure() {
     }
     let (code, text, _) = call("run", &scene("0.0"));
     assert_eq!(code, Some(0), "{text}");
-    // A wear law makes no difference: without sliding there is no wear that would allow a further approach.
+    // Without sliding no wear allows a further approach.
     let wear = "[wear]\nlaw = \"archard\"\ni = 1e-6\n";
     let (code, text, _) = call("check", &scene("0.001").replace("[output]", &format!("{wear}[output]")));
     assert!(code == Some(2) && text.contains("mean gap"), "{text}");
 }
 
 /// Truth: Hertz's line contact has the half-width a = √(4 P R / π L E*) under the force P on the length L. Here 4 N on a period of
-/// 4 um give a width of 0.7 mm, less than the frame's 1 mm. The thin period alone raises no note. A force a thousand times as large
-/// raises one.
+/// 4 um give a width of 0.7 mm, less than the frame's 1 mm.
 #[test]
 fn a_thin_period_is_no_narrow_frame() {
     let frame = "cells = [64, 1]\nperiodic = [false, true]";
@@ -98,9 +95,8 @@ fn a_thin_period_is_no_narrow_frame() {
     assert!(!noted("4.0") && noted("4e3"));
 }
 
-/// Truth: statics: the pressures inside an outline carry the force, on any frame. docs/scene.md: cells outside an outline stay
-/// open, so contact is not complete and an approach is possible. On a periodic frame the approach is relative to the mean plane,
-/// which the load moves too. The same approach takes more force than without periodicity.
+/// Truth: docs/scene.md: cells outside an outline stay open, so an approach is possible. On a periodic frame it is relative to the
+/// mean plane, which the load moves too. The same approach therefore takes more force than without periodicity.
 #[test]
 fn outlines_on_repeated_frames() {
     let frame = |periodic: &str| {

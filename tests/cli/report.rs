@@ -12,7 +12,6 @@ use crate::tools::{browser, orthowear};
 /// A title that would be a script on a page without escaping.
 const HOSTILE: &str = "</script><script>alert(1)</script> & \\\"<b>";
 
-/// Runs `scene` into `folder/name` and returns the exit code.
 fn run(folder: &Path, name: &str, scene: &str, options: &[&str]) -> i32 {
     let path = folder.join(format!("{name}.toml"));
     fs::write(&path, scene).unwrap();
@@ -21,7 +20,6 @@ fn run(folder: &Path, name: &str, scene: &str, options: &[&str]) -> i32 {
     program.output().unwrap().status.code().unwrap()
 }
 
-/// A run with fields and friction in `folder/run`.
 fn sound(folder: &Path) {
     assert_eq!(run(folder, "run", SOUND, &["--set", "output.fields=[\"vtu\", \"svg\"]"]), 0);
 }
@@ -36,7 +34,7 @@ fn page(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name).join("report.html")).unwrap()
 }
 
-/// Truth: docs/command-line.md: wrong input gives exit code 2. The message names what was found, what is expected, and the fix.
+/// Truth: docs/command-line.md: the message names what was found, what is expected, and the fix.
 #[test]
 fn directories_without_results_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -64,7 +62,6 @@ fn directories_without_results_are_refused() {
 }
 
 /// Truth: docs/command-line.md: a file that cannot be written gives exit code 4, a directory in its place gives exit code 2.
-/// Results stay unchanged.
 #[test]
 fn places_that_cannot_be_written_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -80,7 +77,7 @@ fn places_that_cannot_be_written_are_named() {
         assert_eq!(found, code, "{said}");
         assert!(said.contains(words) && said.contains(out), "{said}");
     }
-    // Results, files of the user and devices are not overwritten. An earlier page is overwritten.
+    // An earlier page is overwritten.
     let before = fs::read(folder.path().join("run/summary.json")).unwrap();
     for out in ["run/summary.json", "/dev/full"] {
         let (code, said) = report(folder.path(), &["run", "--out", out]);
@@ -103,7 +100,6 @@ fn pages_are_the_same_each_time() {
     sound(folder.path());
     assert_eq!(report(folder.path(), &["run"]).0, 0);
     let first = page(folder.path(), "run");
-    // An existing page in the directory does not change the new page.
     assert_eq!(report(folder.path(), &["run"]).0, 0);
     assert_eq!(page(folder.path(), "run"), first);
     assert_eq!(report(folder.path(), &["run", "--out", "elsewhere.html"]).0, 0);
@@ -132,8 +128,7 @@ fn pages_of_earlier_results_go_when_there_are_new_ones() {
     assert_eq!(page(folder.path(), "run"), "mine");
 }
 
-/// Truth: each damaged or missing file is reported, on the page too, and the other files are shown. For a damaged file the reason
-/// is given.
+/// Truth: each damaged or missing file is reported, on the page too, and the other files are shown.
 #[test]
 fn damaged_files_are_named_and_the_rest_is_shown() {
     let folder = tempfile::tempdir().unwrap();
@@ -189,7 +184,7 @@ fn damaged_files_are_named_and_the_rest_is_shown() {
     }
 }
 
-/// Truth: a field file has the number of its entry in `summary.steps`. If a file is missing, the other files keep their names.
+/// Truth: a field file has the number of its entry in `summary.steps`.
 #[test]
 fn entries_keep_their_names_without_the_files_of_others() {
     let folder = tempfile::tempdir().unwrap();
@@ -227,7 +222,7 @@ fn files_outside_of_the_directory_are_not_read() {
     assert!(!page.contains("data:image/svg+xml"), "{page}");
 }
 
-/// A run whose tangential load exceeds friction, with hostile names.
+/// The tangential load exceeds friction.
 fn sliding() -> String {
     let scene = SOUND.replace("title = \"sound\"", &format!("title = \"{HOSTILE}\""));
     let scene = scene.replace("name = \"indent\"", &format!("name = \"{HOSTILE}\""));
@@ -249,8 +244,7 @@ fn texts_are_escaped() {
     assert!(page.contains("NOT CONVERGED. The results so far are shown."));
 }
 
-/// Truth: in a browser, the values of the page equal the values read by meshio and the summary. The browser logs nothing and makes
-/// no network request (tests/browser/report.py).
+/// Truth: in a browser, the values of the page equal the values read by meshio and the summary (tests/browser/report.py).
 #[test]
 fn reports_in_a_browser() {
     let folder = tempfile::tempdir().unwrap();

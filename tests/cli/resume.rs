@@ -11,8 +11,7 @@ use crate::moved::{SPHERE, layer};
 use job::{Job, assert_whole, results, send, whole};
 
 /// Truth (rel-restart-equals-continuous, docs/checkpoints.md): all files equal the files of an uninterrupted run byte for byte,
-/// after interrupts with different numbers of threads. Each interrupted run says how to resume. A finished run is not computed
-/// again.
+/// after interrupts with different numbers of threads.
 #[test]
 fn interrupted_runs_go_on() {
     let job = Job::new();
@@ -36,8 +35,7 @@ fn interrupted_runs_go_on() {
     assert_eq!(fs::read(job.out.join("summary.json")).unwrap(), before);
 }
 
-/// Truth: docs/checkpoints.md: all files equal the files of an uninterrupted run byte for byte, even if the frame grows. The
-/// contact outgrows the frame in the jump of entry 50. The run is interrupted once before this entry and twice after it.
+/// Truth: the uninterrupted run, byte for byte. The contact outgrows the frame in the jump of entry 50, between the interrupts.
 #[test]
 fn runs_go_on_whose_frame_has_grown() {
     let sets = ["wear.i=2e-6", "frame.half_width=[1.1, 1.1]", "frame.cells=[18, 18]"];
@@ -62,8 +60,7 @@ fn runs_go_on_whose_frame_has_grown() {
     }
 }
 
-/// Truth: docs/checkpoints.md: all files equal the files of an uninterrupted run byte for byte, with meshes that move with wear.
-/// The run is interrupted before the first move, and after later moves.
+/// Truth: the uninterrupted run, byte for byte, with interrupts before and after moves of the mesh.
 #[test]
 fn runs_go_on_whose_meshes_have_moved() {
     let place = || {
@@ -95,14 +92,14 @@ fn runs_go_on_whose_meshes_have_moved() {
     }
 }
 
-/// Truth (rel-kill-any-time): all files equal the files of an uninterrupted run after SIGKILL at random moments, while a checkpoint
-/// is written or between checkpoints. A checkpoint follows every entry. Only the entries after the last checkpoint are lost.
+/// Truth (rel-kill-any-time): the uninterrupted run, byte for byte, after SIGKILL at random moments. Only the entries after the
+/// last checkpoint are lost.
 #[test]
 fn killed_runs_go_on() {
     let job = Job::new();
     let mut random = 20_261_122_u64;
     let mut next = |below: u64| {
-        // Linear congruential generator with Knuth's multiplier. Its upper bits suffice as random numbers.
+        // Linear congruential generator with Knuth's multiplier.
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (random >> 33) % below
     };
@@ -129,8 +126,8 @@ fn without_a_checkpoint() {
     );
 }
 
-/// Truth: docs/checkpoints.md: a checkpoint of another scene or version is refused with exit code 2 and the differences. No refused
-/// run changes the checkpoint. The title may change.
+/// Truth: docs/checkpoints.md: a checkpoint of another scene or version is refused with the differences and is not changed. The
+/// title may change.
 #[test]
 fn other_scenes_are_refused() {
     let job = Job::new();
@@ -174,8 +171,7 @@ fn other_scenes_are_refused() {
     assert!(files.len() == whole().len() && whole().iter().all(same));
 }
 
-/// Truth (rel-corrupt-checkpoint, docs/checkpoints.md): a damaged checkpoint is reported and the previous one is used. If both are
-/// damaged, the run is refused with exit code 2.
+/// Truth (rel-corrupt-checkpoint, docs/checkpoints.md): a damaged checkpoint is reported and the previous one is used.
 #[test]
 fn damaged_checkpoints() {
     let job = Job::new();
@@ -219,7 +215,7 @@ fn a_new_run_sets_an_unfinished_one_aside() {
     assert_whole(&aside.out);
 }
 
-/// Truth: docs/checkpoints.md: a directory accepts one run at a time. The first run is not disturbed.
+/// Truth: docs/checkpoints.md: a directory accepts one run at a time.
 #[test]
 fn one_run_at_a_time() {
     let job = Job::new();
@@ -233,8 +229,7 @@ fn one_run_at_a_time() {
     assert_whole(&job.out);
 }
 
-/// Truth: docs/checkpoints.md: all files equal the files of an uninterrupted run byte for byte. The interrupt comes during the
-/// evaluation at points inside the body, which takes most of the time. No file of the interrupted entry is left.
+/// Truth: the uninterrupted run, byte for byte. Interrupts come during the evaluation at points inside the body.
 #[test]
 fn points_inside_may_be_interrupted() {
     let scene = r#"
@@ -288,8 +283,8 @@ points = [100, 60]
     }
 }
 
-/// Truth: docs/checkpoints.md: all files equal the files of an uninterrupted run byte for byte. The interrupts come during the
-/// recovery of the bodies' fields, after the fields of the frame have been written.
+/// Truth: the uninterrupted run, byte for byte. Interrupts come during the recovery of the bodies' fields, after the fields of the
+/// frame have been written.
 #[test]
 fn fields_of_bodies_may_be_interrupted() {
     let scene = r#"

@@ -5,17 +5,15 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Selects the coarse mesh of the block.
 pub const COARSE: &str = "body1.mesh=\"../meshes/cfrp-block-coarse.msh\"";
 
-/// Selects the near field of the mesh.
 pub const MESH: &str = "body1.near_field=\"mesh\"";
 
 pub fn scene(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
 }
 
-/// Runs `scene` with an option `--set` for each of `settings`. The run must converge.
+/// Runs `scene`, which must converge, with an option `--set` for each of `settings`.
 pub fn run(scene: &Path, settings: &[&str]) -> Value {
     let out = tempfile::tempdir().unwrap();
     let output = command("run", scene, settings).arg("--out").arg(out.path()).output().unwrap();
@@ -43,8 +41,8 @@ fn certified(summary: &Value) {
     }
 }
 
-/// Truth: residuals are below the requested tolerance, and the wear volume below pi R approach^2, the overlap with the sphere of
-/// radius R. For specific wear rates i = k mu in every direction, the wear volume is k = 1.25e-9 times the friction energy.
+/// Truth: the wear volume is below pi R approach^2, the overlap with the sphere of radius R. For specific wear rates i = k mu in
+/// every direction, it is k = 1.25e-9 times the friction energy.
 #[test]
 fn sphere_on_block() {
     let scene = scene("sphere-on-cfrp-block.toml");
@@ -58,7 +56,7 @@ fn sphere_on_block() {
 
 /// Truth: an independent program, CalculiX 2.20, gives 443.37 N on indentation with 20 elements along the patch and a friction
 /// coefficient of 0.5 (docs/benchmarks/calculix.csv). The forces agree to 2 %, because the mesh of this test is twice as coarse and
-/// the friction of the scene depends on the fibre. Both bodies are meshed.
+/// the friction of the scene depends on the fibre.
 #[test]
 fn cap_on_block() {
     let scene = scene("steel-cap-on-cfrp-block.toml");
@@ -72,8 +70,7 @@ fn number(step: &Value, key: &str) -> f64 {
     step[key].as_f64().unwrap()
 }
 
-/// Truth: Hertz's line contact and NAFEMS benchmark 1 (values in the scene file): area to one cell, peak pressure to 3 %. The
-/// middle of the contact sticks and its edge slips.
+/// Truth: Hertz's line contact and NAFEMS benchmark 1 (values in the scene file): area to one cell, peak pressure to 3 %.
 #[test]
 fn roller_on_block() {
     let summary = run(&scene("cylinder-on-flat.toml"), &[]);
@@ -85,8 +82,8 @@ fn roller_on_block() {
     assert!(stick > 0.0 && stick < number(last, "contact_area"), "{last}");
 }
 
-/// Truth: Persson's solution (equations in the scene file) for the computed load. It gives the half-angle of the contact, the peak
-/// pressure (to 5 % on the coarse meshes) and the contact arc (to a face of 7.5 degrees).
+/// Truth: Persson's solution (equations in the scene file) for the computed load. The peak pressure agrees to 5 % on the coarse
+/// meshes, the contact arc to a face of 7.5 degrees.
 #[test]
 fn pin_in_hole() {
     use std::f64::consts::PI;
@@ -110,8 +107,8 @@ fn pin_in_hole() {
     assert!((arc - 2.0 * low.atan()).abs() < PI / 24.0, "{arc} {}: {last}", 2.0 * low.atan());
 }
 
-/// Truth: Hertz's peak pressure for the computed load, to 10 %. The cells are faces of the coarse block with sides of 0.3 mm, and
-/// the contact radius a is about 1 mm.
+/// Truth: Hertz's peak pressure for the computed load, to 10 %: the faces have sides of 0.3 mm, and the contact radius is about 1
+/// mm.
 #[test]
 fn sphere_on_block_of_finite_elements() {
     let summary = run(&scene("sphere-on-block-fe.toml"), &[COARSE, "frame.body=1"]);
@@ -148,8 +145,7 @@ fn rolling_cylinders() {
     assert_eq!(last["rolling"]["creepage"][0].as_f64(), Some(0.0024914), "{last}");
 }
 
-/// Truth: cells that never touch do not matter. Rolling on a grid equals rolling within an outline around the contact, whose radius
-/// is 0.29 mm by Hertz.
+/// Truth: cells that never touch do not matter. By Hertz, the radius of the contact is 0.29 mm.
 #[test]
 fn rolling_within_an_outline() {
     let folder = tempfile::tempdir().unwrap();
@@ -174,7 +170,6 @@ fn rolling_within_an_outline() {
     }
 }
 
-/// Runs a scene with `heights` on a periodic frame and the given lines of a step.
 fn wavy(heights: &str, periodic: &str, steps: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("heights.csv"), heights).unwrap();
@@ -186,13 +181,11 @@ fn wavy(heights: &str, periodic: &str, steps: &str) -> (Option<i32>, String) {
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, scene).unwrap();
     let output = command("run", &path, &[]).output().unwrap();
-    // Notes are printed to standard output, mistakes to standard error.
     let text = [output.stdout, output.stderr].concat();
     (output.status.code(), String::from_utf8_lossy(&text).into_owned())
 }
 
 /// Truth: docs/scene.md: if surfaces are periodic in both directions, the approach is limited by the distance of their mean planes.
-/// A surface that is not periodic raises a note, a periodic one does not.
 #[test]
 fn periodic_surfaces_are_told() {
     let wave: Vec<String> = (0..16)
@@ -210,7 +203,6 @@ fn periodic_surfaces_are_told() {
     assert!(text.contains("the gap is not periodic along x"), "{text}");
 }
 
-/// Requires that forces, approach, peak pressure, wear volume and friction energy of two runs agree to `relative`.
 #[track_caller]
 pub fn same(a: &Value, b: &Value, relative: f64) {
     assert_eq!(steps(a).len(), steps(b).len());

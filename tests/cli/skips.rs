@@ -1,10 +1,10 @@
-//! Work that a scene does not need: its omission is reported and does not change the results.
+//! Work that a scene does not need is omitted without changing the results.
 
 use serde_json::Value;
 
 use crate::scenes::{COARSE, MESH, command, run, same, scene};
 
-/// Each kind of work that `solver.skip` names, with a scene in which it is omitted.
+/// Kind of omitted work, scene, and settings of the scene.
 const NAMED: [(&str, &str, &[&str]); 8] = [
     ("tangential-unknowns", "hertz.toml", &["frame.cells=[20, 20]"]),
     ("normal-components", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),
@@ -16,12 +16,11 @@ const NAMED: [(&str, &str, &[&str]); 8] = [
     ("cold-starts", "sphere-on-cfrp-halfspaces.toml", &["frame.cells=[20, 20]"]),
 ];
 
-/// Names of `solver.skip` among the omitted work of a run.
+/// Names of `solver.skip` in the summary of a run.
 fn names(summary: &Value) -> Vec<&str> {
     summary["skipped"].as_array().unwrap().iter().filter_map(|entry| entry["skip"].as_str()).collect()
 }
 
-/// All names that `solver.skip` accepts, as the schema lists them.
 fn all_names() -> Vec<String> {
     let output = crate::tools::orthowear().arg("schema").output().unwrap();
     let schema: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -29,8 +28,8 @@ fn all_names() -> Vec<String> {
     words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect()
 }
 
-/// Truth: docs/scene.md: results are the same with and without one kind of omitted work, to 1e-7 at residuals of 1e-10. The list of
-/// omitted work names this kind only if it is omitted. `distant-entries` is tested in compressed.rs.
+/// Truth: docs/scene.md: results are the same with and without one kind of omitted work, to 1e-7 at residuals of 1e-10.
+/// `distant-entries` is tested in compressed.rs.
 #[test]
 fn each_skip_changes_nothing() {
     let all = all_names();
@@ -62,7 +61,7 @@ fn skips_are_named() {
 }
 
 /// Truth: in a growing contact with friction, starts from the previous tractions take at most a fifth more iterations than cold
-/// starts. More iterations are possible, because cells may change state along another path.
+/// starts. Cells may change state along another path.
 #[test]
 fn warm_starts_are_no_longer_than_cold_ones() {
     let settings = [
@@ -82,7 +81,7 @@ fn warm_starts_are_no_longer_than_cold_ones() {
     assert!(5 * warm <= 6 * cold, "{warm} {cold}");
 }
 
-/// Truth: omitted work does not change the result, also with friction, wear and cycles.
+/// Truth: omitted work does not change the result.
 #[test]
 fn skips_with_friction_and_cycles() {
     let scene = scene("sphere-on-cfrp-halfspaces.toml");
@@ -98,7 +97,7 @@ fn skips_with_friction_and_cycles() {
     same(&with, &without, 1e-7);
 }
 
-/// Scenes whose frames are larger than the contact needs. The flexibility of bodies is computed on the cells that can touch.
+/// Frames larger than the contact needs. The flexibility of bodies is computed on the cells that can touch.
 const OVERSIZED: [(&str, &[&str]); 2] = [
     (
         "sphere-on-cfrp-block.toml",
@@ -130,7 +129,7 @@ fn skips_of_cells_that_cannot_touch() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` lists the work that a run will omit, in the words and order of the run.
+/// Truth: docs/command-line.md: `check` lists the work that a run will omit.
 #[test]
 fn check_and_run_skip_the_same() {
     let coarse = "frame.cells=[12, 12]";

@@ -7,7 +7,6 @@ use serde_json::Value;
 
 use super::bad_input::SOUND;
 
-/// A folder with the scene `SOUND` and a study of it.
 pub(super) fn folder(study: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), SOUND).unwrap();
@@ -25,7 +24,6 @@ pub(super) fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
 }
 
-/// Header and rows of a CSV file without quotes.
 pub(super) fn csv(path: &Path) -> (Vec<String>, Vec<Vec<String>>) {
     let text = fs::read_to_string(path).unwrap();
     let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
@@ -47,8 +45,7 @@ collect = ["indent.normal_force", "fretting.worn_volume", "fretting.stroke_ends.
 curves = ["fretting.worn_volume"]
 "#;
 
-/// Truth: docs/study.md: every run is computed, for any value of `study.symmetry`. If the key is given, a note says that it has no
-/// effect.
+/// Truth: docs/study.md: every run is computed, and a note says that `study.symmetry` has no effect.
 #[test]
 fn symmetric_runs_are_computed() {
     let axis = "[[axes]]\nkeys = [\"body1.fibre.azimuth\"]\nvalues = [30, -30]\n";
@@ -67,8 +64,7 @@ fn symmetric_runs_are_computed() {
     }
 }
 
-/// Truth: each row of the table equals, bit by bit, the results of a run with the row's values. Each curve contains the results of
-/// the run's entries.
+/// Truth: each row of the table equals, bit by bit, the results of a run with the row's values.
 #[test]
 fn the_table_is_that_of_the_single_runs() {
     let folder = folder(TWO_AXES);
@@ -115,7 +111,7 @@ fn the_table_is_that_of_the_single_runs() {
     }
 }
 
-/// Truth: runs are independent of each other. Any number of threads gives the same bytes, any order of values the same rows.
+/// Truth: any number of threads gives the same bytes, any order of values the same rows.
 #[test]
 fn neither_threads_nor_order_change_the_table() {
     let folder = folder(TWO_AXES);
@@ -141,8 +137,7 @@ fn neither_threads_nor_order_change_the_table() {
     assert_eq!(sorted("a"), sorted("c"));
 }
 
-/// Truth: the combinations written out by hand below. Ranges contain exact decimals, zipped axes vary together, and excluded
-/// combinations are left out and counted. The wear volumes equal, bit by bit, the wear volumes of a study with explicit lists.
+/// Truth: the combinations written out by hand below. The wear volumes equal, bit by bit, those of a study with explicit lists.
 #[test]
 fn ranges_zips_and_requirements_make_the_runs_that_are_meant() {
     let study = r#"
@@ -199,8 +194,8 @@ collect = ["fretting.worn_volume"]
     assert_eq!(worn(&rows), worn(&listed));
 }
 
-/// Truth: docs/study.md: ranges are sampled at `count` points, which the seed determines. Each point is combined with each value of
-/// the other axes. The result of a row equals the result of a run with the row's values.
+/// Truth: docs/study.md: ranges are sampled at `count` points, which the seed determines, and combined with each value of the other
+/// axes.
 #[test]
 fn samples_are_studied() {
     let study = r#"
@@ -228,7 +223,7 @@ collect = ["fretting.worn_volume"]
     let (heads, rows) = csv(&folder.path().join("a/study.csv"));
     assert_eq!(heads[..3], ["gap.radius", "wear.k", "body1.fibre.tilt"]);
     let number = |row: &[String], k: usize| row[k].parse::<f64>().unwrap();
-    // One point lies in each eighth of the range of radii: seven radii are below 57.5, one is above.
+    // One point lies in each eighth of the range of radii.
     assert!(text.contains("14 runs, 2 combinations omitted"), "{text}");
     assert_eq!(rows.len(), 14);
     for pair in rows.chunks(2) {
@@ -290,8 +285,7 @@ collect = ["indent.normal_force"]
     assert_eq!(fs::read(out.join("study.csv")).unwrap(), table);
 }
 
-/// Truth: docs/command-line.md: runs that do not converge are reported with the reason, and the other runs are computed. The exit
-/// code is the worst of all runs.
+/// Truth: docs/command-line.md: the other runs are computed, and the exit code is the worst of all runs.
 #[test]
 fn runs_that_fail_do_not_stop_the_others() {
     let study = r#"
@@ -321,7 +315,7 @@ collect = ["fretting.worn_volume"]
     assert!(errors.contains("max_iterations-1"), "{errors}");
 }
 
-/// Truth: docs/study.md: all mistakes are reported together, with file, line, key and fix. Nothing is computed.
+/// Truth: docs/study.md: all mistakes are reported together, with file, line, key and fix.
 #[test]
 fn mistakes_are_told_at_once() {
     let study = r#"
@@ -465,7 +459,7 @@ colect = []
     told(&lost, &[], &["the scene has no step \"rub\"", "its steps are \"fretting\", \"indent\""]);
     fs::write(folder.path().join("scene.toml"), SOUND.replace("radius = 50.0", "radius = -50.0")).unwrap();
     told(&one(&tilt), &["--set", "frame.cels=3"], &["gap.radius", "--> scene.toml:26", "--set frame.cels=3"]);
-    // A value makes another key of the scene invalid. The message names the run.
+    // A value makes another key of the scene invalid.
     let pulled = SOUND.replace("approach = 0.02", "approach = 0.02\ntangential_force = [1.0, 0.0]");
     fs::write(folder.path().join("scene.toml"), pulled).unwrap();
     let laws = axis("[\"friction\"]", "[{ law = \"coulomb\", mu = 0.3 }, { law = \"none\" }]");

@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::study::{TWO_AXES, folder, json, orthowear};
 
-/// Truth: table and curves equal the table and curves of the uninterrupted study bit by bit, after SIGKILL. Some runs are then
-/// finished, one has begun, and others have not begun. Finished runs stay unchanged, and the begun run resumes from its checkpoint.
+/// Truth: the uninterrupted study bit by bit, after SIGKILL. Finished runs stay unchanged, and the begun run resumes from its
+/// checkpoint.
 #[test]
 #[cfg(unix)]
 fn killed_studies_go_on() {
@@ -64,7 +64,7 @@ fn killed_studies_go_on() {
     );
 }
 
-/// Files of a folder with their contents, except `summary.json`, which contains times.
+/// Files of a folder, except `summary.json`, which contains times.
 pub(super) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
@@ -75,7 +75,7 @@ pub(super) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Truth: the files of each run of a study equal the files of a single run bit by bit, except for times.
+/// Truth: the files of a single run bit by bit, except for times.
 #[test]
 fn runs_of_a_study_are_single_runs() {
     let study = r#"
@@ -112,7 +112,7 @@ collect = ["fretting.worn_volume"]
             |files: &[(String, Vec<u8>)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
         assert_eq!(names(&found), names(&wanted));
         for ((name, found), (_, wanted)) in found.iter().zip(&wanted) {
-            // history.csv contains the times of entries, which differ from run to run.
+            // history.csv contains times.
             if name != "history.csv" {
                 assert!(found == wanted, "{name} of {}", run["folder"]);
             }
@@ -132,9 +132,7 @@ collect = ["fretting.worn_volume"]
     }
 }
 
-/// Truth: the table equals the table of the study in one process. Here, `--only` computes the runs in any order and leaves one out.
-/// The results are collected without this run, and again after it has been computed. Results of another scene count as not run, and
-/// wrong run numbers are refused.
+/// Truth: the table of the study in one process, from runs in any order. Results of another scene count as not run.
 #[test]
 fn parts_of_a_study_make_its_table() {
     let folder = folder(TWO_AXES);
@@ -174,8 +172,7 @@ fn parts_of_a_study_make_its_table() {
     assert!(code == Some(2) && errors.contains("numbers from 1"), "{errors}");
 }
 
-/// Truth: the table equals the table of the study in one process. The script runs under bash, with a substitute for Slurm's sbatch.
-/// The substitute runs the tasks of the array with their numbers, then the dependent job.
+/// Truth: the table of the study in one process. The script runs under bash, with a substitute for Slurm's sbatch.
 #[test]
 #[cfg(unix)]
 fn the_script_for_slurm_runs_the_study() {
@@ -215,8 +212,7 @@ fn the_script_for_slurm_runs_the_study() {
     assert_eq!(table("whole"), table("it's"));
 }
 
-/// Truth: docs/study.md: a job requests the memory of the largest run, at any position among the values. With --max-memory it
-/// requests this limit.
+/// Truth: docs/study.md: a job requests the memory of the largest run, or the limit of --max-memory.
 #[test]
 fn jobs_have_the_memory_of_the_largest_run() {
     let cells = |values: &str| format!("[[axes]]\nkeys = [\"frame.cells\"]\nvalues = {values}\n");
@@ -255,8 +251,8 @@ fn collected_runs_have_the_exit_code_they_ended_with() {
     assert_eq!(code, Some(4), "{errors}");
 }
 
-/// Truth: a result is drawn against each of three axes, once for each choice of the axis that distinguishes the curves. The
-/// remaining axis gives a panel for each of its values. For 2, 2 and 7 values this gives 2 (2 + 2 + 7) = 22 panels.
+/// Truth: for 2, 2 and 7 values of three axes the result has 2 (2 + 2 + 7) = 22 panels: one for each axis on the x axis, choice of
+/// the axis of the curves, and value of the remaining axis.
 #[test]
 fn pictures_say_how_many_panels_are_missing() {
     let axis = |key: &str, values: &str| format!("[[axes]]\nkeys = [\"{key}\"]\nvalues = {values}\n");

@@ -1,25 +1,25 @@
-//! The program itself, gmsh, and Python with meshio and VTK, with which tests compare. Python is $ORTHOWEAR_PYTHON or the project's
-//! .venv. If a tool is absent the test says so and passes, unless ORTHOWEAR_REQUIRE_TOOLS=1 makes absence a failure.
+//! The program itself, gmsh, and Python with meshio and VTK ($ORTHOWEAR_PYTHON or the project's .venv). If a tool is absent the
+//! test says so and passes, unless ORTHOWEAR_REQUIRE_TOOLS=1.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
 
-/// `finest` in a thorough test (`scripts/test --thorough`), `usual` otherwise. docs/tests.md says what the usual test leaves out.
+/// `finest` with `scripts/test --thorough`, `usual` otherwise.
 pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
     if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
 }
 
-/// The program without a cache. Tests neither write into the user's cache nor depend on it.
+/// The program without a cache: tests must not depend on the user's cache.
 pub fn orthowear() -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_orthowear"));
     program.env("ORTHOWEAR_CACHE_LIMIT", "0");
     program
 }
 
-/// Runs a script of tests/python with one argument. Panics with the script's message if the script fails. Returns `false` if Python
-/// or one of its packages is missing.
+/// Runs a script of tests/python, and panics with its message if it fails. Returns `false` if Python or one of its packages is
+/// missing.
 pub fn python(script: &str, argument: &Path) -> bool {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program =
@@ -43,8 +43,8 @@ pub fn python(script: &str, argument: &Path) -> bool {
     true
 }
 
-/// Runs a script of tests/browser with one argument in headless Chromium. Panics with the script's message if the script fails.
-/// Returns `false` if the browser or the Python packages for it are missing.
+/// Runs a script of tests/browser in headless Chromium, and panics with its message if it fails. Returns `false` if the browser or
+/// the Python packages for it are missing.
 pub fn browser(script: &str, argument: &Path) -> bool {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program =
@@ -71,7 +71,7 @@ pub fn browser(script: &str, argument: &Path) -> bool {
     true
 }
 
-/// Runs gmsh. Returns `false` if gmsh is absent.
+/// `false` if gmsh is absent.
 pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     if Command::new("gmsh").arg("--version").output().is_err() {
         let required = std::env::var("ORTHOWEAR_REQUIRE_TOOLS").is_ok_and(|value| value == "1");
@@ -84,7 +84,6 @@ pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     true
 }
 
-/// Bytes of memory that `check` estimates, from its output.
 pub fn foretold(said: &str) -> f64 {
     let line = said
         .lines()
@@ -96,7 +95,7 @@ pub fn foretold(said: &str) -> f64 {
 }
 
 /// Bytes in the message of a run that is refused for lack of memory: needed, allowed, and rest of the scene. The allowed bytes are
-/// the limit without this rest. The last number is exact to 0.05 MiB, and 0 if the message omits it.
+/// the limit without this rest, which is exact to 0.05 MiB, and 0 if the message omits it.
 pub fn refusal(said: &str) -> [f64; 3] {
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     let exactly = |text: &str| {
@@ -122,7 +121,7 @@ pub fn refusal(said: &str) -> [f64; 3] {
     [exactly(after(" needs ")), exactly(allowed), rest]
 }
 
-/// A summary without the fields that may differ from run to run.
+/// Without the fields that may differ from run to run.
 pub fn timeless(mut summary: Value) -> Value {
     let fields = summary.as_object_mut().unwrap();
     fields.remove("timings").unwrap();

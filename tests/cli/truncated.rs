@@ -36,9 +36,8 @@ fn call(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), text)
 }
 
-/// Truth: the approach under a load differs from the approach of the exact half-space by at most 3 %, as `truncations` reports.
-/// Under uniform tractions the difference is 1.5 % for a surface of 4 and more times the frame (docs/theory-boundary-elements.md),
-/// and larger for a smaller surface.
+/// Truth: the approach under a load differs from the approach of the exact half-space by at most 3 %. Under uniform tractions the
+/// difference is 1.5 % for a surface of 4 and more times the frame (docs/theory-boundary-elements.md).
 #[test]
 fn beside_the_exact_half_space() {
     let folder = tempfile::tempdir().unwrap();
@@ -59,8 +58,7 @@ fn beside_the_exact_half_space() {
     assert!((of("compliance") / of("exact_compliance") - 1.0).abs() < 0.03);
 }
 
-/// Truth: docs/scene.md: the frame must be a grid without periodicity, and the surface larger than the frame. Points inside need
-/// the exact half-space.
+/// Truth: docs/scene.md: the frame must be a grid without periodicity, and the surface larger than the frame.
 #[test]
 fn what_is_refused() {
     let folder = tempfile::tempdir().unwrap();

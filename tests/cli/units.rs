@@ -6,7 +6,6 @@ use std::process::Command;
 
 use super::materials::{folder, orthowear};
 
-/// Notes of `check` on the units of the meshed scene with overrides.
 fn notes(options: &[&str]) -> String {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
     let (code, text, errors) = orthowear(folder.path(), &[&["check", "scene.toml"][..], options].concat());
@@ -15,7 +14,7 @@ fn notes(options: &[&str]) -> String {
 }
 
 /// Truth: the scene has ordinary materials and sizes: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh 1 mm high. Each
-/// case makes one number implausible, for example by another unit, and the warning names this number.
+/// case makes one number implausible, for example by another unit.
 #[test]
 fn each_mixed_up_number_is_named() {
     assert_eq!(notes(&[]), "");
@@ -55,8 +54,7 @@ fn each_mixed_up_number_is_named() {
     set(forced, &["force 1.0000e9 N gives a contact"]);
 }
 
-/// Truth: the slices of this pin and its hole are 1 mm thick along y and 40 mm high along the normal. Their approach of 0.31 mm is
-/// along the normal.
+/// Truth: the slices of this pin and its hole are 1 mm thick along y and 40 mm high along the normal.
 #[test]
 fn thin_slices_may_approach_along_their_plane() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pin-in-hole.toml");
@@ -66,7 +64,7 @@ fn thin_slices_may_approach_along_their_plane() {
     assert!(!text.contains("possible unit error"), "{text}");
 }
 
-/// Truth: the scene uses its only material. A note names a second material, which no body uses.
+/// Truth: no body uses a second material.
 #[test]
 fn a_material_that_nothing_is_made_of_is_noted() {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
@@ -79,10 +77,10 @@ fn a_material_that_nothing_is_made_of_is_noted() {
     );
 }
 
-/// Truth: the scenes of the repository are consistent. Its studies are valid and have runs.
+/// Truth: the scenes of the repository are consistent.
 #[test]
 fn ready_scenes_are_not_warned_about() {
-    // Only scenes of the repository are listed, because a user's own scenes may lie beside them.
+    // A user's own scenes may lie beside them.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let listed = Command::new("git").current_dir(root).args(["ls-files", "scenes/*.toml"]).output().unwrap();
     let names = String::from_utf8(listed.stdout).unwrap();
@@ -104,8 +102,8 @@ fn ready_scenes_are_not_warned_about() {
     }
 }
 
-/// Truth: Hertz: the contact area is π R δ for the radius R and the approach δ, here 3.14e-13 m². The unit of stress of N and m is
-/// Pa. The area agrees to 3 %, because of the cells at its edge.
+/// Truth: Hertz: the contact area is π R δ for the radius R and the approach δ, here 3.14e-13 m². It agrees to 3 %, because of the
+/// cells at its edge.
 #[test]
 fn results_in_metres_are_shown() {
     let scene = r#"
@@ -138,7 +136,7 @@ approach = 1e-10
     assert_eq!(code, Some(0), "{errors}");
     let lines: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("step")).collect();
     assert!(lines[1].split_whitespace().any(|unit| unit == "Pa"), "{text}");
-    // Pairs in brackets contain a blank, which would split them into two columns.
+    // Pairs in brackets contain a blank.
     let row = lines[2].replace("(0, 0)", "0");
     let area: f64 = row.split_whitespace().nth(5).and_then(|cell| cell.parse().ok()).unwrap();
     assert!((area / (std::f64::consts::PI * 1e-13) - 1.0).abs() < 0.03, "{text}");

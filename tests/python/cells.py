@@ -38,7 +38,7 @@ def rule(code):
 
 
 def volume(cell, weights):
-    """Integral of the Jacobian of VTK's own map. Central differences are exact for maps that are quadratic in each direction."""
+    """Integral of the Jacobian of VTK's own map. Central differences are exact for quadratic maps."""
     def at(xi):
         x = [0.0] * 3
         cell.EvaluateLocation(mutable(0), list(xi), x, weights)
@@ -70,7 +70,7 @@ def check(path):
         error = abs(volume(cell, [0.0] * 32) / own - 1)
         worst = max(worst, error)
         assert error < 1e-9, (path, i, error)
-        # VTK's filter cuts curved cells into a few straight tetrahedra between their nodes.
+        # VTK's filter cuts curved cells into a few straight tetrahedra.
         assert abs(sizes[i] / own - 1) < 0.2, (path, i, sizes[i] / own - 1)
     print(f"{path.name}: volumes differ by {worst:.1e}, by VTK's filter by {np.abs(sizes / wanted[:, 1] - 1).max():.1e}")
     if MESHIO[int(wanted[0, 0])] not in topological_dimension:

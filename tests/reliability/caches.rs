@@ -14,7 +14,6 @@ use crate::harness::{Reader, put};
 const N: usize = 5;
 const CHECKSUM: usize = 32;
 
-/// A cache with a flexibility and the same values as a list, and the files of both.
 struct Place {
     _folder: tempfile::TempDir,
     cache: FlexibilityCache,
@@ -49,7 +48,7 @@ impl Place {
         Self { cache, key, entry, list, paths, _folder: folder }
     }
 
-    /// Replaces both files by `bytes` and reads them. Returns the outcomes. Unless `sealed`, a hit must have the original values.
+    /// Outcomes of reading both files replaced by `bytes`. Unless `sealed`, a hit must have the original values.
     fn examine(&self, bytes: &[u8], sealed: bool) -> String {
         self.paths.iter().for_each(|path| put(path, bytes));
         let _found =
@@ -80,7 +79,7 @@ impl Place {
 }
 
 /// Truth (docs/command-line.md: a damaged cache file is computed again): each flipped byte, each truncation and each extension is
-/// detected. A hit has the original values.
+/// detected.
 #[test]
 fn every_damage_of_cached_files_is_found() {
     let place = Place::new();
@@ -102,8 +101,8 @@ fn every_damage_of_cached_files_is_found() {
     }
 }
 
-/// Truth (rel-no-panics): arbitrary files, also with the right checksum, are refused or read. There is no panic and no allocation
-/// of the sizes that their headers announce.
+/// Truth (rel-no-panics): arbitrary files, also with the right checksum, are refused or read. There is no allocation of the sizes
+/// that their headers announce.
 #[test]
 fn cached_files() {
     let place = Place::new();

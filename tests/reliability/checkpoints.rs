@@ -14,7 +14,7 @@ use crate::harness::{Reader, put};
 
 const CHECKSUM: usize = 32;
 
-/// A run that ends with a force beyond the friction limit and leaves the checkpoints of the steps before.
+/// The run ends with a force beyond the friction limit and leaves the checkpoints of the steps before.
 pub const SCENE: &str = r#"
 [materials.steel]
 model = "isotropic"
@@ -53,14 +53,13 @@ fields = []
 checkpoint = { seconds = 1e-9 }
 "#;
 
-/// The program, without a cache.
 pub fn orthowear() -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_orthowear"));
     program.env("ORTHOWEAR_CACHE_LIMIT", "0");
     program
 }
 
-/// Contents of the two checkpoints of the run, the older one first.
+/// The two checkpoints of the run, the older one first.
 pub fn left() -> &'static [Vec<u8>; 2] {
     static LEFT: OnceLock<[Vec<u8>; 2]> = OnceLock::new();
     LEFT.get_or_init(|| {
@@ -77,7 +76,6 @@ pub fn left() -> &'static [Vec<u8>; 2] {
     })
 }
 
-/// Reads the checkpoint of a folder whose only checkpoint file contains `bytes`.
 fn read(folder: &Path, bytes: &[u8]) -> Result<Option<CheckpointData<RunCheckpoint>>, String> {
     put(&folder.join(FILES[0]), bytes);
     let found = checkpoint::read(folder).map_err(|error| {
@@ -87,8 +85,8 @@ fn read(folder: &Path, bytes: &[u8]) -> Result<Option<CheckpointData<RunCheckpoi
     found.map(|found| found.state().map_err(|error| error.to_string())).transpose()
 }
 
-/// Truth (rel-corrupt-checkpoint): each flipped byte, each truncation and each extension of a checkpoint is detected. The previous
-/// checkpoint is used instead.
+/// Truth (rel-corrupt-checkpoint): each flipped byte, each truncation and each extension of a checkpoint is detected, and the
+/// previous checkpoint is used.
 #[test]
 fn every_damage_of_a_checkpoint_is_found() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -114,8 +112,8 @@ fn every_damage_of_a_checkpoint_is_found() {
     assert!(found.number == number(newest) && found.warnings.is_empty());
 }
 
-/// Truth (rel-corrupt-checkpoint, rel-no-panics): files other than written checkpoints are refused. A file of wrong bytes with the
-/// right checksum is refused or read. There is no panic and no allocation of the sizes that the file announces.
+/// Truth (rel-corrupt-checkpoint, rel-no-panics): a file of wrong bytes with the right checksum is refused or read. There is no
+/// allocation of the sizes that the file announces.
 #[test]
 fn checkpoint_files() {
     let folder = tempfile::tempdir().expect("a folder");

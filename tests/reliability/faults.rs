@@ -1,7 +1,6 @@
 //! Failing file operations, each in turn, and termination of the program at each of them.
 //!
-//! A preloaded library (`failing.c`, compiled with the C compiler that the build needs anyway) makes the n-th operation on files of
-//! the output directory fail. The program itself is unchanged.
+//! A preloaded library (`failing.c`) makes the n-th operation on files of the output directory fail.
 #![cfg(target_os = "linux")]
 
 use std::collections::BTreeMap;
@@ -15,7 +14,6 @@ use serde_json::Value;
 
 use crate::checkpoints::{SCENE, orthowear};
 
-/// Path of the compiled library.
 fn library() -> &'static Path {
     static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
     LIBRARY.get_or_init(|| {
@@ -34,13 +32,12 @@ fn library() -> &'static Path {
     })
 }
 
-/// A folder with a scene that converges, and its output directory.
 struct Job {
     folder: tempfile::TempDir,
     out: PathBuf,
 }
 
-/// End of a run: its exit code, or `None` if it was killed, and its output.
+/// Exit code, or `None` if the run was killed, and output.
 type Ended = (Option<i32>, String);
 
 impl Job {
@@ -66,7 +63,6 @@ impl Job {
         ended(self.command(more))
     }
 
-    /// Runs with the fault `mode` at the file operation with the number `at`.
     fn fail(&self, mode: &str, at: u64) -> Ended {
         let mut command = self.command(&["--quiet"]);
         command.env("FAULT_MODE", mode).env("FAULT_AT", at.to_string());
@@ -133,8 +129,8 @@ fn whole() -> &'static (BTreeMap<String, Vec<u8>>, u64) {
     })
 }
 
-/// Runs the program with the fault `mode` at every operation, or at a subset with the smallest stride that gives at most `most`
-/// runs. Each run is then resumed.
+/// Runs the program with the fault `mode` at every operation, or with the smallest stride that gives at most `most` runs, and
+/// resumes each run.
 fn at_each(mode: &str, most: u64, check: impl Fn(&Job, u64, Ended)) {
     let n = whole().1;
     let all = std::env::var_os("ORTHOWEAR_FUZZ_SECONDS").is_some();
@@ -147,7 +143,6 @@ fn at_each(mode: &str, most: u64, check: impl Fn(&Job, u64, Ended)) {
     }
 }
 
-/// Resumes a run that has ended. The results must equal the results of the undisturbed run.
 fn resumed(job: &Job, what: &str) {
     let (code, text) = job.run(&["--resume"]);
     assert!(code == Some(0) && !text.contains("damaged"), "{what}: {text}");
@@ -189,8 +184,8 @@ fn told(job: &Job, at: u64, (code, text): Ended) {
     assert!(found.is_none_or(|found| found.warnings.is_empty()), "operation {at}: a damaged checkpoint");
 }
 
-/// Truth (rel-disk-full): a file operation that fails once, permanently or halfway is reported with path, reason and exit code 4,
-/// or has no effect. No file is incomplete, checkpoints stay intact, and `--resume` ends with the results of the undisturbed run.
+/// Truth (rel-disk-full): a failing file operation is reported with path, reason and exit code 4, or has no effect. `--resume` ends
+/// with the results of the undisturbed run.
 #[test]
 fn each_operation_fails() {
     for mode in ["once", "ever", "half"] {
@@ -198,14 +193,14 @@ fn each_operation_fails() {
     }
 }
 
-/// Truth (rel-kill-any-time): the program is killed between any two file operations. `--resume` ends with the results of the
-/// undisturbed run.
+/// Truth (rel-kill-any-time): after a kill between any two file operations, `--resume` ends with the results of the undisturbed
+/// run.
 #[test]
 fn killed_at_each_operation() {
     at_each("kill", 60, |_, at, (code, text)| assert!(code.is_none(), "operation {at}: {code:?} {text}"));
 }
 
-/// Truth (rel-disk-full): removing the output directory during a run ends it with exit code 4 and a message with the path.
+/// Truth (rel-disk-full): exit code 4 and a message with the path.
 #[test]
 fn a_directory_that_vanishes() {
     let job = Job::new();
@@ -217,7 +212,7 @@ fn a_directory_that_vanishes() {
     while !checkpoint::are_in(&job.out) {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
-    // Removal is repeated, because the run may create a file in between.
+    // The run may create a file between the removals.
     while fs::remove_dir_all(&job.out).is_err() {}
     let output = child.wait_with_output().expect("an end");
     let text = String::from_utf8_lossy(&output.stderr);

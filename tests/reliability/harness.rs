@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use crate::meter::measured;
 use crate::mutate::{Random, mutate};
 
-/// Stack size of the program's own threads, bytes.
+/// Stack size, bytes, as of the program's own threads.
 const STACK: usize = 8 << 20;
 /// Maximum number of inputs that are kept for further mutation.
 const POOL: usize = 600;
@@ -20,13 +20,10 @@ const SECONDS: f64 = 10.0;
 const BYTES: u64 = 64 << 20;
 const TIMES: u64 = 400;
 
-/// A reader under test.
 pub struct Reader<'a> {
     /// Name of the reader. Inputs that failed once are in `corpus/NAME`.
     pub name: &'a str,
-    /// Valid inputs.
     pub seeds: Vec<Vec<u8>>,
-    /// Words for mutations.
     pub words: Vec<String>,
     /// Prefix of the outcome of an accepted input.
     pub read: &'a str,
@@ -91,7 +88,7 @@ impl Reader<'_> {
         assert!(failed.is_empty(), "{}: {failed:#?}", self.name);
     }
 
-    /// Stores the input, so that it can be found if the process dies.
+    /// The input can be found if the process dies.
     fn note(&self, input: &[u8]) {
         put(&place(&format!("{}-last", self.name)), input);
     }
@@ -133,7 +130,7 @@ fn said(panic: &(dyn Any + Send)) -> String {
     text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned()
 }
 
-/// A message without the parts specific to an input: numbers and quoted texts.
+/// A message without numbers and quoted texts, which belong to the input.
 fn plain(text: &str) -> String {
     let mut quoted = false;
     let mut short = String::new();
@@ -150,7 +147,7 @@ fn plain(text: &str) -> String {
     short
 }
 
-/// The first non-finite number outside of quotation marks in a debug text: `NaN` or, with `infinite`, `inf`.
+/// The first non-finite number outside of quotation marks: `NaN` or, with `infinite`, `inf`.
 pub fn not_finite(debug: &str, infinite: bool) -> Option<String> {
     let mut outside = String::with_capacity(debug.len());
     let (mut quoted, mut escaped) = (false, false);
@@ -175,7 +172,7 @@ pub fn not_finite(debug: &str, infinite: bool) -> Option<String> {
     Some(outside[start..].chars().take(100).collect())
 }
 
-/// Truth: numbers NaN and inf are found, quoted texts and longer names with these letters are not.
+/// Truth: quoted texts and longer names with these letters are no numbers.
 #[test]
 fn numbers_that_are_none_are_found() {
     assert_eq!(not_finite(r#"A { t: "NaN \" inf", NaNo: 1, infinite: 2.0 }"#, true), None);

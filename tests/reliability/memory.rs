@@ -6,7 +6,6 @@ use std::os::unix::process::CommandExt;
 
 use crate::checkpoints::{SCENE, orthowear};
 
-/// Runs the scene on n x n cells with an address space of `bytes`. Returns exit code and messages.
 fn run(n: usize, bytes: u64) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
@@ -27,8 +26,8 @@ fn run(n: usize, bytes: u64) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// Truth (rel-memory-limit): with less memory than it needs a run ends with exit code 4 and reports the available or missing
-/// memory. With enough memory it ends as usual (here without convergence, after two iterations).
+/// Truth (rel-memory-limit): with less memory than it needs a run ends with exit code 4. With enough memory it ends as usual (here
+/// without convergence, after two iterations).
 #[test]
 fn runs_with_little_memory() {
     let mut refused = 0;

@@ -9,7 +9,6 @@ use orthowear::mesh::{CellRef, ElementField, Mesh, PhysicalGroup, closed_surface
 use crate::harness::Reader;
 use crate::structured::{BlockElements, GradedBlock};
 
-/// Format of a file.
 #[derive(Clone, Copy)]
 enum Form {
     Text,
@@ -17,7 +16,6 @@ enum Form {
     Binary(bool),
 }
 
-/// A file under construction.
 struct File {
     form: Form,
     bytes: Vec<u8>,
@@ -99,7 +97,6 @@ impl File {
     }
 }
 
-/// Tags of the groups of a cell.
 fn groups_of(mesh: &Mesh, cell: CellRef) -> Vec<i64> {
     let of_cell = mesh.groups.iter().filter(|group| group.cells.contains(&cell));
     of_cell.map(|group| group.tag).collect()
@@ -109,7 +106,6 @@ fn groups_of(mesh: &Mesh, cell: CellRef) -> Vec<i64> {
 fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "4.1");
     file.names(mesh);
-    // Dimension, groups and cells of each entity.
     let mut runs: Vec<(usize, Vec<i64>, Vec<CellRef>)> = Vec::new();
     for (i, block) in mesh.blocks.iter().enumerate() {
         for cell in (0..block.n_cells()).map(|cell| CellRef { block: i, cell }) {
@@ -179,7 +175,7 @@ fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     file.bytes
 }
 
-/// A mesh in gmsh's format 2.2. Each cell is written as one element for each of its groups.
+/// Each cell is written as one element for each of its groups.
 fn version_2(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "2.2");
     file.names(mesh);
@@ -213,7 +209,6 @@ fn version_2(mesh: &Mesh, form: Form) -> Vec<u8> {
     file.bytes
 }
 
-/// A block of few cells with a field of directions.
 pub fn block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     let block = GradedBlock { solids, ..GradedBlock::uniform([1.0, 1.0], 1.0, cells) };
     let mut mesh = block.mesh().expect("a mesh");
@@ -223,12 +218,11 @@ pub fn block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     mesh
 }
 
-/// A block as text of version 4.1.
 pub fn block_text(cells: [usize; 3]) -> Vec<u8> {
     version_4(&block(BlockElements::Hex8, cells), Form::Text)
 }
 
-/// The parts of a mesh that writing and reading preserve: everything except its source and the order within groups.
+/// Everything that writing and reading preserve: not the source and the order within groups.
 fn essence(mesh: &Mesh) -> impl PartialEq + std::fmt::Debug {
     let mut groups = mesh.groups.clone();
     groups.iter_mut().for_each(|group| group.cells.sort());
@@ -241,7 +235,7 @@ fn essence(mesh: &Mesh) -> impl PartialEq + std::fmt::Debug {
     (points, mesh.blocks.clone(), groups, fields.collect::<Vec<_>>())
 }
 
-/// Parses and checks a mesh. Returns the results of the checks, or the message of the error.
+/// Results of the checks of a mesh, or the message of the error.
 fn examine(bytes: &[u8]) -> String {
     let mesh = match gmsh::parse(bytes, "file") {
         Ok(mesh) => mesh,
@@ -260,7 +254,7 @@ fn examine(bytes: &[u8]) -> String {
         let is_there = |cell: &CellRef| mesh.blocks.get(cell.block).is_some_and(|b| cell.cell < b.n_cells());
         assert!(group.cells.iter().all(is_there), "cells of groups");
     }
-    // Field values may be arbitrary. A mesh with NaN is not written again, because NaN has no unique text.
+    // NaN has no unique text.
     if mesh.fields.iter().flat_map(|field| &field.values).all(|value| value.is_finite()) {
         let again = gmsh::parse(&version_4(&mesh, Form::Text), "again");
         let again = again.unwrap_or_else(|error| panic!("what was read cannot be read again: {error}"));
@@ -284,8 +278,8 @@ fn examine(bytes: &[u8]) -> String {
     text
 }
 
-/// Truth (rel-no-panics): an invalid file is refused with a message. An accepted file is a valid mesh with finite points and
-/// existing nodes and cells. Writing and reading the mesh again does not change it, and the checks of meshes do not panic.
+/// Truth (rel-no-panics): an invalid file is refused with a message. An accepted file is a valid mesh with finite points, which
+/// writing and reading do not change.
 #[test]
 fn mesh_files() {
     let small = [block(BlockElements::Hex8, [2, 1, 1]), block(BlockElements::Tet4, [1, 1, 1])];

@@ -12,7 +12,7 @@ thread_local! {
 pub struct Counted;
 
 fn count(bytes: i64) {
-    // Fails only during the end of a thread, when the count is no longer needed.
+    // Fails only at the end of a thread, when the count is no longer needed.
     let _ = HELD.try_with(|held| {
         let now = held.get() + bytes;
         held.set(now);
@@ -20,7 +20,7 @@ fn count(bytes: i64) {
     });
 }
 
-// SAFETY: every call goes unchanged to the system's allocator. Counting does not allocate.
+// SAFETY: every call goes unchanged to the system's allocator.
 unsafe impl GlobalAlloc for Counted {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size() as i64);
@@ -43,7 +43,7 @@ unsafe impl GlobalAlloc for Counted {
     }
 }
 
-/// Result of `work`, maximum of additional bytes of this thread during the work, and processor time in seconds.
+/// Result of `work`, most additional bytes of this thread during the work, and processor time in seconds.
 pub fn measured<T>(work: impl FnOnce() -> T) -> (T, u64, f64) {
     let before = HELD.get();
     MOST.set(before);
@@ -52,7 +52,6 @@ pub fn measured<T>(work: impl FnOnce() -> T) -> (T, u64, f64) {
     (done, u64::try_from(MOST.get() - before).unwrap_or(0), seconds() - started)
 }
 
-/// Processor time of this thread, s.
 fn seconds() -> f64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the pointer refers to a valid timespec.

@@ -3,7 +3,6 @@
 /// Maximum length of a mutated input, bytes.
 const LONGEST: usize = 1 << 17;
 
-/// Replacements for a number.
 const NUMBERS: [&str; 30] = [
     "nan",
     "-nan",
@@ -37,7 +36,7 @@ const NUMBERS: [&str; 30] = [
     "0x7f",
 ];
 
-/// Numbers in binary data: counts of all magnitudes, infinity and NaN.
+/// Counts of all magnitudes, infinity and NaN.
 const WORDS: [u64; 12] = [
     0,
     1,
@@ -53,7 +52,7 @@ const WORDS: [u64; 12] = [
     0x7ff0_0000_0000_0000,
 ];
 
-/// Random numbers (SplitMix64; Steele, Lea, Flood 2014), the same for the same seed on every machine.
+/// SplitMix64 (Steele, Lea, Flood 2014).
 pub struct Random(u64);
 
 impl Random {
@@ -78,7 +77,6 @@ impl Random {
     }
 }
 
-/// An input of `pool` with one or a few changes.
 pub fn mutate(pool: &[Vec<u8>], words: &[String], random: &mut Random) -> Vec<u8> {
     let mut bytes = random.pick(pool).clone();
     // Half of the inputs have one change, a quarter two, and so on.
@@ -153,7 +151,7 @@ fn is_of_number(byte: u8) -> bool {
     byte.is_ascii_digit() || b"+-.eE".contains(&byte)
 }
 
-/// Start and end of each maximal sequence of bytes for which `class` is true.
+/// Start and end of each sequence of bytes for which `class` is true.
 fn tokens(bytes: &[u8], class: impl Fn(u8) -> bool) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut start = None;
@@ -194,7 +192,6 @@ fn swap_tokens(bytes: &mut Vec<u8>, random: &mut Random) {
     *bytes = swapped;
 }
 
-/// Removes, repeats, swaps or moves lines.
 fn change_lines(bytes: &mut Vec<u8>, random: &mut Random) {
     let mut lines: Vec<&[u8]> = bytes.split_inclusive(|&byte| byte == b'\n').collect();
     if lines.is_empty() {
@@ -215,7 +212,7 @@ fn change_lines(bytes: &mut Vec<u8>, random: &mut Random) {
     *bytes = lines.concat();
 }
 
-/// Overwrites bytes with a number of 4 or 8 bytes in either byte order.
+/// Of 4 or 8 bytes in either byte order.
 fn put_word(bytes: &mut [u8], at: usize, random: &mut Random) {
     let word = *random.pick(&WORDS);
     let mut piece =
@@ -226,7 +223,6 @@ fn put_word(bytes: &mut [u8], at: usize, random: &mut Random) {
     bytes.iter_mut().skip(at).zip(piece).for_each(|(byte, new)| *byte = new);
 }
 
-/// Replaces a quoted text by another text of the file or by a word.
 fn replace_quoted(bytes: &mut Vec<u8>, words: &[String], random: &mut Random) {
     let texts: Vec<(usize, usize)> = tokens(bytes, |byte| byte != b'"' && byte != b'\n')
         .into_iter()

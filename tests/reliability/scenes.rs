@@ -139,7 +139,7 @@ tangential_force = [1.0, 0.5]
 increments = 3
 "#;
 
-/// Words for mutations of scenes: the names of keys and their allowed values from the schema.
+/// The names of keys and their allowed values from the schema.
 pub fn words(schema: &serde_json::Value) -> Vec<String> {
     let mut found = Vec::new();
     collect(schema, &mut found);
@@ -172,7 +172,6 @@ fn collect(schema: &serde_json::Value, found: &mut Vec<String>) {
     }
 }
 
-/// A folder for a scene with the files that the scenes refer to.
 pub fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let meshes = folder.path().join("meshes");
@@ -194,16 +193,14 @@ pub fn folder() -> tempfile::TempDir {
 
 pub const LOADS: &str = "approach,shift_x,shift_y\n0.01,0,0\n0.02,0.001,0\n# more\n0.02,0.002,0.001\n";
 
-/// Directions of all solids of the block.
 pub fn axes() -> String {
     let mesh = meshes::block(crate::structured::BlockElements::Hex8, [3, 3, 2]);
     let tags = mesh.volume_cells().map(|cell| mesh.tag(cell));
     tags.map(|tag| format!("{tag},1,0.1,0.2,0,1,0\n")).collect()
 }
 
-/// The scenes of the repository and the scenes above.
 pub fn seeds() -> Vec<Vec<u8>> {
-    // Only the repository's scenes: a user's own scenes may be in the same folder.
+    // A user's own scenes may be in the same folder.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let listed =
         Command::new("git").current_dir(root).args(["ls-files", "scenes/*.toml"]).output().expect("git");
@@ -215,7 +212,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
     seeds
 }
 
-/// The meshes of the scenes, read once for all cases.
+/// Read once for all cases.
 static MESHES: LazyLock<MeshCache> = LazyLock::new(MeshCache::default);
 
 /// The plan without its document and without the free memory of the machine.
@@ -226,13 +223,11 @@ pub fn bare(mut plan: Plan) -> Plan {
     plan
 }
 
-/// Overrides of an input.
 pub fn overrides(bytes: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(bytes);
     text.lines().filter_map(|line| line.strip_prefix(SET)).map(str::to_owned).collect()
 }
 
-/// Reads a scene and checks the result.
 fn examine(path: &Path, bytes: &[u8]) -> String {
     put(path, bytes);
     let plan = match scene::read_with_meshes(path, &overrides(bytes), &MESHES) {
@@ -256,7 +251,7 @@ fn examine(path: &Path, bytes: &[u8]) -> String {
     check_plan(path, plan)
 }
 
-/// Checks that a plan contains finite numbers only. Its document, written and read again, must give the same plan.
+/// Numbers must be finite. The document, written and read again, must give the same plan.
 pub fn check_plan(path: &Path, plan: Plan) -> String {
     let TomlValue::Table(entries) = &plan.document.root.value else { panic!("a document without a table") };
     let key = |name: &str| serde_json::Value::from(name).to_string().replace('\u{7f}', "\\u007f");
@@ -278,7 +273,7 @@ pub fn check_plan(path: &Path, plan: Plan) -> String {
     format!("a plan of {} steps {:?}", plan.steps.len(), plan.notes)
 }
 
-/// The words and numbers of a debug text in sorted order, because maps have no order.
+/// Sorted, because maps have no order.
 fn parts(debug: &str) -> Vec<&str> {
     let is_part = |c: char| c.is_alphanumeric() || ".-+_".contains(c);
     let mut parts: Vec<&str> = debug.split(|c| !is_part(c)).collect();
@@ -287,7 +282,7 @@ fn parts(debug: &str) -> Vec<&str> {
 }
 
 /// Truth (rel-no-panics, rel-nan-guard, rel-input-validation): a scene is refused with mistakes at places in its text, or it gives
-/// a plan of finite numbers. The same plan results when its keys are written and read again.
+/// a plan of finite numbers, also after writing and reading its keys.
 #[test]
 fn scene_files() {
     let folder = folder();
@@ -302,7 +297,7 @@ fn scene_files() {
     reader.check(|bytes| examine(&path, bytes));
 }
 
-/// Truth (rel-no-panics): keys and lists of any depth in a file or an option are refused or read, on the stack of a program thread.
+/// Truth (rel-no-panics): keys and lists of any depth are refused or read, on the stack of a program thread.
 #[test]
 fn deep_scenes() {
     let folder = folder();

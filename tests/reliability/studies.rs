@@ -33,8 +33,8 @@ collect = ["indent.normal_force", "indent.tangential_force.0"]
 curves = ["indent.worn_volume"]
 "#;
 
-/// Truth (rel-no-panics, rel-nan-guard): either the study is refused and at least one mistake is reported, or it has a run for each
-/// combination of values that is not excluded. Each run has its own folder below the study's folder.
+/// Truth (rel-no-panics, rel-nan-guard): a study is refused with at least one mistake, or it has a run for each combination of
+/// values that is not excluded, each in its own folder.
 #[test]
 fn study_files() {
     let folder = tempfile::tempdir().expect("a folder");

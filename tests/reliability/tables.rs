@@ -9,7 +9,6 @@ use orthowear::scene;
 use crate::harness::{Reader, put};
 use crate::scenes::{self, LOADS, MATERIALS};
 
-/// An array in NumPy format.
 fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
     let length = (header.len() as u16).to_le_bytes();
@@ -50,7 +49,6 @@ fn height_files() {
     });
 }
 
-/// Reads a scene with the input as its table file `table`.
 fn examine(scene: &Path, table: &Path, bytes: &[u8]) -> String {
     put(table, bytes);
     match scene::read(scene, &[]) {

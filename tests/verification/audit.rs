@@ -23,14 +23,13 @@ pub struct Audit {
 }
 
 impl Audit {
-    /// Returns whether all violations are below `tolerance` and directions within 0.1 degrees.
     pub fn passes(&self, tolerance: f64) -> bool {
         let violations = [self.gap, self.tension, self.complementarity, self.cone, self.stick];
         violations.iter().all(|v| *v <= tolerance) && self.angle < 0.1 && self.dissipation >= -tolerance
     }
 }
 
-/// Audits a state. `unit` is the displacement of a cell under unit pressure.
+/// `unit` is the displacement of a cell under unit pressure.
 pub fn audit(state: &FrameState, ellipse: Option<FrictionEllipse>, unit: f64) -> Audit {
     let n = state.gap.len() / 3;
     let p_max = state.tractions[2 * n..].iter().copied().fold(f64::MIN_POSITIVE, f64::max);

@@ -17,13 +17,12 @@ use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// Returns `finest` in a thorough test (`scripts/test --thorough`) and `usual` otherwise. docs/tests.md lists the difference.
+/// `finest` with `scripts/test --thorough`, `usual` otherwise.
 pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
     if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
 }
 
-/// Asserts the order of convergence on meshes with `cells` along a side. The last order must exceed `order`, and each earlier one
-/// must exceed `order` - 0.3.
+/// Asserts the order of convergence on meshes with `cells` along a side. Earlier orders may be lower by 0.3.
 pub fn assert_order<const N: usize>(errors: &[f64; N], cells: &[usize; N], order: f64, case: &str) {
     let found = |k: usize| (errors[k] / errors[k + 1]).ln() / (cells[k + 1] as f64 / cells[k] as f64).ln();
     let orders: Vec<f64> = (0..N - 1).map(found).collect();
@@ -83,7 +82,7 @@ pub fn frp_wear(tilt: f64) -> WearLaw {
     WearLaw::Frp { i_l: 5.0e-10, i_t: 6.25e-10, i_n: 6.875e-10, tilt: tilt.to_radians(), azimuth: 0.0 }
 }
 
-/// Two half-spaces (`upper` rigid if `None`) on a square grid of `cells` x `cells` cells, with the gap as a function of position.
+/// Two half-spaces (`upper` rigid if `None`) on a square grid of `cells` x `cells` cells.
 pub fn half_spaces(
     lower: &Stiffness,
     upper: Option<&Stiffness>,
@@ -135,12 +134,10 @@ pub fn sphere_on_frp(tilt: f64, half_width: f64, cells: usize) -> Model {
     model
 }
 
-/// Gap of a paraboloid whose radius of curvature is `radius`, as an approximation of a sphere.
 pub fn sphere(radius: f64) -> impl Fn(f64, f64) -> f64 {
     move |x, y| (x * x + y * y) / (2.0 * radius)
 }
 
-/// A step without prescribed values.
 pub fn step(name: &str) -> Step {
     Step {
         name: name.to_owned(),
@@ -156,23 +153,20 @@ pub fn step(name: &str) -> Step {
     }
 }
 
-/// A step to a given approach.
 pub fn indent(approach: f64) -> Step {
     Step { normal: Some(Normal::Approach(approach)), ..step("indent") }
 }
 
-/// A step to a given normal force.
 pub fn press(force: f64) -> Step {
     Step { normal: Some(Normal::Force(force)), ..step("press") }
 }
 
-/// A step to a given tangential displacement, angle in degrees.
+/// The angle is in degrees.
 pub fn shift(distance: f64, angle: f64) -> Step {
     let (s, c) = angle.to_radians().sin_cos();
     Step { tangential: Some(Tangential::Shift([distance * c, distance * s])), ..step("shift") }
 }
 
-/// Fretting cycles along x in equal jumps.
 pub fn fretting(count: u64, amplitude: f64, jumps: usize, integrator: Integrator) -> Step {
     let path = ClosedPath {
         drive: Drive::Shift,
@@ -185,7 +179,6 @@ pub fn fretting(count: u64, amplitude: f64, jumps: usize, integrator: Integrator
     Step { kind: StepKind::Fretting { path, cycles }, ..step("fretting") }
 }
 
-/// The closed path of a fretting step.
 pub fn path_of(step: &mut Step) -> &mut ClosedPath {
     match &mut step.kind {
         StepKind::Fretting { path, .. } => path,
@@ -193,7 +186,6 @@ pub fn path_of(step: &mut Step) -> &mut ClosedPath {
     }
 }
 
-/// Discards records and progress.
 pub struct Silent;
 
 impl Observer for Silent {
@@ -204,22 +196,19 @@ impl Observer for Silent {
     }
 }
 
-/// Runs with the default options.
 pub fn solve(model: &Model, steps: &[Step]) -> RunResult {
     solve_with(model, steps, &SolverOptions::default())
 }
 
-/// Runs with given options.
 pub fn solve_with(model: &Model, steps: &[Step], options: &SolverOptions) -> RunResult {
     run(model, steps, options, None, &mut Silent).expect("a run without errors")
 }
 
-/// Relative difference.
 pub fn relative(found: f64, wanted: f64) -> f64 {
     (found - wanted).abs() / wanted.abs()
 }
 
-/// Values of the independent program for the sphere on fibre-reinforced half-spaces.
+/// Values of the independent program for the reference scene.
 pub fn reference() -> serde_json::Value {
     serde_json::from_str(include_str!("../data/sphere-on-frp.json")).expect("a valid data file")
 }

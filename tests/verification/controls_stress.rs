@@ -7,7 +7,7 @@ use orthowear::laws::friction::FrictionLaw;
 
 use crate::common::{half_spaces, indent, press, relative, solve, solve_with, sphere, steel, step};
 
-/// Gap of two equal spheres of radius 5 at x = -1 and x = 1 under a punch. The second one is lower by `height`.
+/// Gap of two equal spheres of radius 5 at x = -1 and x = 1. The second one is lower by `height`.
 fn spots(height: f64) -> impl Fn(f64, f64) -> f64 {
     move |x: f64, y: f64| {
         let round = |at: f64| ((x - at).powi(2) + y * y) / 10.0;
@@ -15,7 +15,6 @@ fn spots(height: f64) -> impl Fn(f64, f64) -> f64 {
     }
 }
 
-/// Forces on the left and right halves.
 fn halves(state: &[f64], centers: &[nalgebra::Vector3<f64>], area: f64) -> [f64; 2] {
     let n = centers.len();
     let mut sums = [0.0; 2];
@@ -26,10 +25,9 @@ fn halves(state: &[f64], centers: &[nalgebra::Vector3<f64>], area: f64) -> [f64;
 }
 
 /// Truth: case `str-two-spots`, the relative difference of the two loads. The difference is below 1e-10 for equal heights (mirror
-/// images) and proportional to the height, for heights of 1e-6 and 2e-6. A punch that is free to tilt rests on both spots, and
-/// statics makes their loads equal except for the lever arms. A height h tilts the punch by h / 2, which moves both contacts by R h
-/// / 2 = 2.5 h (R = 5). The difference is then 2.5 h, to 20 % with so few cells plus 1e-7. Without tilting it is more than forty
-/// times larger.
+/// images) and proportional to the height. A punch that is free to tilt has equal loads except for the lever arms. A height h tilts
+/// the punch by h / 2, which moves both contacts by R h / 2 = 2.5 h (R = 5). The difference is then 2.5 h, to 20 % with so few
+/// cells plus 1e-7. Without tilting it is more than forty times larger.
 #[test]
 fn two_spots_share_the_load() {
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
@@ -52,7 +50,7 @@ fn two_spots_share_the_load() {
 }
 
 /// Truth: case `str-single-node-contact`. A single cell in contact carries the load exactly (1e-10). It has no lever arm and
-/// resists no rotation about axes through its centre. The cell under the centre of the frame therefore balances a zero moment.
+/// balances only a zero moment.
 #[test]
 fn one_cell_carries_everything() {
     let model = half_spaces(&steel(), None, (1.0, 9), sphere(10.0));
@@ -68,8 +66,8 @@ fn one_cell_carries_everything() {
     }
 }
 
-/// Truth: case `str-zero-load`. Rotations and moments of zero or of the smallest doubles change nothing, at residuals of 1e-8.
-/// Tolerances: 1e-7 of the force, and 1e-6 rad for the rotations.
+/// Truth: case `str-zero-load`. Rotations and moments of zero or of the smallest doubles change nothing. Tolerances: 1e-7 of the
+/// force, and 1e-6 rad for the rotations, at residuals of 1e-8.
 #[test]
 fn nothing_turned_is_nothing() {
     let mut model = half_spaces(&steel(), None, (0.5, 12), sphere(10.0));

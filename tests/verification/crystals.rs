@@ -13,7 +13,6 @@ pub fn voigt(entries: &[(usize, usize, f64)]) -> Stiffness {
     Stiffness::from_voigt(c).expect("an admissible stiffness")
 }
 
-/// Cubic stiffness with the cube axes along the coordinate axes.
 pub fn cubic(c11: f64, c12: f64, c44: f64) -> Stiffness {
     let normal = [(1, 1, c11), (2, 2, c11), (3, 3, c11), (1, 2, c12), (1, 3, c12), (2, 3, c12)];
     voigt(&[&normal[..], &[(4, 4, c44), (5, 5, c44), (6, 6, c44)]].concat())
@@ -45,12 +44,11 @@ pub const CFRP: Orthotropic = Orthotropic {
     nu23: 0.45,
 };
 
-/// Stiffness of [`CFRP`].
 pub fn cfrp_of_tables() -> Stiffness {
     Stiffness::orthotropic(&CFRP).expect("CFRP")
 }
 
-/// Stiffness with the ratio E1 / E2 and the fibre along x.
+/// The fibre lies along x.
 pub fn with_ratio(ratio: f64) -> Stiffness {
     let e2 = 10e3;
     let g23 = e2 / 2.6;
@@ -68,7 +66,7 @@ pub fn with_ratio(ratio: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("an admissible material")
 }
 
-/// Steel with the small anisotropy `e`. In the catalogue's sequence of materials, `e` tends to zero.
+/// Steel with the small anisotropy `e`.
 pub fn nearly_isotropic(e: f64) -> Stiffness {
     let (young, nu) = (210e3, 0.3);
     let g = young / 2.6;
@@ -86,7 +84,7 @@ pub fn nearly_isotropic(e: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("an admissible material")
 }
 
-/// Diagonal of Re W along axis 1 of an orthotropic solid, in its material axes, with the surface admittance W (Ting 1996).
+/// Diagonal of Re W along axis 1 of an orthotropic solid, in its material axes (Ting 1996).
 pub fn admittance_along_1(stiffness: &Stiffness) -> [f64; 3] {
     let c = stiffness.voigt();
     let s = (c[(0, 0)] * c[(2, 2)]).sqrt();

@@ -10,9 +10,7 @@ use orthowear::mesh::Mesh;
 
 use super::crystals::cfrp_of_tables;
 
-/// Selects all three displacement components of a support.
 pub const ALL: [bool; 3] = [true; 3];
-/// All solid elements as pairs of kind and formulation.
 pub const ELEMENTS: [(ElementKind, HexFormulation); 13] = [
     (Hex8, HexFormulation::Enhanced),
     (Hex8, HexFormulation::Standard),
@@ -29,12 +27,10 @@ pub const ELEMENTS: [(ElementKind, HexFormulation); 13] = [
     (ElementKind::Pyramid14, HexFormulation::Enhanced),
 ];
 
-/// Polynomial degree of the displacement of an element.
 pub fn degree(kind: ElementKind) -> usize {
     if kind.n_nodes() == kind.n_corners() { 1 } else { 2 }
 }
 
-/// A body of one material without loads.
 pub fn spec(mesh: Mesh, stiffness: Stiffness, formulation: HexFormulation, supports: Vec<Support>) -> FeSpec {
     FeSpec {
         name: "body1".into(),
@@ -49,7 +45,6 @@ pub fn spec(mesh: Mesh, stiffness: Stiffness, formulation: HexFormulation, suppo
     }
 }
 
-/// A support that fixes all components of a group.
 pub fn clamp(group: &str) -> Support {
     Support { group: group.into(), components: ALL, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
 }
@@ -63,12 +58,10 @@ pub fn rotated_orthotropic() -> Stiffness {
     cfrp_of_tables().rotated(q.matrix())
 }
 
-/// Steel with E = 210e3 MPa and nu = 0.3.
 pub fn isotropic() -> Stiffness {
     Stiffness::isotropic(210e3, 0.3).unwrap()
 }
 
-/// Largest difference of two fields.
 pub fn largest_difference<const N: usize>(a: &[[f64; N]], b: &[[f64; N]]) -> f64 {
     a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
 }

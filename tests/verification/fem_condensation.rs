@@ -13,8 +13,7 @@ use super::fem_bodies::{ELEMENTS, clamp, isotropic, largest_difference, rotated_
 use super::fem_meshes::{block, rough, wavy};
 use crate::common::usual_or_finest;
 
-/// A block under pressure, body force and a prescribed displacement at x = 0, condensed to the nodes of its top. Its base is fixed
-/// along y and z.
+/// A block under pressure, body force and a prescribed displacement, condensed to the nodes of its top.
 fn loaded_block(
     kind: ElementKind,
     formulation: HexFormulation,
@@ -56,11 +55,11 @@ fn at_contact(body: &CondensedBody, u: &[[f64; 3]]) -> Vec<f64> {
 
 /// Truth: condensation is exact (Guyan 1965). For contact forces f, F_cc f + u_free equals the full solution at the contact nodes,
 /// with u_free for f = 0. F_cc is the contact block of the inverse of the assembled K, from a dense factorisation of another
-/// library. Tolerance 1e-10. Prescribed contact dofs (the edge at x = 0) have zero rows.
+/// library. Tolerance 1e-10.
 #[test]
 fn condensation_is_exact() {
     for (kind, formulation) in ELEMENTS {
-        // Few cells, because the dense inverse dominates the run time.
+        // The dense inverse dominates the run time.
         let body = loaded_block(
             kind,
             formulation,
@@ -105,9 +104,9 @@ fn condensation_is_exact() {
     }
 }
 
-/// Truth: forces a do the same work on the displacements under forces b as b on the displacements under a (Betti 1872).
-/// Displacements come from back-substitutions. For a body without other loads the strain energy is half the work of the forces
-/// (Clapeyron). Tolerance 1e-12 relative to the work of a on its own displacements, energy 1e-11 (case schur-exactness).
+/// Truth: forces a do the same work on the displacements under forces b as b on the displacements under a (Betti 1872). The strain
+/// energy is half the work of the forces (Clapeyron). Tolerance 1e-12 relative to the work of a on its own displacements, energy
+/// 1e-11 (case schur-exactness).
 #[test]
 fn maxwell_betti() {
     for (kind, formulation) in ELEMENTS {
@@ -132,7 +131,7 @@ fn maxwell_betti() {
     }
 }
 
-/// Truth: runs on two and three threads give the same bits as a run on one thread.
+/// Truth: any number of threads gives the same bits.
 #[test]
 fn same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
@@ -150,8 +149,8 @@ fn same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: the analysis predicts the memory of the factorisation. The estimated bytes cover at least the factor entries and one
-/// dense matrix of the contact unknowns, and less than ten times as much.
+/// Truth: the estimated bytes cover at least the factor entries and one dense matrix of the contact unknowns, and less than ten
+/// times as much.
 #[test]
 fn analysis_foretells_the_memory() {
     let mesh = block(Hex8, [6, 6, 6], [1.0; 3], |x| x);
@@ -164,8 +163,7 @@ fn analysis_foretells_the_memory() {
     assert!(model.condense(&top).unwrap().residual() < 1e-12);
 }
 
-/// Truth: a body from the cache has the same flexibility, solution and free displacement as a factorised body, to the last bit. Its
-/// factor is computed only when it is needed.
+/// Truth: a body from the cache has the same flexibility, solution and free displacement as a factorised body, to the last bit.
 #[test]
 fn cached_bodies_are_the_same() {
     let folder = tempfile::tempdir().unwrap();
@@ -192,14 +190,12 @@ fn cached_bodies_are_the_same() {
         }
     }
     assert!(restored, "the factor of the loaded body was kept");
-    // The flexibility does not depend on loads, and both bodies share one entry of the cache. The second entry is the factor of the
-    // loaded body.
+    // The flexibility does not depend on loads. The second entry is the factor of the loaded body.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     let cached = body(false).condense_with(&top, &resources).unwrap();
     assert!(cached.origin().cached);
 }
 
-/// A distorted block, supported at its base or unconstrained, and 24 nodes of its top.
 fn rough_block(cells: usize, held: bool) -> (FeModel, Vec<usize>) {
     let mesh = block(Hex8, [cells; 3], [1.0; 3], wavy);
     let contact = mesh.group_nodes("z1").unwrap().into_iter().step_by(7).take(24).collect();
@@ -209,7 +205,7 @@ fn rough_block(cells: usize, held: bool) -> (FeModel, Vec<usize>) {
     (FeModel::new(spec).unwrap(), contact)
 }
 
-/// The body condensed with a memory limit one byte below the need of a factorisation.
+/// The memory limit is one byte below the need of a factorisation.
 fn without_factor(cells: usize, held: bool, threads: usize) -> CondensedBody {
     let (model, contact) = rough_block(cells, held);
     let needed = model.analyse(&contact).unwrap().factorisation_peak_bytes();
@@ -223,7 +219,7 @@ fn without_factor(cells: usize, held: bool, threads: usize) -> CondensedBody {
 }
 
 /// Truth: the inverse of the stiffness matrix does not depend on the method. Tolerance 1e-9 of the largest entry, because conjugate
-/// gradients solve the columns to an energy error of 1e-11. The bits do not depend on the number of threads.
+/// gradients solve the columns to an energy error of 1e-11.
 #[test]
 fn conjugate_gradients_give_what_the_factor_gives() {
     for held in [true, false] {
@@ -250,7 +246,7 @@ fn conjugate_gradients_give_what_the_factor_gives() {
 }
 
 /// Truth: with a coarse space of rigid-body motions the condition number is bounded for any mesh (Nicolaides 1987). With twice the
-/// cells along each edge the number of iterations grows by less than half. The moduli of the material differ by a factor of 15.
+/// cells along each edge the number of iterations grows by less than half.
 #[test]
 fn iterations_do_not_grow_with_the_mesh() {
     let counts = [6, 12].map(|cells| {

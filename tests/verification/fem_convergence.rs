@@ -15,8 +15,7 @@ use super::fem_meshes::{block, linear, wavy};
 use crate::by_kind;
 use crate::common::usual_or_finest;
 
-/// L2 norm and H1 seminorm of the error of `u` against the field (sin πx sin πy sin πz, 0, 0), integrated with a rule of high
-/// degree.
+/// L2 norm and H1 seminorm of the error of `u` against the field (sin πx sin πy sin πz, 0, 0).
 fn mms_errors<S: ShapeFunctions<N, 3>, const N: usize>(mesh: &Mesh, u: &[[f64; 3]]) -> (f64, f64) {
     let rule = rule(mesh.kind(mesh.volume_cells().next().unwrap()));
     let (mut l2, mut h1) = (0.0, 0.0);
@@ -85,9 +84,9 @@ fn solve_mms(
     (l2, h1, body.model().strain_energy(u).unwrap())
 }
 
-/// Truth: errors of elements of degree p have orders p + 1 in L2 and p in H1, and the energy tends to 1.304876 (Roache 1998). The
-/// meshes are smoothly distorted, in a thorough test also straight. Over the finest pair of three meshes the orders agree to 0.15,
-/// the catalogue's tolerance. The error of the energy decreases with order 2 p and ends below 6 %.
+/// Truth: errors of elements of degree p have orders p + 1 in L2 and p in H1, and the energy tends to 1.304876 (Roache 1998). Over
+/// the finest pair of three meshes the orders agree to 0.15, the catalogue's tolerance. The error of the energy decreases with
+/// order 2 p and ends below 6 %.
 #[test]
 fn mms_isotropic() {
     let maps: [fn([f64; 3]) -> [f64; 3]; 2] = [wavy, |x| x];
@@ -128,18 +127,17 @@ fn cantilever(kind: ElementKind, formulation: HexFormulation, n: usize) -> f64 {
     let u = body.contact_free_displacement();
     let reactions = body.model().reactions(u).unwrap();
     let sum: f64 = reactions.iter().map(|r| r[2]).sum();
-    // The tolerances cover rounding: the last bits of displacements (1e-16 x 2 mm) times the axial stiffness of an element (1e7
-    // N/mm).
+    // Rounding: the last bits of displacements (1e-16 x 2 mm) times the axial stiffness of an element (1e7 N/mm).
     assert!((sum + 1000.0).abs() < 1e-9 * 1000.0, "reaction {sum}");
     let moment: f64 = reactions.iter().zip(&body.model().mesh().points).map(|(r, x)| r[0] * x[2]).sum();
-    // Axial reactions carry the moment of the traction about y at the root, 1000 N at 100 mm.
+    // The moment of the traction about y at the root, 1000 N at 100 mm.
     assert!((moment.abs() / 1e5 - 1.0).abs() < 1e-9, "moment {moment}");
     u[end][2]
 }
 
 /// Truth: the end deflection of the clamped cantilever is 1.9066 +- 0.0002 mm (three-dimensional solution). Enhanced hexahedra
-/// agree to 1 % from two cells across the height. Standard hexahedra lock. Their error decreases with the square of the cell
-/// length. The error is about (cell length / height)^2 / 2 of the bending part, several per cent here.
+/// agree to 1 % from two cells across the height. Standard hexahedra lock, with an error of about (cell length / height)^2 / 2 of
+/// the bending part.
 #[test]
 fn cantilever_end_shear() {
     let exact: f64 = 1.9066;

@@ -25,28 +25,26 @@ fn single(orientation: Orientation) -> RegionMaterial {
     RegionMaterial::Single(Box::new(placed(orientation)))
 }
 
-/// A body without loads, made of `placement` throughout.
 fn body(mesh: Mesh, placement: RegionMaterial, supports: Vec<Support>) -> FeSpec {
     let mut body = spec(mesh, cfrp_of_tables(), HexFormulation::Enhanced, supports);
     body.regions = vec![(None, placement)];
     body
 }
 
-/// A table of two directions for each solid of a mesh. `axes` gives the material axes (columns) for the tag of a solid.
+/// Two directions for each solid. `axes` gives the material axes (columns) for the tag of a solid.
 fn by_element(mesh: &Mesh, axes: impl Fn(u64) -> Matrix3<f64>) -> Orientation {
     let mut table = ElementAxes::new("the test");
     for cell in mesh.volume_cells() {
         let (tag, axes) = (mesh.tag(cell), axes(mesh.tag(cell)));
-        // Directions may have any length. The second direction may have a component along the fibre.
+        // Directions need neither unit length nor orthogonality.
         let second = axes.column(1) * 0.5 + axes.column(0) * 0.2;
         table.add(tag, (axes.column(0) * 3.0).into(), Some(second.into())).unwrap();
     }
     Orientation::PerElement(Arc::new(table))
 }
 
-/// Truth: a fibre direction gives the same stiffness in all input forms. These are the fibre of the body, a table with or without a
-/// second direction, and one ply. The tolerance of 1e-14 of the largest entry covers rounding in the normalisation of the
-/// direction.
+/// Truth: a fibre direction gives the same stiffness in all input forms. The tolerance of 1e-14 of the largest entry covers
+/// rounding in the normalisation of the direction.
 #[test]
 fn one_direction_is_the_same_in_every_way() {
     let (tilt, azimuth) = (0.0f64, 0.35f64);
@@ -75,8 +73,8 @@ fn one_direction_is_the_same_in_every_way() {
     }
 }
 
-/// Truth: invariance under rotation. A body that is rotated with its loads and material directions has the rotated displacement.
-/// Directions differ between elements. The tolerance covers rounding in the factorisation.
+/// Truth: a body that is rotated with its loads and material directions has the rotated displacement. The tolerance covers rounding
+/// in the factorisation.
 #[test]
 fn a_turned_body_with_turned_directions_gives_the_turned_answer() {
     let turn = fibre_axes(0.6, -1.2);
@@ -116,16 +114,15 @@ fn lekhnitskii(pressure: f64, [a, b]: [f64; 2]) -> f64 {
     let (b_tt, b_rr) = (s_tt - s_tz * s_tz / s_zz, s_rr - s_zr * s_zr / s_zz);
     let b_tr = s_tr - s_tz * s_zr / s_zz;
     let k = (b_rr / b_tt).sqrt();
-    // The conditions are sigma_r(a) = -pressure and sigma_r(b) = 0. The second one gives B = -A b^(2k).
+    // sigma_r(a) = -pressure and sigma_r(b) = 0. The latter gives B = -A b^(2k).
     let power = |r: f64, sign: f64| r.powf(sign * k - 1.0);
     let amplitude = -pressure / (power(a, 1.0) - b.powf(2.0 * k) * power(a, -1.0));
     let hoop = k * amplitude * (power(a, 1.0) + b.powf(2.0 * k) * power(a, -1.0));
     a * (b_tt * hoop - b_tr * pressure)
 }
 
-/// Truth: [`lekhnitskii`] for a tube with hoop fibres, radii 1 and 2. The mesh is a quarter between symmetry planes. The error is
-/// second order in the element size between n = 4, 8 and 16 cells, and 0.5 % at n = 16. A table with the axes of every element
-/// gives the same displacement to rounding. With straight fibres the displacement is more than 50 % off.
+/// Truth: [`lekhnitskii`] for a tube with hoop fibres, radii 1 and 2. The error is second order in the element size between n = 4,
+/// 8 and 16 cells, and 0.5 % at n = 16. A table with the axes of every element gives the same displacement to rounding.
 #[test]
 fn hoop_wound_tube_under_internal_pressure() {
     let (radii, pressure) = ([1.0, 2.0], 100.0);
@@ -191,14 +188,13 @@ fn reduced_stiffness(angle: f64) -> Matrix3<f64> {
 }
 
 /// Truth: classical lamination theory. Under a uniform in-plane strain the mean stress of a laminate is the strain times the
-/// thickness-weighted mean of its plies' reduced stiffnesses. The exact displacement is linear in each ply, including thickness
-/// changes, and the elements represent it. The tolerance covers rounding.
+/// thickness-weighted mean of its plies' reduced stiffnesses. The exact displacement is linear in each ply, and the elements
+/// represent it. The tolerance covers rounding.
 #[test]
 fn laminates_have_the_stiffness_of_classical_lamination_theory() {
     let cross_ply = vec![(0.2, 0.0), (0.3, 90.0), (0.3, 90.0), (0.2, 0.0)];
     let quasi = vec![(0.25, 0.0), (0.25, 45.0), (0.25, -45.0), (0.25, 90.0)];
     for plies in [cross_ply, quasi] {
-        // Two elements per ply.
         let borders: Vec<f64> =
             plies.iter().scan(0.0, |z, ply| Some(std::mem::replace(z, *z + ply.0))).chain([1.0]).collect();
         let stretch = |[x, y, t]: [f64; 3]| {
@@ -224,7 +220,7 @@ fn laminates_have_the_stiffness_of_classical_lamination_theory() {
 }
 
 /// Mean in-plane stresses (xx, yy, xy) of a box 2 x 1 x 1 whose sides follow a uniform strain. Each one is the work of the
-/// reactions on the displacement of a unit strain, divided by the volume 2.
+/// reactions on the displacement of a unit strain, per volume.
 fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3<f64> {
     let field = |strain: [f64; 3], x: [f64; 3]| {
         [strain[0] * x[0] + 0.5 * strain[2] * x[1], strain[1] * x[1] + 0.5 * strain[2] * x[0]]
@@ -258,8 +254,7 @@ fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3
     Vector3::new(virtual_work([1.0, 0.0, 0.0]), virtual_work([0.0, 1.0, 0.0]), virtual_work([0.0, 0.0, 1.0]))
 }
 
-/// Truth: the numbers of elements, derived by hand. The check finds elements outside all plies, plies without elements and elements
-/// across an interface. The message on an element without a fibre in the table names its number.
+/// Truth: the numbers of elements, derived by hand.
 #[test]
 fn plies_that_do_not_fit_the_mesh_are_found() {
     let mesh = || block(Hex8, [2, 2, 4], [1.0; 3], |x| x);

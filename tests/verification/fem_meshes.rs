@@ -8,7 +8,6 @@ use orthowear::fem::Support;
 use orthowear::mesh::faces::outer_faces;
 use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
-/// Adds cells of one kind and a group of these cells.
 pub fn add_cells(mesh: &mut Mesh, kind: ElementKind, name: &str, nodes: Vec<usize>) {
     let n = nodes.len() / kind.n_nodes();
     let block = mesh.blocks.len();
@@ -25,7 +24,6 @@ const HEX_STEPS: [[usize; 3]; 8] =
 const KUHN: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 5, 1, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 4, 5, 6], [0, 7, 4, 6]];
 
-/// Calls a function that is generic in the shape functions and their number of nodes, for an element kind.
 #[macro_export]
 macro_rules! by_kind {
     ($kind:expr, $function:ident($($argument:expr),*)) => {{
@@ -47,7 +45,6 @@ macro_rules! by_kind {
     }};
 }
 
-/// Reference coordinates of the nodes of an element.
 pub fn reference_nodes<S: ShapeFunctions<N, 3>, const N: usize>() -> Vec<[f64; 3]> {
     S::NODES.to_vec()
 }
@@ -56,7 +53,6 @@ fn values<S: ShapeFunctions<N, 3>, const N: usize>(xi: [f64; 3]) -> Vec<f64> {
     S::values(xi).to_vec()
 }
 
-/// The linear element with the same corners.
 pub fn linear(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Hex20 | ElementKind::Hex27 => Hex8,
@@ -67,7 +63,6 @@ pub fn linear(kind: ElementKind) -> ElementKind {
     }
 }
 
-/// Corners of the elements of `kind` that fill the unit cube.
 fn parts_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
     let corner = |i: usize| HEX_STEPS[i].map(|x| x as f64);
     let corners = |list: &[usize]| list.iter().map(|&i| corner(i)).collect::<Vec<_>>();
@@ -87,7 +82,6 @@ fn parts_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
     }
 }
 
-/// Nodes of the elements of `kind` that fill the unit cube.
 fn nodes_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
     let nodes = by_kind!(kind, reference_nodes());
     let place = |corners: &Vec<[f64; 3]>, xi: [f64; 3]| {
@@ -97,8 +91,8 @@ fn nodes_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
     parts_of_cube(kind).iter().map(|corners| nodes.iter().map(|&xi| place(corners, xi)).collect()).collect()
 }
 
-/// A box from the origin to `size`, divided into `cells` equal boxes with elements of `kind`. All nodes are moved by `map`. The
-/// mesh has the volume group "body" and the surface groups "x0", "x1", .. "z1".
+/// A box from the origin to `size`, divided into `cells` equal boxes. All nodes are moved by `map`. The mesh has the volume group
+/// "body" and the surface groups "x0", "x1", .. "z1".
 pub fn block(
     kind: ElementKind,
     cells: [usize; 3],
@@ -106,7 +100,7 @@ pub fn block(
     map: impl Fn([f64; 3]) -> [f64; 3],
 ) -> Mesh {
     let parts = nodes_of_cube(kind);
-    // Nodes are at multiples of a quarter of a cell. These integers identify nodes that cells share.
+    // Nodes are at multiples of a quarter of a cell.
     let mut known: HashMap<[usize; 3], usize> = HashMap::new();
     let mut straight: Vec<[f64; 3]> = Vec::new();
     let mut nodes = Vec::new();
@@ -160,7 +154,6 @@ pub fn macneal_harder() -> Mesh {
     mesh
 }
 
-/// Nodes of the outer surface, ascending.
 pub fn boundary_nodes(mesh: &Mesh) -> Vec<usize> {
     let mut nodes: Vec<usize> = outer_faces(mesh).into_iter().flat_map(|face| face.nodes).collect();
     nodes.sort_unstable();
@@ -168,7 +161,6 @@ pub fn boundary_nodes(mesh: &Mesh) -> Vec<usize> {
     nodes
 }
 
-/// Supports that prescribe for each of `nodes` the displacement `u` of its point along `components`.
 pub fn prescribe(
     mesh: &mut Mesh,
     nodes: &[usize],
@@ -191,7 +183,7 @@ pub fn wavy([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x + 0.1 * bump, y, z]
 }
 
-/// A smooth distortion of the inside of the unit cube in all three directions. The boundary does not change.
+/// A smooth distortion of the inside of the unit cube in all three directions.
 pub fn bulging([x, y, z]: [f64; 3]) -> [f64; 3] {
     let bump = |c: f64| 4.0 * c * (1.0 - c);
     let inside = bump(x) * bump(y) * bump(z);

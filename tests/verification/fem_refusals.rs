@@ -26,8 +26,7 @@ fn assert_says(message: &str, words: &[&str]) {
     }
 }
 
-/// Truth: docs/scene.md. Work beyond the memory limit is refused before it begins. The limit here is the size of the matrix entries
-/// alone: 16 bytes each for row and value, lower triangle only.
+/// Truth: docs/scene.md. The limit is the size of the matrix entries alone: 16 bytes each for row and value, lower triangle only.
 #[test]
 fn refuses_to_assemble_beyond_the_memory() {
     let entries = FeModel::new(cube(vec![clamp("z0")])).unwrap().stiffness().n_stored();
@@ -38,7 +37,7 @@ fn refuses_to_assemble_beyond_the_memory() {
 }
 
 /// Truth: names in a specification must exist, values must be finite, regions must be unique and cover the body. Supports must not
-/// contradict each other or fix all nodes, and tractions act on surfaces.
+/// contradict each other or fix all nodes.
 #[test]
 fn refuses_wrong_specs() {
     assert_says(&refusal(cube(vec![clamp("bottom")])), &["bottom", "z0"]);
@@ -83,12 +82,11 @@ fn refuses_inverted_elements() {
     assert_says(&message, &["degenerate"]);
 }
 
-/// Names of the rigid-body modes that the supports leave, in one line.
 fn free_names(spec: FeSpec) -> String {
     find_rigid_body_modes(&spec).expect("sound supports").map_or(String::new(), |free| free.names.join(", "))
 }
 
-/// Truth: the free rigid-body modes, found by hand. They have no displacement at the prescribed dofs.
+/// Truth: the free rigid-body modes, found by hand.
 #[test]
 fn names_free_rigid_motions() {
     assert_eq!(free_names(cube(vec![clamp("z0")])), "");
@@ -126,7 +124,7 @@ fn names_free_rigid_motions() {
     assert_says(&hinge, &["rotation about the direction (0.707, 0.707, 0.000)"]);
 }
 
-/// Two unit cubes of n³ cells each. The second one is moved by `offset` and shares coincident nodes.
+/// Two unit cubes of n³ cells each, the second one moved by `offset`, with coincident nodes merged.
 fn two_cubes(offset: [f64; 3], n: usize) -> FeSpec {
     let mut mesh = block(Hex8, [n; 3], [1.0; 3], |x| x);
     let first: Vec<usize> = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell).to_vec()).collect();
@@ -144,8 +142,8 @@ fn two_cubes(offset: [f64; 3], n: usize) -> FeSpec {
     spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("z0")])
 }
 
-/// Truth: a part without connection to the supported part is unconstrained. A part that shares only an edge rotates about it. The
-/// rigid-body modes of the whole body do not contain this rotation, but the factorisation finds it and names a node.
+/// Truth: a part that shares only an edge rotates about it. The rigid-body modes of the whole body do not contain this rotation,
+/// but the factorisation finds it.
 #[test]
 fn refuses_loose_and_hinged_parts() {
     let loose = refusal(two_cubes([5.0, 0.0, 0.0], 1));
@@ -155,8 +153,8 @@ fn refuses_loose_and_hinged_parts() {
     assert_says(&hinged.to_string(), &["body1", "singular at the node at (", "direction"]);
 }
 
-/// Truth: parts that share only an edge, a piece of an edge or a node can rotate against each other. The memory limit excludes a
-/// factorisation of the stiffness matrix, so that conjugate gradients must report the loose connection.
+/// Truth: parts that share only an edge, a piece of an edge or a node can rotate against each other. Without a factorisation,
+/// conjugate gradients must report this.
 #[test]
 fn refuses_hinged_parts_without_a_factor() {
     for offset in [[1.0, 0.0, 1.0], [1.0, 0.5, 1.0], [1.0, 1.0, 1.0]] {

@@ -28,7 +28,7 @@ use orthowear::output::surface_properties::SurfaceProperties;
 use orthowear::output::volume::volume_grid;
 use orthowear::output::vtu::{ArrayValues, DataArray, UnstructuredGrid};
 
-/// A body with the affine displacement field of [`displacement`] under any tractions.
+/// The displacement is [`displacement`] under any tractions.
 struct AffineBody(Vec<[f64; 3]>);
 
 fn displacement(x: &[f64; 3]) -> [f64; 3] {
@@ -61,7 +61,6 @@ impl ElasticBody for AffineBody {
     ) -> Result<Option<StressField>> {
         let stress = |x: &[f64; 3]| [x[0], x[1], x[2], 10.0 + x[0], 20.0 + x[1], 30.0 + x[2]];
         let n = self.0.len();
-        // The meshes of these tests have one cell.
         let points = RecoveryPoints {
             mesh_nodes: (0..n).collect(),
             cell_points: (0..n).collect(),
@@ -77,14 +76,13 @@ impl ElasticBody for AffineBody {
     }
 }
 
-/// Displacement and stress of the body.
 fn whole_field(body: &AffineBody) -> BodyField {
     let field = body.recover(&[]).expect("a field");
     let stress = body.recover_stress(&[], &field.displacement, ErrorEstimation::Skip).expect("a stress");
     BodyField { stress, ..field }
 }
 
-/// Irregular numbers in -1..1 (from multiples of the golden ratio), so that a test detects permuted entries.
+/// Irregular numbers in -1..1 (from multiples of the golden ratio), so that permuted entries are found.
 fn scattered(n: usize, seed: f64) -> Vec<f64> {
     (0..n).map(|i| 2.0 * ((i as f64 + seed) * 0.618_033_988_749_894_9).fract() - 1.0).collect()
 }
@@ -99,7 +97,6 @@ fn state(n: usize) -> FrameState {
     }
 }
 
-/// A frame of 3 x 2 cells of 0.6 x 0.5, turned by 30 degrees.
 fn frame() -> ContactFrame {
     ContactFrame::grid([0.9, 0.5], [3, 2], [0.2, -0.1], 30_f64.to_radians()).expect("a frame")
 }
@@ -112,7 +109,7 @@ fn reals(arrays: &[DataArray], name: &str) -> Vec<f64> {
     }
 }
 
-/// A unit cube of one hexahedron with mid-edge nodes in gmsh's node order (its reference manual, "Node ordering").
+/// A unit cube with mid-edge nodes in gmsh's node order (its reference manual, "Node ordering").
 fn quadratic_cube() -> Mesh {
     let corners = [
         [0.0, 0.0, -1.0],
@@ -129,7 +126,6 @@ fn quadratic_cube() -> Mesh {
     one_cell(ElementKind::Hex20, &corners, &edges)
 }
 
-/// A tetrahedron with mid-edge nodes in gmsh's node order.
 fn quadratic_tetrahedron() -> Mesh {
     let corners = [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 0.0]];
     one_cell(ElementKind::Tet10, &corners, &[(0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3)])
@@ -164,8 +160,8 @@ fn frame_fields_are_the_planes_by_cell() {
     }
 }
 
-/// Truth: every point has the affine displacement of its reference position. Action and reaction: the contact nodes inside the
-/// frame carry its constant traction, with opposite sign on body 1. All other nodes carry zero.
+/// Truth: every point has the affine displacement. The contact nodes inside the frame carry its constant traction, with opposite
+/// sign on body 1. All other nodes carry zero.
 #[test]
 fn surfaces_carry_displacement_and_traction() {
     let mesh = quadratic_cube();
@@ -194,8 +190,7 @@ fn surfaces_carry_displacement_and_traction() {
     }
 }
 
-/// Truth: the cells that contain a point are the same whether the frame is a grid or a list of the grid's polygons. This includes
-/// points on borders.
+/// Truth: the same cells contain a point whether the frame is a grid or a list of the grid's polygons, also on borders.
 #[test]
 fn a_frame_without_grid_is_searched_to_the_same_end() {
     let grid = frame();
@@ -215,7 +210,7 @@ fn a_frame_without_grid_is_searched_to_the_same_end() {
     assert_eq!(inside, 13 * 9, "points of the pattern inside 1.8 x 1.0, borders included");
 }
 
-/// Truth: the field has 7 displacements and the mesh 20 nodes. A field of the wrong size is an error and is not truncated.
+/// Truth: a field of the wrong size is an error and is not truncated.
 #[test]
 fn a_recovered_field_that_does_not_fit_is_refused() {
     let field = BodyField { displacement: vec![[0.0; 3]; 7], stress: None };
@@ -259,7 +254,7 @@ fn json_grid(grid: &UnstructuredGrid, straight: bool) -> serde_json::Value {
     })
 }
 
-/// Python with meshio and VTK, from $ORTHOWEAR_PYTHON or the .venv of the project. `None` if it is absent.
+/// $ORTHOWEAR_PYTHON or the .venv of the project, with meshio and VTK.
 fn python() -> Option<PathBuf> {
     let program = std::env::var_os("ORTHOWEAR_PYTHON")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python"), PathBuf::from);
@@ -285,8 +280,7 @@ fn compare_with_readers(dir: &Path, expected: &serde_json::Value) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Truth: two independent readers, meshio and VTK, return every array to the last bit. The edges that VTK makes of quadratic cells
-/// have their middle node at the midpoint.
+/// Truth: two independent readers return every array to the last bit. The middle nodes of quadratic edges are midpoints.
 #[test]
 fn meshio_and_vtk_read_what_was_given() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -351,7 +345,6 @@ fn meshio_and_vtk_read_what_was_given() {
     compare_with_readers(dir.path(), &serde_json::json!({ "files": files, "collections": collections }));
 }
 
-/// A frame of a triangle, a quadrilateral and a pentagon, with a field.
 fn polygons() -> UnstructuredGrid {
     let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 2.0], [1.5, 2.0], [2.0, 1.0]]
         .map(|[x, y]| Vector3::new(x, y, 0.0));
@@ -385,7 +378,7 @@ fn hertz(n: usize) -> (ContactFrame, FrameState) {
     (frame, state)
 }
 
-/// Truth: the pictures are well-formed XML according to Python's parser. Their size stays below a limit on a fine frame.
+/// Truth: the pictures are well-formed XML, of limited size on a fine frame.
 #[test]
 fn pictures_are_valid_and_small() {
     let dir = tempfile::tempdir().expect("a temporary folder");

@@ -9,7 +9,6 @@ use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 
 use crate::common::{half_spaces, indent, press, relative, solve, steel};
 
-/// A rigid body with this gap on a steel half-space.
 fn pressed_by(gap: &InitialGap, (half_width, cells): (f64, usize)) -> Model {
     let mut model = half_spaces(&steel(), None, (half_width, cells), |_, _| 0.0);
     let n = model.frame.n_cells();
@@ -31,7 +30,7 @@ fn radius(record: &IncrementRecord) -> f64 {
 }
 
 /// Truth: case `cone-sneddon`. The approach is delta = (pi / 2) a tan b for the slope b, to 5e-3. The contact radius a agrees
-/// within a cell. The pressure at half the radius, away from the logarithmic singularity at the tip, agrees to 1e-2.
+/// within a cell, the pressure at half the radius, away from the singularity at the tip, to 1e-2.
 #[test]
 fn a_cone() {
     let (a, cells) = (0.177_572_3, 50);
@@ -63,8 +62,7 @@ fn a_quartic() {
 }
 
 /// Truth: case `sphere-exact-profile` (Segedin 1957), where the contact radius is 0.4 times the sphere radius. The force of the
-/// exact sphere agrees to 5e-3. The force on the paraboloid at the same contact radius is 7 % smaller. An ellipsoid with three
-/// equal semi-axes is the same sphere.
+/// exact sphere agrees to 5e-3. The force on the paraboloid at the same contact radius is 7 % smaller.
 #[test]
 fn an_exact_sphere() {
     for gap in [GapShape::Sphere { radius: 10.0 }, GapShape::SemiAxes { semi_axes: [10.0; 3], angle: 0.4 }] {
@@ -83,7 +81,7 @@ fn a_ball_in_a_socket() {
     let (a, cells) = (0.880_442_270_8, 50);
     let mut model = half_spaces(&steel(), Some(&steel()), (1.25 * a, cells), |_, _| 0.0);
     let n = model.frame.n_cells();
-    // The gap uses the exact surfaces, not their paraboloids: height of the ball minus height of the socket.
+    // The exact surfaces, not their paraboloids.
     for (cell, center) in model.frame.centers.iter().enumerate() {
         let height = |r: f64| r - (r * r - center.x * center.x - center.y * center.y).sqrt();
         model.initial_gap[2 * n + cell] = height(10.0) - height(10.5);
@@ -96,8 +94,7 @@ fn a_ball_in_a_socket() {
 }
 
 /// Truth: heights sampled from a rotated and displaced ellipsoid describe this ellipsoid. Bilinear interpolation between points at
-/// the distance h, a fifth of a cell, has an error of h^2 / 8R. This is 2e-4 of the approach, and the pressures have a similar
-/// error.
+/// the distance h, a fifth of a cell, has an error of h^2 / 8R, 2e-4 of the approach. The pressures have a similar error.
 #[test]
 fn a_turned_height_map_is_its_surface() {
     let (offset, angle) = ([0.1, -0.05], 0.6);

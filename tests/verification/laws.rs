@@ -3,14 +3,14 @@
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 
-/// Slip rule q = -p M² v / |M v| with M = diag(mu) (docs/theory-contact.md): traction for the slip v under the pressure p.
+/// Slip rule q = -p M² v / |M v| with M = diag(mu) (docs/theory-contact.md).
 fn slip_rule(p: f64, mu: [f64; 2], v: [f64; 2]) -> [f64; 2] {
     let norm = (mu[0] * v[0]).hypot(mu[1] * v[1]);
     [-p * mu[0] * mu[0] * v[0] / norm, -p * mu[1] * mu[1] * v[1] / norm]
 }
 
 /// Truth: docs/theory-contact.md. A traction q of the slip rule for slip v is a fixed point of radial return after the step q - r
-/// M² v. This holds to rounding for any r > 0. After the step q - r v the return misses q by more than 1e-3 p, away from the axes.
+/// M² v, for any r > 0. After the step q - r v the return misses q by more than 1e-3 p, away from the axes.
 #[test]
 fn radial_return_goes_with_the_metric_step() {
     let (mu, p, r) = ([0.4, 0.55], 7.0, 3.0);
@@ -31,8 +31,7 @@ fn radial_return_goes_with_the_metric_step() {
     }
 }
 
-/// Truth: mu of the FRP friction law (docs/scene.md) at tilts of 0, ±30 and ±90 degrees, with the coefficients of the reference
-/// scene.
+/// Truth: mu of the FRP friction law (docs/scene.md), with the coefficients of the reference scene.
 #[test]
 fn frp_interpolation() {
     for (tilt, mu) in [(0.0_f64, [0.4, 0.5]), (30.0, [0.45, 0.516_666_666_666_666_7]), (90.0, [0.55, 0.55])] {
@@ -47,7 +46,7 @@ fn frp_interpolation() {
             let ellipse = law.ellipse().expect("friction");
             assert!((ellipse.mu[0] - mu[0]).abs() < 1e-15 && (ellipse.mu[1] - mu[1]).abs() < 1e-15);
             assert_eq!(ellipse.angle, 0.3);
-            // With these data the specific wear rates are i_j = k mu_j for every tilt.
+            // Here the specific wear rates are i_j = k mu_j for every tilt.
             let wear = WearLaw::Energy { k: 1.25e-9 }.specific_rate(Some(ellipse)).expect("wear");
             let frp = WearLaw::Frp {
                 i_l: 5.0e-10,

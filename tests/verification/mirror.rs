@@ -14,8 +14,8 @@ use crate::observed::pull;
 /// Tolerance relative to the largest value, for residuals of 1e-11.
 const SOLVED: f64 = 2e-9;
 
-/// Compares tractions and wear depths at the end of the run with their mirror images along axis `across`, to a `share` of the
-/// largest value. The traction along this axis is odd, all other fields are even.
+/// Compares tractions and wear depths with their mirror images along axis `across`, to a `share` of the largest value. The traction
+/// along this axis is odd, all other fields are even.
 fn is_own_image(model: &Model, steps: &[Step], across: usize, share: f64) {
     let run = solve_with(model, steps, &SolverOptions { tolerance: 1e-11, ..SolverOptions::default() });
     assert_eq!(run.outcome, Outcome::Converged);
@@ -40,8 +40,7 @@ fn is_own_image(model: &Model, steps: &[Step], across: usize, share: f64) {
     }
 }
 
-/// Truth: the mirror image of a solution solves the mirrored problem, and the solution is unique. Cases are pressures alone, under
-/// a prescribed approach or force, on a whole small frame and on windows of a large frame.
+/// Truth: the mirror image of a solution solves the mirrored problem, and the solution is unique.
 #[test]
 fn hertz() {
     for cells in [20, 72] {
@@ -51,8 +50,7 @@ fn hertz() {
     }
 }
 
-/// Truth: mirror symmetry, as in [`hertz`]. Equal bodies are pulled along x or y in partial slip, by force and by displacement. The
-/// friction law is isotropic, given in rotated axes.
+/// Truth: mirror symmetry, as in [`hertz`]. The isotropic friction law is given in rotated axes.
 #[test]
 fn partial_slip() {
     for (cells, across) in [(24, 1), (64, 1), (24, 0)] {
@@ -63,8 +61,7 @@ fn partial_slip() {
     }
 }
 
-/// Truth: mirror symmetry, as in [`hertz`], with coupled pressures and tangential tractions. Fibres are tilted in the plane of the
-/// mirror. Controls are approach, displacement and forces.
+/// Truth: mirror symmetry, as in [`hertz`], with coupled pressures and tangential tractions.
 #[test]
 fn tilted_fibres() {
     for cells in [24, 64] {
@@ -74,8 +71,8 @@ fn tilted_fibres() {
     }
 }
 
-/// Truth: mirror symmetry, as in [`hertz`], of the wear depths of cycles in gross and in partial slip. In partial slip the stick
-/// zone results from strokes with residuals of only 1e-6 (src/evolution/fretting/cycle_state.rs).
+/// Truth: mirror symmetry, as in [`hertz`]. In partial slip the stick zone results from strokes with residuals of only 1e-6
+/// (src/evolution/fretting/cycle_state.rs).
 #[test]
 fn wear() {
     let mut model = sphere_on_frp(30.0, 1.4, 24);
@@ -86,7 +83,7 @@ fn wear() {
     }
 }
 
-/// Truth: mirror symmetry, as in [`hertz`], of steady rolling along x.
+/// Truth: mirror symmetry, as in [`hertz`].
 #[test]
 fn rolling() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.6, 32), sphere(10.0));

@@ -13,7 +13,6 @@ use orthowear::frame::ContactFrame;
 pub use crate::audit::audit;
 use crate::common::step;
 
-/// Keeps the fields of every increment.
 #[derive(Default)]
 pub struct Kept(pub Vec<FrameState>);
 
@@ -26,30 +25,26 @@ impl Observer for Kept {
     }
 }
 
-/// Runs and returns the fields of every increment.
 pub fn follow(model: &Model, steps: &[Step], options: &SolverOptions) -> (RunResult, Vec<FrameState>) {
     let mut kept = Kept::default();
     let result = run(model, steps, options, None, &mut kept).expect("a run without errors");
     (result, kept.0)
 }
 
-/// A step to a tangential force.
 pub fn pull(force: [f64; 2]) -> Step {
     Step { tangential: Some(Tangential::Force(force)), ..step("pull") }
 }
 
-/// A step to a normal and a tangential force together.
 pub fn press_and_pull(normal: f64, tangential: [f64; 2]) -> Step {
     Step { normal: Some(Normal::Force(normal)), ..pull(tangential) }
 }
 
-/// Radius of the circle of this area.
 pub fn radius(area: f64) -> f64 {
     (area / PI).sqrt()
 }
 
-/// Semi-axes (long, short) of the Hertzian ellipse with the same second moments as `pressure`. The third value is the angle of the
-/// long axis from x, degrees in (-90, 90]. For Hertzian pressures the mean of X² along a semi-axis a is a² / 5.
+/// Semi-axes (long, short) of the Hertzian ellipse with the same second moments as `pressure`, and angle of the long axis from x,
+/// degrees in (-90, 90]. For Hertzian pressures the mean of X² along a semi-axis a is a² / 5.
 pub fn hertz_ellipse(frame: &ContactFrame, pressure: &[f64]) -> (f64, f64, f64) {
     let mut moments = [0.0; 4];
     for ((center, area), p) in frame.centers.iter().zip(&frame.areas).zip(pressure) {

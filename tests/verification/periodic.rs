@@ -15,7 +15,7 @@ use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, im7, press, relative, solve, solve_with, sphere, steel, step};
 
-/// Two half-spaces (the upper one rigid if `None`) on one period, with the gap as a function of position.
+/// Two half-spaces (the upper one rigid if `None`) on one period.
 pub fn repeated(
     materials: [Option<&Stiffness>; 2],
     (half_width, cells, periodic): ([f64; 2], [usize; 2], [bool; 2]),
@@ -48,13 +48,13 @@ pub fn repeated(
     }
 }
 
-/// A line contact of a rigid body on steel with one cell of 1 mm along y.
+/// A rigid body on steel with one cell of 1 mm along y.
 fn line(half_width: f64, cells: usize, gap: impl Fn(f64) -> f64) -> Model {
     let (steel, frame) = (steel(), ([half_width, 0.5], [cells, 1], [false, true]));
     repeated([Some(&steel), None], frame, |x, _| gap(x))
 }
 
-/// Reduced modulus E* of a rigid body on steel, MPa.
+/// MPa.
 const E_STAR: f64 = 210e3 / 0.91;
 
 fn pressures(result: &RunResult) -> &[f64] {
@@ -86,7 +86,6 @@ fn wedge_2d() {
     let result = solve(&model, &[press(500.0)]);
     let (a, h) = (0.06204521545, 0.0005);
     assert!((result.records[0].contact_area / 2.0 - a).abs() < h, "{}", result.records[0].contact_area);
-    // Linear interpolation between the cell centres around a / 2.
     let position = (a / 2.0 + 0.1) / h - 0.5;
     let (cell, share) = (position.floor() as usize, position.fract());
     let p = pressures(&result);
@@ -94,7 +93,7 @@ fn wedge_2d() {
     assert!(relative(found, 3378.187305) < 1e-2, "{found}");
 }
 
-/// One period of a wave with a wavelength of 1 mm and an amplitude of 0.002 mm.
+/// A wave of length 1 mm and amplitude 0.002 mm.
 fn wave(cells: [usize; 2], lower: &Stiffness) -> Model {
     let frame = ([0.5, 0.3], cells, [true, true]);
     repeated([Some(lower), None], frame, |x, _| 0.002 * (1.0 - (2.0 * PI * x).cos()))
@@ -121,9 +120,9 @@ fn wavy_1d_westergaard() {
     }
 }
 
-/// Truth: if the mean pressure p̄ exceeds p*, contact is complete. Then p = p̄ + p* cos(2 π x / λ), to 1e-10 for any number of
-/// cells. The approach equals the amplitude Δ of the wave of length λ. p* = 2 π Δ / (λ W_nn), with λ = 1 mm (on CFRP: catalogue
-/// case `aniso-sinusoidal-load`). W_nn is the Green's function's symbol in the direction of the wave.
+/// Truth: if the mean pressure p̄ exceeds p*, contact is complete. Then p = p̄ + p* cos(2 π x / λ), to 1e-10. The approach equals the
+/// amplitude Δ of the wave of length λ. p* = 2 π Δ / (λ W_nn), with λ = 1 mm (on CFRP: catalogue case `aniso-sinusoidal-load`).
+/// W_nn is the Green's function's symbol in the direction of the wave.
 #[test]
 fn complete_contact_is_exact() {
     let options = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
@@ -142,11 +141,10 @@ fn complete_contact_is_exact() {
     }
 }
 
-/// Truth: a frame much larger than the contact is not affected by its periodic images. The gap of the sphere is r² / (2 R). With
-/// two periodic directions the four nearest images at the distance L change its coefficient 1 / (2 R) by P / (π E* L³), about 2e-3
-/// of the coefficient; with one direction, the two images change it by at most twice as much. Both grids have the same cells.
-/// Tractions are constant over the cells along open directions, and smooth along periodic ones. This changes the peak by less than
-/// 5e-3 with about 35 cells along the contact.
+/// Truth: a frame much larger than the contact is not affected by its periodic images. With two periodic directions the four
+/// nearest images at the distance L change the coefficient 1 / (2 R) of the gap by P / (π E* L³), about 2e-3 of it. Tractions are
+/// constant over the cells along open directions, and smooth along periodic ones. This changes the peak by less than 5e-3 with
+/// about 35 cells along the contact.
 #[test]
 fn large_frames_agree_with_open_ones() {
     let (load, gap) = (60.0, sphere(50.0));
@@ -163,7 +161,7 @@ fn large_frames_agree_with_open_ones() {
 }
 
 /// Truth: Cattaneo and Mindlin in plane strain, for equal bodies (K.L. Johnson 1985, 7.2). The half-widths c of the stick zone and
-/// a of the contact obey c / a = sqrt(1 - Q / μP), to one cell. The frame has one or several cells along y.
+/// a of the contact obey c / a = sqrt(1 - Q / μP), to one cell.
 #[test]
 fn partial_slip_of_a_line_contact() {
     let steel = steel();
@@ -182,8 +180,7 @@ fn partial_slip_of_a_line_contact() {
     }
 }
 
-/// Truth: the gap is evaluated at the nearest periodic image. A sphere that is off the centre by a third of a period has the
-/// shifted gap of a centred sphere.
+/// Truth: the gap is evaluated at the nearest periodic image.
 #[test]
 fn shapes_stand_at_their_nearest_image() {
     let frame =

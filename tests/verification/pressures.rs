@@ -11,13 +11,12 @@ use orthowear::frame::ContactFrame;
 
 use crate::common::{half_spaces, im7, indent, press, solve_with, sphere, steel};
 
-/// A sphere with waves of three lengths. The contact consists of several islands.
+/// The contact consists of several islands.
 fn rough(x: f64, y: f64) -> f64 {
     let wave = |k: f64, angle: f64| (k * (angle.cos() * x + angle.sin() * y)).cos();
     sphere(20.0)(x, y) + 5e-4 * (3.0 + wave(9.0, 0.3) + wave(17.0, 1.4) + wave(31.0, 2.2))
 }
 
-/// The operator of a model without its preconditioner.
 struct Bare(Arc<dyn Flexibility>);
 
 impl Flexibility for Bare {
@@ -43,14 +42,12 @@ fn bare(model: Model) -> Model {
 }
 
 fn steps() -> [Step; 5] {
-    // Loading, unloading, by approach and by force, and finally no contact.
     [indent(0.004), indent(0.012), press(150.0), press(90.0), indent(-0.001)]
         .map(|step| Step { friction: false, ..step })
 }
 
 /// Truth: the problem is strictly convex, and all solvers converge to its unique solution. The tolerance 1e-7 of the peak pressure
-/// covers residuals of 1e-10 times the condition number of the normal flexibility, below 100. Conjugate gradients use curvature and
-/// need fewer operator products than projection.
+/// covers residuals of 1e-10 times the condition number of the normal flexibility, below 100.
 #[test]
 fn conjugate_gradients_end_where_projection_does() {
     let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
@@ -81,7 +78,7 @@ fn conjugate_gradients_end_where_projection_does() {
 }
 
 /// Truth: the approximate inverse of the half-space operator is symmetric and positive definite. Its product with the operator is
-/// near the identity for pressures that vary inside the frame. (Within a factor of 2 for waves of 3 to 12 cells, Vollebregt 2014.)
+/// within a factor of 2 of the identity for waves of 3 to 12 cells (Vollebregt 2014).
 #[test]
 fn the_approximate_inverse_is_one() {
     let (n, half_width) = (48, 0.8);

@@ -22,7 +22,7 @@ use crate::observed::pull;
 /// Friction so large that only cells at the edge of a punch slip.
 const BONDED: FrictionLaw = FrictionLaw::Coulomb { mu: 100.0 };
 
-/// A frame of the grid cells inside `outline`. The grid has `cells` cells across the width `2 extent` and a margin of one cell.
+/// The grid cells inside `outline`, with `cells` cells across the width `2 extent` and a margin of one cell.
 pub fn frame(outline: &Outline, extent: f64, cells: usize) -> ContactFrame {
     let spacing = 2.0 * extent / cells as f64;
     let n = cells + 2;
@@ -35,7 +35,7 @@ fn disc(radius: f64) -> Outline {
     Outline::Circle { radius, center: [0.0; 2] }
 }
 
-/// A model of half-spaces on `frame`. The upper body is rigid if it is `None`.
+/// The upper body is rigid without `upper`.
 pub fn model(lower: &Stiffness, upper: Option<&Stiffness>, frame: ContactFrame, gap: GapShape) -> Model {
     let mut body1 = HalfSpaceBody::new(lower, Side::Lower, &frame).expect("a half-space");
     let mut body2: Box<dyn ElasticBody> = match upper {
@@ -67,7 +67,6 @@ fn moduli(g: f64, nu: f64) -> Stiffness {
     Stiffness::isotropic(2.0 * g * (1.0 + nu), nu).expect("an admissible material")
 }
 
-/// Value of the cell whose centre is nearest to (x, y).
 fn at(frame: &ContactFrame, values: &[f64], x: f64, y: f64) -> f64 {
     let distance = |cell: usize| (frame.centers[cell].x - x).hypot(frame.centers[cell].y - y);
     let cell = (0..frame.n_cells()).min_by(|a, b| distance(*a).total_cmp(&distance(*b))).expect("cells");
@@ -76,8 +75,7 @@ fn at(frame: &ContactFrame, values: &[f64], x: f64, y: f64) -> f64 {
 
 /// Truth: case `punch-flat-circular` (Boussinesq). At the approach delta a punch of radius a carries F = 2 E* a delta, to 1e-2 at
 /// 20 cells along the radius. The pressure at the centre agrees to 5e-3. Pressures are positive and increase along a radius,
-/// without a checkerboard. Beside the punch the surface sinks by (2 delta / pi) asin(a / r), to 1e-2. The outline does not count as
-/// an edge of the frame.
+/// without a checkerboard. Beside the punch the surface sinks by (2 delta / pi) asin(a / r), to 1e-2.
 #[test]
 fn a_circular_punch() {
     let (a, delta) = (2.0, 0.01);
@@ -97,7 +95,6 @@ fn a_circular_punch() {
     let along: Vec<f64> = (0..20).map(|i| at(&frame, pressure, 0.05 + 0.1 * f64::from(i), 0.05)).collect();
     assert!(along.windows(2).all(|pair| pair[1] > pair[0]), "{along:?}");
 
-    // Displacement of the whole surface, from the pressures on the cells of a wider grid.
     let wide = ContactFrame::grid([4.5; 2], [90, 90], [0.0; 2], 0.0).expect("a grid");
     let body = HalfSpaceBody::new(&steel(), Side::Lower, &wide).expect("a half-space");
     let mut tractions = vec![0.0; 3 * wide.n_cells()];
@@ -109,7 +106,6 @@ fn a_circular_punch() {
     let sunk: Vec<f64> =
         body.recover(&tractions).expect("a field").displacement.iter().map(|u| -u[2]).collect();
     for (r, wanted) in [(2.0 * a, 0.003_333_333_333), (1.1 * a, 0.007_264_446_963)] {
-        // Mean of the two cells around r.
         let (low, high) = (at(&wide, &sunk, r - 0.05, 0.05), at(&wide, &sunk, r + 0.05, 0.05));
         assert!(relative(0.5 * (low + high), wanted) < 1e-2, "{r}: {low} {high} {wanted}");
     }
@@ -117,8 +113,7 @@ fn a_circular_punch() {
 
 /// Truth: case `punch-flat-square`. A square of side L at the approach delta carries F = 1.152303513 E* L delta, from the
 /// capacitance of a square plate (Hwang, Mascagni, Won 2010). Tolerances: 6e-3 at 64 cells, 3e-3 at 128, 1e-3 after Richardson
-/// extrapolation of order 1. A polygonal outline on a wider grid gives the same cells, and the same force to the tolerance of the
-/// solver.
+/// extrapolation of order 1. A polygonal outline on a wider grid gives the same cells and the same force.
 #[test]
 fn a_square_punch() {
     let material = Stiffness::isotropic(1.0, 0.0).expect("E* = 1");
@@ -137,11 +132,9 @@ fn a_square_punch() {
 }
 
 /// Truth: a frictionless circular punch of radius a tilts by theta = 3 P e / (4 E* a^3). The load P has an eccentricity e < a/3
-/// (Johnson 1985, 3.3). Derived here: a pressure C x / sqrt(a^2 - r^2) gives a linear displacement. Its slope at the centre is (1 /
-/// pi E*) times the integral of p x / r^3, which is C pi / (2 E*). Hence C = 2 E* theta / pi, and the moment is C pi (2 a^3 / 3) =
-/// (4/3) E* a^3 theta. The error is below 1.5e-2 at 30 cells along the radius and below 1e-2 at 60. The singular edge limits
-/// convergence to first order, and the stepped outline is off by about 3e-3 of a. The moment has any direction. Without friction,
-/// unloading in increments and loading again gives the same state.
+/// (Johnson 1985, 3.3). The pressure is C x / sqrt(a^2 - r^2) with C = 2 E* theta / pi, and its moment is (4/3) E* a^3 theta. The
+/// error is below 1.5e-2 at 30 cells along the radius and below 1e-2 at 60. The singular edge limits convergence to first order,
+/// and the stepped outline is off by about 3e-3 of a. Without friction, unloading and loading again gives the same state.
 #[test]
 fn a_tilting_punch() {
     let (a, force, modulus) = (1.0, 1000.0, 210e3 / 0.91);
@@ -162,7 +155,6 @@ fn a_tilting_punch() {
         (0..2).for_each(|k| {
             assert!((again.rotation[k] - found.rotation[k]).abs() < 1e-5 * found.rotation[1].abs())
         });
-        // If the rotation of this solution is prescribed, the moment is the same.
         let turned = Step { tilt: Some(Tilt::Rotation(found.rotation.map(f64::to_radians))), ..press(force) };
         let held = last(&flat, &[turned]);
         (0..2).for_each(|k| assert!((held.moment[k] - moment[k]).abs() < 1e-5 * 200.0));
@@ -203,8 +195,7 @@ fn torsion_of_a_bonded_disc() {
 }
 
 /// Truth: case `stick-tangential-punch`. A sticking disc of radius a, displaced by u on a half-space, needs the force Q = 8 G a u /
-/// (2 - nu), to 1e-2. Between two equal half-spaces it needs half of Q. For equal bodies tangential displacement and pressure are
-/// uncoupled. nu = 0.4999 replaces 0.5, which is not admissible here.
+/// (2 - nu), to 1e-2. Between two equal half-spaces it needs half of Q. nu = 0.4999 replaces 0.5, which is not admissible here.
 #[test]
 fn shift_of_a_sticking_disc() {
     for (nu, wanted) in [(0.0, 4.0), (0.3, 4.705_882_353), (0.4999, 5.333_333_333)] {
@@ -255,8 +246,8 @@ impl Flexibility for Springs {
     }
 }
 
-/// Result for a disc of radius 1 after large sliding on springs of unit stiffness. The disc has 100 cells across and carries unit
-/// pressure. It moves by `distance` along x and turns by `angle` (radians), many times the deflection of the springs.
+/// Result for a disc of radius 1 after large sliding on springs of unit stiffness under unit pressure. The disc moves by `distance`
+/// along x and turns by `angle` (radians), many times the deflection of the springs.
 fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
     let frame = frame(&disc(1.0), 1.0, 100);
     let n = frame.n_cells();
@@ -274,8 +265,8 @@ fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
 }
 
 /// Truth: case `spin-slide-isotropic` (Contensou 1963). A disc under uniform pressure slides at lambda times the spin velocity of
-/// its edge. Force and moment agree to 1e-3 of the load with 100 cells. The reported force and moment act on the lower body,
-/// opposite to the force and moment on the disc. Pure sliding gives mu P, pure spin (2/3) mu P a.
+/// its edge. Force and moment agree to 1e-3 of the load. They act on the lower body, opposite to those on the disc. Pure sliding
+/// gives mu P, pure spin (2/3) mu P a.
 #[test]
 fn spinning_and_sliding() {
     let far = 1e6;
@@ -305,8 +296,8 @@ fn spinning_with_elliptic_friction() {
     }
 }
 
-/// Truth: case `str-conforming-flat`. Every cell of a flat contact stays in contact under pressure, although the pressure is
-/// singular at the edge. Noise of an ulp in the gaps changes nothing beyond 1e-9.
+/// Truth: case `str-conforming-flat`. Every cell of a flat contact stays in contact, although the pressure is singular at the edge.
+/// Noise of an ulp in the gaps changes nothing beyond 1e-9.
 #[test]
 fn noise_in_a_conforming_gap() {
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
@@ -327,9 +318,8 @@ fn noise_in_a_conforming_gap() {
     assert!(relative(a.records[0].approach, b.records[0].approach) < 1e-9);
 }
 
-/// Truth: case `str-conforming-flat`. Flat on flat, all cells of the frame are in contact, with noise of an ulp in the gaps.
-/// Pressing and then pulling with mu P / 3 each take fewer than ten iterations to a residual of 1e-6. The noise adds no iteration:
-/// the active set does not oscillate. (The catalogue names no residual. Conjugate gradients take twelve iterations to 1e-8.)
+/// Truth: case `str-conforming-flat`. Pressing and then pulling with mu P / 3 each take fewer than ten iterations to a residual of
+/// 1e-6. Noise of an ulp in the gaps adds no iteration: the active set does not oscillate.
 #[test]
 fn conforming_contacts_take_few_iterations() {
     let square = ContactFrame::grid([1.0; 2], [40; 2], [0.0; 2], 0.0).expect("a grid");

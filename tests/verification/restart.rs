@@ -18,7 +18,7 @@ use orthowear::simulation::{Simulation, build_with};
 
 use crate::common::usual_or_finest;
 
-/// Writes every checkpoint into a folder of its own and keeps every state.
+/// Keeps every checkpoint in a folder of its own, and every state.
 struct Keeping<'a> {
     operator: &'a dyn Flexibility,
     folder: &'a Path,
@@ -46,7 +46,7 @@ fn origin() -> Provenance {
     Provenance::new(serde_json::Value::Null, Vec::new())
 }
 
-/// All results of a run that the scene determines (no computing times), as text and bits.
+/// All results of a run that the scene determines, as text and bits.
 #[derive(PartialEq)]
 struct Outcome {
     records: Vec<String>,
@@ -72,7 +72,6 @@ impl Outcome {
         }
     }
 
-    /// Asserts that this run ends like the uninterrupted run `whole`, and names the first difference.
     #[track_caller]
     fn assert_ends_as(&self, whole: &Self, place: &str) {
         for (i, (found, expected)) in self.records.iter().zip(&whole.records).enumerate() {
@@ -87,8 +86,7 @@ impl Outcome {
     }
 }
 
-/// Runs `plan` from a checkpoint or from the start, on `threads` threads. Writes its checkpoints into `folder` and returns their
-/// number.
+/// Runs `plan` from a checkpoint or from the start. Writes its checkpoints into `folder` and returns their number.
 fn run(
     plan: &Plan,
     frame: Option<&ContactFrame>,
@@ -111,7 +109,7 @@ fn run(
     })
 }
 
-/// Resumes a scene from each of its checkpoints. Each resumed run is resumed once more from one of its own checkpoints.
+/// Resumes from each checkpoint, and each resumed run once more.
 fn check(scene: &str, frame: Option<&ContactFrame>) {
     check_every(1, scene, frame);
 }
@@ -175,9 +173,8 @@ fn half_spaces(frame: &str, steps: &str) -> String {
     )
 }
 
-/// Truth (rel-restart-equals-continuous): a resumed run equals the uninterrupted run, to the last bit. Runs resume from every
-/// checkpoint, in chains and with other numbers of threads. The steps are loads in increments, fretting cycles and a step after
-/// them. The frame is large enough for windows.
+/// Truth (rel-restart-equals-continuous): the uninterrupted run, to the last bit. Runs resume from every checkpoint, in chains and
+/// with other numbers of threads. The frame is large enough for windows.
 #[test]
 #[ignore = "97 s; usual: cycles_and_sliding_of_all_kinds and windows_that_shrink"]
 fn loads_and_cycles_of_half_spaces() {
@@ -202,8 +199,7 @@ wear = false
     check(&half_spaces("half_width = [1.5, 1.5]\ncells = [64, 64]", steps), None);
 }
 
-/// Truth: the uninterrupted run, for jumps with error control under a changed load, for ellipses, strokes in increments and cyclic
-/// forces, and for steady sliding.
+/// Truth: the uninterrupted run.
 #[test]
 fn cycles_and_sliding_of_all_kinds() {
     let steps = r#"
@@ -237,7 +233,7 @@ shift = { distance = 0.0, angle = 0.0 }
     );
 }
 
-/// Truth: the uninterrupted run, in which the windows of a frame shrink and the grids of earlier windows are reused.
+/// Truth: the uninterrupted run. The grids of earlier windows are reused.
 #[test]
 fn windows_that_shrink() {
     let steps = r#"
@@ -253,7 +249,7 @@ increments = 5
     check(&half_spaces("half_width = [1.5, 1.5]\ncells = [96, 96]", steps), None);
 }
 
-/// Truth: the uninterrupted run, for sliding without friction, where pressures cause tangential displacements of the surfaces.
+/// Truth: the uninterrupted run. Pressures cause tangential displacements of the surfaces.
 #[test]
 fn sliding_without_friction() {
     let steps = r#"
@@ -277,7 +273,7 @@ sliding = { distance = 20.0, angle = 30.0, jumps = 4 }
     }
 }
 
-/// Truth: the uninterrupted run, for rolling, where worn volume and distance accumulate from increment to increment.
+/// Truth: the uninterrupted run. Worn volume and distance accumulate from increment to increment.
 #[test]
 fn rolling() {
     let steps = r#"
@@ -292,7 +288,7 @@ increments = 3
     check(&half_spaces("half_width = [1.2, 1.2]\ncells = [24, 24]", steps), None);
 }
 
-/// Truth: the uninterrupted run, for rotations and moments, with loading and unloading.
+/// Truth: the uninterrupted run.
 #[test]
 fn turns() {
     let steps = r#"
@@ -314,8 +310,7 @@ increments = 2
     check(&half_spaces("half_width = [1.4, 1.4]\ncells = [20, 20]", steps), None);
 }
 
-/// Truth: the uninterrupted run, for a meshed body. Its flexibility is known at first for the middle cells only and grows with the
-/// contact.
+/// Truth: the uninterrupted run. The flexibility is known at first for the middle cells only and grows with the contact.
 #[test]
 fn growing_contact_of_a_meshed_body() {
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");
@@ -351,6 +346,6 @@ increments = 2
     let mut frame = ContactFrame::grid([1.2, 1.2], [8, 8], [0.0, 0.0], 0.0).expect("a frame");
     let near = |cell| frame.plane_coordinates(cell).iter().map(|x| x * x).sum::<f64>() < 0.1;
     frame.candidates = Some((0..frame.n_cells()).map(near).collect());
-    // Only some checkpoints are used, because each run condenses the body again.
+    // Each run condenses the body again.
     check_every(usual_or_finest(6, 2), &scene, Some(&frame));
 }

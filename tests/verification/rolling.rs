@@ -23,7 +23,6 @@ fn roll(quarter_turns: u8, creepage: [f64; 2], spin: f64) -> Step {
 const RADIUS: f64 = 20.0;
 /// Load per length, N/mm.
 const LOAD: f64 = 500.0;
-/// Friction coefficient.
 const MU: f64 = 0.3;
 
 /// Half-width of the contact, mm (Hertz).
@@ -50,8 +49,8 @@ fn converged(model: &Model, steps: &[Step]) -> RunResult {
 }
 
 /// Truth: catalogue case `carter-2d` (Johnson 1985, 8.3). The creepage is |ξ| = (μ a / R)(1 - c / a), to 2 % as in the catalogue.
-/// The half-widths of stick zone and contact obey c / a = sqrt(1 - Q / μP). The stick zone reaches the leading edge, and no cell
-/// behind it sticks. Body 2 slips along +x and drags body 1 along +x.
+/// The half-widths of stick zone and contact obey c / a = sqrt(1 - Q / μP). The stick zone reaches the leading edge. Body 2 slips
+/// along +x and drags body 1 along +x.
 #[test]
 fn carter() {
     let model = cylinders(256);
@@ -77,8 +76,7 @@ fn carter() {
     }
 }
 
-/// Truth: creepages grow in increments, and each increment is a steady state. The last increment equals a single increment with the
-/// same creepage.
+/// Truth: each increment of a growing creepage is a steady state, equal to a single increment with the same creepage.
 #[test]
 fn increments_are_a_creep_curve() {
     let (model, creep) = (cylinders(100), 0.5 * MU * half_width() / RADIUS);
@@ -159,7 +157,7 @@ fn full_sliding() {
     }
 }
 
-/// Truth: in plane strain there is no slip across the plane. Of a friction ellipse only the semi-axis in the plane matters.
+/// Truth: in plane strain only the semi-axis of a friction ellipse in the plane matters.
 #[test]
 fn an_ellipse_along_its_axis_is_coulomb() {
     let creep = [0.5 * MU * half_width() / RADIUS, 0.0];
@@ -172,8 +170,7 @@ fn an_ellipse_along_its_axis_is_coulomb() {
     assert_eq!(a.stick_area, b.stick_area);
 }
 
-/// Truth: fibres lie in the plane of rolling. The mirror y -> -y reverses lateral creepage, spin, lateral force and moment, and
-/// nothing else.
+/// Truth: fibres lie in the plane of rolling. The mirror y -> -y reverses lateral creepage, spin, lateral force and moment.
 #[test]
 fn mirrored_rolling_on_cfrp() {
     let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.5, 24), sphere(10.0));
@@ -190,9 +187,8 @@ fn mirrored_rolling_on_cfrp() {
     assert!(left.stick_area > 0.0 && left.stick_area < left.contact_area);
 }
 
-/// Truth: in a steady state the elastic energy is constant. Friction dissipates the work of the creepages over the rolled distance,
-/// to rounding. With an energy law the worn volume is k times the dissipation, to 1e-2, because tractions change direction within a
-/// cell where stick ends. The gap does not change.
+/// Truth: in a steady state friction dissipates the work of the creepages over the rolled distance, to rounding. With an energy law
+/// the worn volume is k times the dissipation, to 1e-2, because tractions change direction within a cell where stick ends.
 #[test]
 fn wear_per_rolled_distance() {
     let mut model = ball(&steel(), 48);
@@ -214,8 +210,7 @@ fn wear_per_rolled_distance() {
     assert_eq!((rolled.creepage, rolled.spin, rolled.distance), (creepage, spin, distance));
 }
 
-/// Truth: forces on cells of full and of half the size agree to 0.1 %. Tilted fibres couple pressures and tractions. On the finer
-/// cells Newton's method converges without another method.
+/// Truth: forces on cells of full and of half the size agree to 0.1 %. Tilted fibres couple pressures and tractions.
 #[test]
 fn rolling_on_tilted_fibres() {
     let rolled = |cells| {
@@ -232,8 +227,8 @@ fn rolling_on_tilted_fibres() {
 }
 
 /// Truth: `max_iterations` is the only limit on the iterations of a step. With one semi-axis of the friction ellipse three hundred
-/// times smaller than the other, the cells in contact need more than 500 iterations. The result is certified and equals the result
-/// on the whole frame.
+/// times smaller than the other, the cells in contact need more than 500 iterations. The result equals the result on the whole
+/// frame.
 #[test]
 fn rolling_with_little_friction_across() {
     let mut model = rectangle(&steel(), Some(&steel()), ([0.8; 2], [72, 60]), sphere(10.0));

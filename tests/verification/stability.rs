@@ -1,6 +1,5 @@
 //! Numerical stability: parameters reach the limits of the methods. Every run ends certified, with an independent audit of its
-//! state, or reports why not. No run is silently wrong, panics or returns a non-finite number.
-//! `cargo run --release --example stability` prints the sweeps as a table (docs/stability.md).
+//! state, or reports why not.
 
 mod bounds;
 mod ends;
@@ -16,7 +15,6 @@ use crate::mesh::writer;
 use sweeps::{Case, End};
 use verdict::{Run, Verdict};
 
-/// Runs a case and asserts its required outcome.
 fn ended(case: &Case) -> Verdict {
     let name = case.name();
     let verdict = verdict::run(&name, &case.scene, case.mesh.as_deref());
@@ -30,7 +28,6 @@ fn ended(case: &Case) -> Verdict {
     verdict
 }
 
-/// The certified runs of a sweep with their parameter values.
 fn runs<'c>(cases: &'c [Case], sweep: &str) -> Vec<(&'c str, Run)> {
     let of_sweep = cases.iter().filter(|case| case.sweep == sweep);
     let runs = of_sweep.filter_map(|case| match ended(case) {
@@ -42,17 +39,15 @@ fn runs<'c>(cases: &'c [Case], sweep: &str) -> Vec<(&'c str, Run)> {
     runs
 }
 
-/// The run for a parameter value.
 fn of<'r>(runs: &'r [(&str, Run)], value: &str) -> &'r Run {
     &runs.iter().find(|(known, _)| *known == value).unwrap_or_else(|| panic!("no run of {value}")).1
 }
 
-/// Total number of iterations of a run.
 fn iterations(run: &Run) -> usize {
     run.records.iter().map(|record| record.iterations).sum()
 }
 
-/// Largest difference between the forces of two runs, record by record, divided by the normal force of `b`.
+/// Largest difference of forces, divided by the normal force of `b`.
 fn apart(a: &Run, b: &Run) -> f64 {
     assert_eq!(a.records.len(), b.records.len());
     let pairs = a.records.iter().zip(&b.records);

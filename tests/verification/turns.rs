@@ -38,8 +38,7 @@ fn near(found: [f64; 2], wanted: [f64; 2], within: f64) {
 }
 
 /// Truth: small rotations (a, b) about x and y through the centre of the frame move a paraboloid of radius R. Its lowest point is
-/// then at R (b, -a) and R (a^2 + b^2) / 2 deeper. The equations are the same, and so is the solution: forces and peak pressure
-/// agree to 1e-6 at residuals of 1e-8. Cases are with and without friction, with prescribed approach and prescribed force.
+/// then at R (b, -a) and R (a^2 + b^2) / 2 deeper. Forces and peak pressure agree to 1e-6 at residuals of 1e-8.
 #[test]
 fn a_rotated_sphere_is_a_shifted_one() {
     let (a, b) = (0.003, -0.008);
@@ -66,9 +65,8 @@ fn a_rotated_sphere_is_a_shifted_one() {
 }
 
 /// Truth: a frictionless sphere under P and moments M rolls until its contact is below the resultant. The lowest point is at (M_y,
-/// -M_x) / P and the rotation (M_x, M_y) / (P R), because Hertz's contact has the same shape everywhere. The discretisation error
-/// is 1e-3 with 12 cells along the contact radius. Unloading and loading in increments, or prescribing the rotation, gives the same
-/// state.
+/// -M_x) / P and the rotation (M_x, M_y) / (P R). The discretisation error is 1e-3 with 12 cells along the contact radius.
+/// Unloading and loading in increments, or prescribing the rotation, gives the same state.
 #[test]
 fn a_sphere_rolls_under_a_moment() {
     let (force, moment) = (400.0, [12.0, 30.0]);
@@ -104,7 +102,7 @@ fn a_sphere_rolls_under_a_moment() {
 /// Truth: case `lubkin-torsion`. A rigid sphere under a constant force carries 0.897338429 of the torque of full slip (3 pi / 16)
 /// mu P a. It sticks inside c = a / 2 and turns by 0.47272981 mu p0 / G. Tolerances of the catalogue: c within a cell, the angle to
 /// 1e-2. Torsion does not change the pressure, to 1e-6 at residuals of 1e-8. Ten increments give the same twist to 2e-3, since the
-/// torque only grows. If the resulting twist is prescribed, the torque is the same.
+/// torque only grows.
 #[test]
 fn lubkin() {
     let (force, mu, g) = (1000.0, 0.3, 210e3 / 2.6);
@@ -130,8 +128,8 @@ fn lubkin() {
     assert!(relative(last(&by_twist).moment[2], torque) < 1e-6);
 }
 
-/// Truth: Masing's rule under a constant force. Reversal of the torque T to -T reverses the twist, and another reversal gives the
-/// first twist again (closed loop). Tolerance 1e-6: the contact edge is compliant and magnifies the residual of the solver.
+/// Truth: Masing's rule. Reversal of the torque T to -T reverses the twist, and another reversal closes the loop. Tolerance 1e-6:
+/// the contact edge is compliant and magnifies the residual of the solver.
 #[test]
 fn a_torsional_loop_closes() {
     let mut model = half_spaces(&steel(), None, (0.4, 32), sphere(RADIUS));
@@ -146,9 +144,8 @@ fn a_torsional_loop_closes() {
     assert!(relative(-angles[2], angles[1]) < 1e-6 && relative(angles[3], angles[1]) < 1e-6, "{angles:?}");
 }
 
-/// Truth: equilibrium. A sphere spins under a moment beyond (3 pi / 16) mu P a, and the run reports the largest moment that
-/// friction carries. A punch tips over if the resultant lies outside its outline. In both cases the record of the failed step is
-/// kept.
+/// Truth: equilibrium. A sphere spins under a moment beyond (3 pi / 16) mu P a. A punch tips over if the resultant lies outside its
+/// outline.
 #[test]
 fn too_large_a_moment_is_reported() {
     let mut model = half_spaces(&steel(), None, (0.4, 24), sphere(RADIUS));
@@ -160,7 +157,6 @@ fn too_large_a_moment_is_reported() {
     assert!(spun.warnings.iter().any(|note| note.contains("spins about n")), "{:?}", spun.warnings);
     assert!(relative(spun.records[1].moment[2], full) < 5e-3, "{}", spun.records[1].moment[2]);
 
-    // The resultant of a flat punch has to lie inside its outline.
     let flat = half_spaces(&steel(), None, (1.0, 16), |_, _| 0.0);
     let held = solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 80.0])), ..press(100.0) }]);
     assert_eq!(held.outcome, Outcome::Converged);
@@ -196,7 +192,7 @@ fn what_a_step_does_not_name_stays() {
     );
 }
 
-/// A spin moment needs friction and is an error without it. A zero moment is admissible.
+/// A zero moment needs no friction.
 #[test]
 fn a_spin_moment_needs_friction() {
     let model = half_spaces(&steel(), None, (0.5, 8), sphere(RADIUS));
@@ -207,8 +203,7 @@ fn a_spin_moment_needs_friction() {
     assert!(error.to_string().contains("spin moment"), "{error}");
 }
 
-/// Truth: prescribed forces and moments act together, here on inclined fibres under a rotated friction ellipse. Each agrees with
-/// its prescribed value.
+/// Truth: each result agrees with its prescribed value, here on inclined fibres under a rotated friction ellipse.
 #[test]
 fn forces_and_moments_act_together() {
     let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.6, 32), sphere(RADIUS));
@@ -229,7 +224,7 @@ fn forces_and_moments_act_together() {
     assert!(found.certificate.tangential_gap_energy.abs() < 1e-8);
 }
 
-/// Truth: docs/theory-contact.md. Without a force the bodies just touch, rotated or not, without a warning.
+/// Truth: docs/theory-contact.md. Without a force the bodies just touch, without a warning.
 #[test]
 fn turned_bodies_without_load_just_touch() {
     for friction in [FrictionLaw::None, FrictionLaw::Coulomb { mu: 0.3 }] {

@@ -56,8 +56,8 @@ fn reference_cycles() {
     }
 }
 
-/// Truth: docs/theory-wear.md. Backward Euler is first order, and SDIRK2 with the slip at the stages is second order. The error of
-/// the largest wear depth is measured against a fine run.
+/// Truth: docs/theory-wear.md. Backward Euler is first order, and SDIRK2 with the slip at the stages is second order. Errors are
+/// measured against a fine run.
 #[test]
 fn orders_of_the_integrators() {
     let depth = |jumps, integrator| {
@@ -73,8 +73,8 @@ fn orders_of_the_integrators() {
     }
 }
 
-/// Truth: Archard's law under Coulomb friction gives V = (i / mu) x dissipation, to 1e-10. Sliding of all cells over the rigid path
-/// bounds V by 4 N i P D (N cycles, amplitude D, load P). This path is much longer than the elastic displacements.
+/// Truth: Archard's law under Coulomb friction gives V = (i / mu) x dissipation, to 1e-10. The rigid path, much longer than the
+/// elastic displacements, bounds V by 4 N i P D (N cycles, amplitude D, load P).
 #[test]
 fn archard_volume_is_proportional_to_dissipation() {
     let steel = crate::common::steel();
@@ -87,7 +87,7 @@ fn archard_volume_is_proportional_to_dissipation() {
     let since = last.dissipation - result.records[0].dissipation;
     let volume = last.worn_volume - result.records[0].worn_volume;
     assert!(relative(volume, 1e-8 / 0.5 * since) < 1e-10, "{volume} {since}");
-    // The rigid path is 4 x 0.02 mm per cycle. Elastic displacements shorten the slip path.
+    // Elastic displacements shorten the slip path.
     let rigid = 1000.0 * 4.0 * 1e-8 * 500.0 * 0.02;
     assert!(volume < rigid && volume > 0.8 * rigid, "{volume} {rigid}");
     assert!(relative(last.normal_force, 500.0) < 1e-10);
@@ -109,7 +109,7 @@ fn the_limit_shape_is_the_rigid_overlap() {
     assert!(result.records.last().expect("records").worn_volume < std::f64::consts::PI * 50.0 * 0.02 * 0.02);
 }
 
-/// Truth: a stroke in partial slip leaves the centre unworn and wears the annulus. The worn volume is k times the dissipation.
+/// Truth: a stroke in partial slip wears only the annulus. The worn volume is k times the dissipation.
 #[test]
 fn partial_slip_wears_only_the_annulus() {
     let steel = crate::common::steel();
@@ -127,7 +127,7 @@ fn partial_slip_wears_only_the_annulus() {
     assert!(relative(volume, 1e-8 * energy) < 1e-6, "{volume} {energy}");
 }
 
-/// Truth: `wear-two-body-split`. The worn volumes of the bodies add up to the total and have the prescribed ratio.
+/// Truth: `wear-two-body-split`. The worn volumes of the bodies have the prescribed ratio and add up to the total.
 #[test]
 fn wear_is_shared_as_told() {
     let mut model = sphere_on_frp(0.0, 1.2, 12);
@@ -201,8 +201,8 @@ fn nothing_is_left_to_wear() {
     assert_eq!(result.records.last().expect("records").worn_volume_by_energy, None);
 }
 
-/// Truth: a jump of any length wears at most the rigid overlap (pi R approach^2) and no deeper than the approach. More cycles wear
-/// a larger volume. A jump that is too long for second order gives a warning.
+/// Truth: a jump of any length wears at most the rigid overlap (pi R approach^2) and no deeper than the approach. A jump that is
+/// too long for second order gives a warning.
 #[test]
 fn jumps_of_any_length_stay_within_the_overlap() {
     let mut model = sphere_on_frp(0.0, 1.6, 20);
@@ -236,8 +236,7 @@ fn explicit_agrees_below_the_critical_jump() {
 }
 
 /// Truth: reversal points equal the ends of the last two of 24 strokes computed one after the other. Tangential forces agree to 0.2
-/// % of their range. The last strokes have converged to less than 0.1 % of this range. Stick depends on the loading history, and
-/// tilted fibres couple it with the pressures.
+/// % of their range. The last strokes have converged to less than 0.1 % of this range.
 #[test]
 fn stroke_ends_follow_from_strokes() {
     let mut model = half_spaces(&im7(30.0), None, (0.7, 24), sphere(10.0));
@@ -292,8 +291,7 @@ fn cells_that_creep_are_let_go() {
     }
 }
 
-/// Truth: the stick zone is a result of the strokes. Worn volume and forces do not depend on the solver of the two reversal points
-/// or on omitted work.
+/// Truth: worn volume and forces do not depend on the solver of the two reversal points or on omitted work.
 #[test]
 fn worn_volumes_do_not_depend_on_the_solver() {
     let mut model = half_spaces(&im7(60.0), Some(&im7(45.0)), (1.0, 32), sphere(14.0));
@@ -320,7 +318,7 @@ fn worn_volumes_do_not_depend_on_the_solver() {
 }
 
 /// Truth: docs/theory-wear.md. Cycles stop when wear extends the contact to the edge of the frame, but not if the contact reaches
-/// the edge from the start. Contact at the edge is reported once per step.
+/// the edge from the start.
 #[test]
 fn contact_that_begins_at_the_rim_wears() {
     let mut model = half_spaces(&steel(), None, (0.5, 8), |_, _| 0.0);

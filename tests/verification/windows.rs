@@ -10,7 +10,6 @@ use crate::common::{
     frp_friction, half_spaces, indent, press, relative, shift, solve_with, sphere, sphere_on_frp, steel, step,
 };
 
-/// Runs with windows, and on the whole frame with `method`. Compares forces, areas, tractions and gaps.
 fn same(model: &Model, steps: &[Step], method: Method) {
     let options = SolverOptions { tolerance: 1e-9, ..SolverOptions::default() };
     let windows = solve_with(model, steps, &options);
@@ -33,7 +32,7 @@ fn same(model: &Model, steps: &[Step], method: Method) {
 }
 
 /// Truth: the solution is unique (a contraction at these friction coefficients). Omitted cells do not change it: forces agree to
-/// 1e-7 and tractions to 1e-6 at residuals of 1e-9. The contact grows, shrinks and moves.
+/// 1e-7 and tractions to 1e-6 at residuals of 1e-9.
 #[test]
 fn windows_change_nothing_with_friction() {
     let model = sphere_on_frp(30.0, 1.6, 64);
@@ -41,8 +40,7 @@ fn windows_change_nothing_with_friction() {
     same(&model, &steps, Method::Newton);
 }
 
-/// Truth: the unique solution on the whole frame, for two distant spots. The second one gets into contact in the second step,
-/// outside the window of the first.
+/// Truth: the unique solution on the whole frame. The second spot gets into contact outside the window of the first.
 #[test]
 fn windows_grow_to_spots_that_touch_later() {
     let spots = |x: f64, y: f64| {
@@ -54,13 +52,12 @@ fn windows_grow_to_spots_that_touch_later() {
     same(&model, &steps, Method::ConjugateGradients);
 }
 
-/// A step to a given tangential force.
 fn pull(force: [f64; 2], increments: usize) -> Step {
     Step { tangential: Some(Tangential::Force(force)), increments, ..step("pull") }
 }
 
-/// Truth: the unique solution on the whole frame, for equal bodies. Pressures are solved before tangential tractions, at first on
-/// coarser cells. Partial slip is reversed under force and displacement, under rising and falling load, with an elliptic law.
+/// Truth: the unique solution on the whole frame. For equal bodies, pressures are solved before tangential tractions, at first on
+/// coarser cells.
 #[test]
 fn pressures_first_change_nothing() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.8, 64), sphere(10.0));
@@ -83,7 +80,7 @@ fn pressures_first_change_nothing() {
     assert_eq!([told(&apart), told(&whole)], [1, 0]);
 }
 
-/// Truth: the unique solution on the whole frame, for a contact on almost the whole frame. No window is smaller than the frame.
+/// Truth: the unique solution on the whole frame, for a contact on almost the whole frame.
 #[test]
 fn wide_contacts_begin_on_coarser_cells() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.39, 64), sphere(10.0));
@@ -92,8 +89,7 @@ fn wide_contacts_begin_on_coarser_cells() {
     same(&model, &steps, Method::Newton);
 }
 
-/// Truth: the unique solution on the whole frame. The second step has no equilibrium on the window of the first step. Contact has
-/// to spread far beyond this window to carry the moment, the spin moment or the force.
+/// Truth: the unique solution on the whole frame. The second step has no equilibrium on the window of the first step.
 #[test]
 fn a_window_too_small_is_no_verdict() {
     let tipping = |moment| Step { tilt: Some(Tilt::Moment(moment)), friction: false, ..press(100.0) };
@@ -110,8 +106,8 @@ fn a_window_too_small_is_no_verdict() {
     same(&model, &[press(1.0), spun], Method::BarzilaiBorwein);
 }
 
-/// Truth: the unique solution on the whole frame, for rolling. The slip of a cell refers to the cell ahead, which lies outside the
-/// contact at the leading edge. 96 cells allow coarser grids, 97 cells do not.
+/// Truth: the unique solution on the whole frame. In rolling, the slip of a cell refers to the cell ahead, outside the contact at
+/// the leading edge. 96 cells allow coarser grids, 97 cells do not.
 #[test]
 fn rolling_on_a_window_is_rolling_on_the_frame() {
     for cells in [96, 97] {
@@ -126,8 +122,8 @@ fn rolling_on_a_window_is_rolling_on_the_frame() {
     }
 }
 
-/// Truth: by hand. Without a force the bodies just touch, for any history. They touch at the centres of the four middle cells, h /
-/// 2 from the origin along x and y for cells of size h. The gap there is h² / 4R.
+/// Truth: by hand. The bodies just touch at the centres of the four middle cells, h / 2 from the origin along x and y for cells of
+/// size h. The gap there is h² / 4R.
 #[test]
 fn bodies_without_load_just_touch() {
     let model = half_spaces(&steel(), Some(&steel()), (0.5, 64), sphere(10.0));

@@ -44,10 +44,10 @@ class MeshFile:
         weakref.finalize(self, _remove, path, os.getpid())
 
 
-# Reentrant lock, because garbage collection may remove a file while another one is written.
+# Reentrant, because garbage collection may remove a file while another one is written.
 _lock = threading.RLock()
 _files: weakref.WeakValueDictionary[str, MeshFile] = weakref.WeakValueDictionary()
-#: Folders by process id. A forked process does not touch the folder of its parent.
+#: Folders by process id: a forked process does not touch the folder of its parent.
 _folders: dict[int, Path] = {}
 
 
@@ -69,8 +69,7 @@ def _clear(pid: int) -> None:
         shutil.rmtree(_folders[pid], ignore_errors=True)
 
 
-#: Prefix of the folders, and name of the lock file in them. A folder whose lock file is not locked is stale after
-#: STALE_AFTER_SECONDS, because its process was killed.
+#: A folder whose lock file is not locked is stale after STALE_AFTER_SECONDS: its process was killed.
 PREFIX, LOCK, STALE_AFTER_SECONDS = "orthowear-meshes-", "lock", 60.0
 
 

@@ -9,8 +9,7 @@ import numpy.typing as npt
 
 from .msh import ELEMENT_TYPES, ElementBlock, Groups, Mesh, refuse, type_of
 
-#: Nodes beyond the corners in the orders of gmsh and of VTK, which meshio uses. Each node is given by the corners of its edge, face
-#: or solid.
+#: Nodes beyond the corners, in the orders of gmsh and of VTK, which meshio uses: the corners of their edge, face or solid.
 GMSH_EDGES = {
     "tetra": "01 12 02 03 23 13",
     "hexahedron": "01 03 04 12 15 23 26 37 45 47 56 67",
@@ -53,7 +52,7 @@ def from_meshio(mesh: Any) -> Mesh:
         if len(wrong):
             refuse(f"an element of the type {block.type} refers to node {wrong[0]}, but the mesh has {len(points)} nodes, counted from 0")
         nodes = _gmsh_order(block.type, nodes, points)
-        # One block for each sequence of elements in the same groups. The order of the elements is kept.
+        # One block for each sequence of elements in the same groups.
         ends = np.flatnonzero(np.diff(places)) + 1
         for start, end in zip([0, *ends], [*ends, len(places)], strict=True):
             if end > start:

@@ -43,7 +43,6 @@ Groups = tuple[int, ...]
 ElementBlock = tuple[str, npt.NDArray[np.int64], Groups]
 
 
-#: Message about a mesh without physical groups.
 NO_GROUPS = (
     "the mesh has no physical groups: groups name the contact surface and the supports. Create "
     "them in gmsh (addPhysicalGroup), as cell sets of meshio, or as meshio's cell data gmsh:physical"
@@ -129,7 +128,7 @@ def _sections(
     lines = [f'{dim} {tag} "{name}"\n' for (dim, tag), name in sorted(names.items())]
     yield f"$PhysicalNames\n{len(lines)}\n{''.join(lines)}$EndPhysicalNames\n".encode()
 
-    # One entity for each set of groups, because elements get their groups from their entity.
+    # Elements get their groups from their entity.
     entities: list[dict[Groups, int]] = [{}, {}, {}, {}]
     for kind, _, groups in runs:
         of_dim = entities[ELEMENT_TYPES[kind][1]]

@@ -14,7 +14,7 @@ from .axes import axes_of, unit_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Dimension of each number of an entry. COMPONENTS names the components of arrays whose components are not (x, y, n).
+#: Dimension of each number of an entry.
 ENTRIES = {
     "approach": "length",
     "shift": "length",
@@ -153,7 +153,6 @@ def convergence(of: Result, *, step: str | None = None, ax: Axes | None = None, 
         if result.get("relative"):
             ax.plot([len(runs)], [result["relative"]], "o", markerfacecolor="none", color=line.get_color())
     ax.axhline(accuracy["requested"], linestyle="--", color="0.4", linewidth=1.0)
-    # Runs on the cells of a mesh have no `cells`.
     names = ["\N{MULTIPLICATION SIGN}".join(map(str, run.get("cells", ["mesh"]))) for run in runs]
     if any(run["increments"] != 1 for run in runs):
         names = [f"{name}\n{run['increments']} incr." for name, run in zip(names, runs, strict=True)]

@@ -126,7 +126,7 @@ def section(
     wanted = (across.min() + across.max()) / 2 if at is None else float(at)
     if fields.grid is not None:
         rows = fields.places % fields.grid[1] if along == "x" else fields.places // fields.grid[1]
-        # Of two equally near rows take the first one, independent of round-off.
+        # Of two equally near rows take the first one, independent of rounding.
         distance = np.abs(across - wanted)
         near = rows[distance <= distance.min() + 1e-6 * np.sqrt(fields.areas[0])]
         chosen = np.flatnonzero(rows == near.min())
@@ -236,9 +236,7 @@ def _edges(fields: Fields) -> tuple[Array, Array]:
 
 
 def _arrows(ax: Axes, fields: Fields, places: Array, vectors: Array) -> None:
-    """Draws arrows at every n-th cell. Arrows are shorter than the distance between neighbouring arrows. Vectors below 1 % of the
-    largest vector get no arrow.
-    """
+    """Draws arrows at every n-th cell, shorter than their distance. Vectors below 1 % of the largest vector get no arrow."""
     size = np.hypot(vectors[:, 0], vectors[:, 1])
     largest = size.max(initial=0.0)
     if not largest > 0:

@@ -1,4 +1,4 @@
-//! Full disks, represented by a limit on the size of files, so that no file system has to be created.
+//! Full disks, represented by a limit on the size of files.
 
 use std::path::Path;
 
@@ -15,9 +15,8 @@ fn assert_files_of_whole(out: &Path) {
     assert!(found.len() > 1 && found.iter().all(same), "{:?}", found.keys());
 }
 
-/// Truth (rel-disk-full, docs/checkpoints.md): if nothing more can be written, the run ends with exit code 4 and names the file.
-/// The limits on file sizes are zero, small, or exceeded by checkpoints only. The checkpoints stay unchanged, and the run resumes
-/// once there is space.
+/// Truth (rel-disk-full, docs/checkpoints.md): if nothing more can be written, the run ends with exit code 4. The checkpoints stay
+/// unchanged, and the run resumes once there is space.
 #[test]
 fn a_full_disk() {
     for (bytes, fields) in [(0, ALL), (4096, ALL), (50_000, ALL), (50_000, NONE)] {
@@ -38,8 +37,7 @@ fn assert_goes_on_after_a_full_disk(bytes: u64, fields: &str) {
     assert_files_of_whole(&job.out);
 }
 
-/// Truth: a run whose file sizes are limited, as on a disk that fills up, ends with exit code 4. It resumes from the last
-/// checkpoint that fitted.
+/// Truth: a run resumes from the last checkpoint that fitted.
 #[test]
 fn a_disk_that_fills_up() {
     let job = Job::new();

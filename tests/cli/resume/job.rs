@@ -85,7 +85,6 @@ impl Job {
         said(&self.command(more).output().unwrap())
     }
 
-    /// Runs with file sizes limited to `bytes`.
     pub fn limited(&self, more: &[&str], bytes: u64) -> (Option<i32>, String) {
         let mut command = self.command(more);
         let limit = move || {
@@ -97,12 +96,12 @@ impl Job {
             };
             if done == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
         };
-        // SAFETY: the closure is safe to call before exec, as above.
+        // SAFETY: as above.
         unsafe { command.pre_exec(limit) };
         said(&command.output().unwrap())
     }
 
-    /// Starts a run and waits until it has written the given number of checkpoints.
+    /// Starts a run and waits for a number of checkpoints.
     pub fn start(&self, more: &[&str], checkpoints: u64) -> Child {
         let wanted = self.number() + checkpoints;
         let child = self.command(more).spawn().unwrap();
@@ -121,7 +120,7 @@ impl Job {
         numbers.map(|bytes| u64::from_le_bytes(bytes[20..28].try_into().unwrap())).max().unwrap_or(0)
     }
 
-    /// Interrupts a run after the given number of checkpoints. Returns its output.
+    /// Output of a run that is interrupted after a number of checkpoints.
     pub fn interrupt(&self, more: &[&str], checkpoints: u64) -> String {
         let child = self.start(more, checkpoints);
         send(&child, libc::SIGTERM);
@@ -130,7 +129,7 @@ impl Job {
         text
     }
 
-    /// Kills a run after the given number of checkpoints and `delay`.
+    /// Kills a run after a number of checkpoints and `delay`.
     pub fn kill(&self, more: &[&str], checkpoints: u64, delay: Duration) {
         let child = self.start(more, checkpoints);
         std::thread::sleep(delay);
@@ -142,7 +141,6 @@ impl Job {
         serde_json::from_slice(&fs::read(self.out.join("summary.json")).unwrap()).unwrap()
     }
 
-    /// Names and contents of the checkpoints.
     pub fn checkpoints(&self) -> Vec<(String, Vec<u8>)> {
         let names = ["checkpoint-1.bin", "checkpoint-2.bin"].map(str::to_owned);
         names
@@ -162,7 +160,7 @@ pub fn send(child: &Child, signal: libc::c_int) {
     unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), signal) };
 }
 
-/// Files of an output directory by name, without the values that depend on time and memory.
+/// Files of an output directory without the values that depend on time and memory.
 pub fn results(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(out).unwrap().map(|entry| entry.unwrap());
     let files = entries.filter(|entry| entry.file_type().unwrap().is_file()).map(|entry| {
@@ -192,7 +190,6 @@ fn timeless_table(text: &[u8]) -> Vec<u8> {
     text.lines().map(without).collect::<String>().into_bytes()
 }
 
-/// Results of an uninterrupted run.
 pub fn whole() -> &'static BTreeMap<String, Vec<u8>> {
     static WHOLE: std::sync::OnceLock<BTreeMap<String, Vec<u8>>> = std::sync::OnceLock::new();
     WHOLE.get_or_init(|| {

@@ -18,7 +18,7 @@ pub fn about_y(stiffness: &Stiffness, degrees: f64) -> Stiffness {
     stiffness.rotated(Rotation3::from_axis_angle(&Vector3::y_axis(), degrees.to_radians()).matrix())
 }
 
-/// Indentation modulus 2 / w, where w is the mean of the normal admittance W_nn over 512 directions in the surface.
+/// Indentation modulus 2 / w, where w is the mean of the normal admittance W_nn over the directions in the surface.
 fn modulus(stiffness: &Stiffness) -> f64 {
     let green = green(stiffness, Side::Lower);
     2.0 * 512.0 / (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>()
@@ -39,7 +39,7 @@ fn indentation_moduli_of_orthotropic_half_spaces() {
 }
 
 /// Truth: case `surface-admittance-orthotropic-closed-form`, Re W along and across the fibre. The published values have 10 digits,
-/// so the tolerance is 1e-9 of the largest entry, not the catalogue's 1e-10. `bem` tests the closed forms to 1e-12.
+/// so the tolerance is 1e-9 of the largest entry, not the catalogue's 1e-10.
 #[test]
 fn admittance_along_and_across_the_fibre() {
     let green = green(&cfrp_of_tables(), Side::Upper);
@@ -95,9 +95,9 @@ fn point_forces_along_the_axes() {
     }
 }
 
-/// Truth: case `barnett-lothe-identities`. The tensors S, H and L depend only on the plane that contains the normal n and the
-/// direction m (at angle w in the surface). Hence L(w) = L(w + pi) and H(w) = H(w + pi). If the body is rotated about m x n, the
-/// tensors rotate with the body. Tolerance 1e-11 as published, but 1e-9 for H(w) = H(w + pi).
+/// Truth: case `barnett-lothe-identities`. The tensors S, H and L depend only on the plane of the normal n and the direction m (at
+/// angle w in the surface). Hence L(w) = L(w + pi) and H(w) = H(w + pi). If the body is rotated about m x n, the tensors rotate
+/// with the body. Tolerance 1e-11 as published, but 1e-9 for H(w) = H(w + pi).
 #[test]
 fn barnett_lothe_tensors_belong_to_the_plane() {
     let materials = [cfrp_of_tables(), zinc(1.0), cubic(165.7, 63.9, 79.6), topaz()];
@@ -111,7 +111,7 @@ fn barnett_lothe_tensors_belong_to_the_plane() {
             assert!((here.l - opposite.l).amax() < 1e-11 * scale, "{w}");
             assert!((here.h - opposite.h).amax() * scale < 1e-9, "{w}");
         }
-        // m along x, n along z: turning the body about y turns the tensors with it.
+        // m along x, n along z: m x n is along y.
         let angle = 0.6;
         let about = Rotation3::from_axis_angle(&Vector3::y_axis(), angle);
         let tensors = |c: &Stiffness| BarnettLothe::new(c, Side::Lower, 0.0).expect("converged tensors");

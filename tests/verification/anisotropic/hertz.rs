@@ -12,8 +12,8 @@ use crate::crystals::{cfrp_of_tables, cubic, with_ratio, zinc};
 use crate::observed::{hertz_ellipse, radius};
 use nalgebra::{Rotation3, Vector3};
 
-/// A case of the catalogue: material in the axes of the frame, force (N), semi-axes (mm) and angle (degrees) of the long axis from
-/// x. `peak` is the largest pressure (MPa), `approach` is in mm.
+/// A case of the catalogue: force (N), semi-axes (mm) and angle (degrees) of the long axis from x. `peak` is the largest pressure
+/// (MPa), `approach` is in mm.
 struct Case {
     name: &'static str,
     material: Stiffness,
@@ -80,7 +80,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Angle between two lines, degrees.
+/// Degrees.
 fn between(a: f64, b: f64) -> f64 {
     let d = (a - b).rem_euclid(180.0);
     d.min(180.0 - d)
@@ -88,8 +88,7 @@ fn between(a: f64, b: f64) -> f64 {
 
 /// Truth: the exact ellipses of the cases `aniso-hertz-cfrp` and `aniso-hertz-zinc-copper` under a rigid sphere of R = 10 mm. The
 /// catalogue's tolerances are 5e-3 for the approach and one cell for the semi-axes. The direction of the long axis agrees to 1
-/// degree, or to 5 degrees where a / b < 1.05. The semi-axes come from the second moments of the pressures. The peak pressure
-/// agrees to 1e-2.
+/// degree, or to 5 degrees where a / b < 1.05. The peak pressure agrees to 1e-2.
 #[test]
 fn spheres_on_crystals_and_cfrp() {
     for case in cases() {
@@ -114,8 +113,8 @@ fn spheres_on_crystals_and_cfrp() {
 }
 
 /// Truth: case `swanson-vs-average-modulus`. With the mean modulus 10919.77 MPa the contact on CFRP would be a circle of radius
-/// 0.40953 mm. The exact semi-axes differ from this radius by 6 %. The semi-axes computed on 64 x 64 cells are within 1 % of the
-/// exact ones. The computed approach equals the approach for the mean modulus to 5e-3.
+/// 0.40953 mm. The exact semi-axes differ from this radius by 6 %, the computed ones by 1 % from the exact ones. The computed
+/// approach equals the approach for the mean modulus to 5e-3.
 #[test]
 fn the_mean_modulus_is_not_the_answer() {
     let model = half_spaces(&cfrp_of_tables(), None, (0.52, 64), sphere(10.0));
@@ -128,10 +127,8 @@ fn the_mean_modulus_is_not_the_answer() {
 }
 
 /// Truth: case `indentation-modulus-cubic`, F = 2 M a delta under a flat circular punch of radius a at the approach delta, to 1e-2.
-/// The moduli M are those of the (100) and (111) faces of copper and the (110) face of silicon, in GPa. The punch covers all cells
-/// with centres inside a circle, and a is the radius of a circle of their total area. The singular pressure at the edge causes an
-/// error of first order in the cell size. On half the cell size the error is therefore below 0.75 times the error on the coarser
-/// grid.
+/// a is the radius of a circle with the total area of the cells. The singular pressure at the edge limits convergence to first
+/// order, so half the cell size gives less than 0.75 times the error.
 #[test]
 fn flat_punches_on_crystals() {
     let copper = cubic(168.4, 121.4, 75.4);
@@ -167,7 +164,6 @@ fn extreme_ratios_make_longer_ellipses() {
         let material = with_ratio(ratio);
         let green = SurfaceGreen::new(&material, Side::Lower).expect("a Green's function");
         let mean = (0..64).map(|k| green.symbol(PI * k as f64 / 64.0)[(2, 2)].re).sum::<f64>() / 64.0;
-        // The frame is twice as wide as the contact of the mean modulus.
         let a = (3.0 * 100.0 * 10.0 * mean / 8.0).cbrt();
         let model = half_spaces(&material, None, (2.0 * a, 64), sphere(10.0));
         let result = solve(&model, &[press(100.0)]);

@@ -14,8 +14,8 @@ fn green(stiffness: &Stiffness, side: Side) -> SurfaceGreen {
 }
 
 /// Truth: case `str-near-incompressible`, Re W = ((1 - nu) (m m + n n) + t t) / G (Ting 1996), with m along the wave, t across it
-/// and n normal. The entries of Im W between m and n are (1 - 2 nu) / (2 G), with opposite signs. The coupling of normal and
-/// tangential components vanishes with 1 - 2 nu. The tolerance of G W is 1e-15 (10 + lambda / G), ten times the rounding of lambda.
+/// and n normal. The entries of Im W between m and n are (1 - 2 nu) / (2 G), with opposite signs. The tolerance of G W is 1e-15
+/// (10 + lambda / G), ten times the rounding of lambda.
 #[test]
 fn isotropic_half_spaces_up_to_incompressible() {
     let young = 210e3;
@@ -42,8 +42,8 @@ fn isotropic_half_spaces_up_to_incompressible() {
     }
 }
 
-/// Rubber with fibres along axis 1. With c = `compressible`, nu12 = nu13 = (1 - c) / 2 and nu23 = 1 - E2 / (2 E1) - c. At c = 0 the
-/// volume cannot change.
+/// Rubber with fibres along axis 1, which keeps its volume at c = `compressible` = 0. nu12 = nu13 = (1 - c) / 2 and nu23 = 1 - E2 /
+/// (2 E1) - c.
 fn fibres_in_rubber(compressible: f64) -> Stiffness {
     let (e1, e2) = (50e3, 10e3);
     let (nu12, nu23) = (0.5 * (1.0 - compressible), 1.0 - e2 / (2.0 * e1) - compressible);
@@ -53,8 +53,8 @@ fn fibres_in_rubber(compressible: f64) -> Stiffness {
 }
 
 /// Truth: the admittance in closed form along and across the fibre (Ting 1996), and the indentation modulus with the fibre along
-/// the normal (Elliott 1949). The identities of Barnett and Lothe hold for any rotation. The material is transversely isotropic and
-/// nearly incompressible. The tolerance is 1e-14 plus 1e-15 times the condition number of the stiffness.
+/// the normal (Elliott 1949). The identities of Barnett and Lothe hold for any rotation. The tolerance is 1e-14 plus 1e-15 times
+/// the condition number of the stiffness.
 #[test]
 fn fibres_in_rubber_up_to_incompressible() {
     for compressible in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
@@ -92,9 +92,8 @@ fn fibres_in_rubber_up_to_incompressible() {
     }
 }
 
-/// Truth: the volumetric Poisson's ratio of an isotropic material is its nu. For fibres in rubber of compressibility c it satisfies
-/// 1 - 2 nu = 2 c (1 / E1 + 1 / E2) / (1 / E1 + 2 / E2), whatever the rotation. The tolerance 1e-10 covers the rounding of the
-/// compliance.
+/// Truth: the volumetric Poisson's ratio of an isotropic material is its nu. For fibres in rubber of compressibility c, 1 - 2 nu =
+/// 2 c (1 / E1 + 1 / E2) / (1 / E1 + 2 / E2). The tolerance 1e-10 covers the rounding of the compliance.
 #[test]
 fn volumes_that_hardly_change() {
     for nu in [-0.5, 0.0, 0.3, 0.49, 0.4999] {

@@ -9,10 +9,9 @@ use crate::common::{press, relative, solve, steel};
 use crate::crystals::cfrp_of_tables;
 use crate::punches::{frame, model};
 
-/// Truth: case `aniso-punch-circular-elliptic`, CFRP with the fibre along x, F = 100 N. The punches are a disc of radius 2 mm and
-/// an ellipse of semi-axes 3 and 1 mm, whose long axis lies along or across the fibre. The approach agrees to 1e-2. Anisotropy does
-/// not change the pressure p = F / (2 pi a b sqrt(1 - x²/a² - y²/b²)). Within 0.8 of the semi-axes the computed pressure agrees
-/// with the pressure on steel to 1e-2 and with p to 2.5e-2, because cells approximate the edge.
+/// Truth: case `aniso-punch-circular-elliptic`, CFRP with the fibre along x, F = 100 N. The approach agrees to 1e-2. Anisotropy
+/// does not change the pressure p = F / (2 pi a b sqrt(1 - x²/a² - y²/b²)). Within 0.8 of the semi-axes the computed pressure
+/// agrees with the pressure on steel to 1e-2 and with p to 2.5e-2, because cells approximate the edge.
 #[test]
 fn discs_and_ellipses_on_cfrp() {
     let force = 100.0;

@@ -42,7 +42,6 @@ pub(super) fn body(spec: &BeSpec, contact: &str, side: Side, frame: &ContactFram
     BeBody::new(spec, contact, side, frame, None, &MemoryLimit::of_machine()).unwrap()
 }
 
-/// Gap between two bodies under tractions.
 fn gap(bodies: [&mut dyn ElasticBody; 2], frame: &ContactFrame, tractions: &[f64]) -> Vec<f64> {
     let [one, other] = bodies;
     let coupled = couple(one, other, frame, Coupling::Schur, CrossBlocks::SkipVanishing).unwrap();
@@ -58,7 +57,7 @@ fn single(mut body: impl ElasticBody, frame: &ContactFrame, tractions: &[f64]) -
     gap
 }
 
-/// Work of tractions on a gap, divided by the area of a cell. All cells have the same area.
+/// Work of tractions on a gap, per area of a cell.
 fn work(tractions: &[f64], gap: &[f64]) -> f64 {
     tractions.iter().zip(gap).map(|(p, g)| p * g).sum()
 }
@@ -69,8 +68,7 @@ pub(super) fn held(group: &str, component: usize) -> Support {
 }
 
 /// Truth: between smooth walls the top of a column of height H sinks by (p H + b H² / 2) / C33 under a pressure p and a weight b
-/// per volume. A displaced base moves the whole column. Linear elements represent the field exactly after its quadratic part, the
-/// particular field of the weight, is subtracted.
+/// per volume. Linear elements represent the field exactly after the particular field of the weight is subtracted.
 #[test]
 fn column_between_smooth_walls() {
     let (height, pressure, weight, lift) = (2.0, 50.0, 30.0, 1e-3);
@@ -91,16 +89,14 @@ fn column_between_smooth_walls() {
         assert!(found[cell].abs().max(found[n + cell].abs()) < 1e-5 * sinks.abs());
     }
     assert!(body.residual() < 1e-12);
-    // All points of the surface mesh move with the column: down by (p (z + H) + b ((z + H) H - (z + H)² / 2)) / C33, less the
-    // displacement of the base.
+    // All points move down by (p (z + H) + b ((z + H) H - (z + H)² / 2)) / C33, less the displacement of the base.
     let field = body.recover(&vec![0.0; 3 * n]).unwrap();
     for (x, u) in spec.mesh.points.iter().zip(&field.displacement) {
         let z = x[2] + height;
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;
         assert!((u[2] - exact).abs() < 1e-4 * sinks.abs(), "{x:?} {u:?} {exact}");
     }
-    // σ_z = -(p + b depth), and σ_x = σ_y because the sides do not move. The test compares stresses at mesh nodes, at the contact
-    // cells and at three given points.
+    // σ_z = -(p + b depth), and σ_x = σ_y because the sides do not move.
     let ratio = steel().component(0, 0, 2, 2) / modulus;
     let wanted = |z: f64| [ratio, ratio, 1.0, 0.0, 0.0, 0.0].map(|part| part * (weight * z - pressure));
     let tractions = vec![0.0; 3 * n];
@@ -125,14 +121,13 @@ fn column_between_smooth_walls() {
     }
 }
 
-/// Truth: the work of the tractions on a finite-element body of the same shape with the near field of a half-space. This body has
-/// cells a quarter as wide, and the error of its work is below 1e-3 (docs/theory-hybrid.md). The tractions are pressures and shear.
+/// Truth: the work of the tractions on a finite-element body of the same shape with the near field of a half-space. Its cells are a
+/// quarter as wide, and the error of its work is below 1e-3 (docs/theory-hybrid.md).
 #[test]
 #[ignore = "26 s; usual: cli boundary::the_block_of_finite_elements and bem::finite::anisotropic_sphere_under_uniform_stress"]
 fn the_block_of_finite_elements() {
     let w = 2.0;
     let stiffness = blocks::cfrp();
-    // The cells are the element faces in the middle half of the top along x and y.
     let on_faces = |n: usize| {
         let frame = ContactFrame::grid([0.5 * w; 2], [n / 2; 2], [0.0; 2], 0.0).unwrap();
         let cells = frame.n_cells();
@@ -175,7 +170,7 @@ fn the_block_of_finite_elements() {
 }
 
 /// A block of half-width and height `size`, from z = 0 along `up`. Four elements lie along each side of the central square of
-/// half-width 1. Outside this square the elements grow.
+/// half-width 1.
 pub(super) fn graded(size: f64, up: f64) -> Mesh {
     let grown = |t: f64, n: f64| {
         let ratio = (size - 1.0).powf(1.0 / n) + 0.6;
@@ -191,8 +186,7 @@ pub(super) fn graded(size: f64, up: f64) -> Mesh {
     })
 }
 
-/// Truth: a body that is large compared with its contact tends to a half-space. The relative difference of the work from the
-/// half-space is proportional to 1 / size. The size is doubled twice here.
+/// Truth: a large body tends to a half-space. The relative difference of the work is proportional to 1 / size.
 #[test]
 fn large_bodies_become_half_spaces() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -212,7 +206,7 @@ fn large_bodies_become_half_spaces() {
         1.0 - work(&tractions, &gap([&mut lower, &mut upper], &frame, &tractions)) / infinite
     };
     let found = [4.0, 8.0, 16.0].map(lacks);
-    // The error of the elements does not depend on the size of the bodies and drops out of the differences.
+    // The error of the elements does not depend on the size and drops out of the differences.
     let ratio = (found[0] - found[1]) / (found[1] - found[2]);
     assert!((1.6..2.4).contains(&ratio), "{ratio}");
     let left = 2.0 * found[2] - found[1];

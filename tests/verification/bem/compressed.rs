@@ -18,7 +18,6 @@ use orthowear::laws::wear::WearLaw;
 use super::{Random, green, pair, steel};
 use crate::common::{indent, press, shift, solve, sphere};
 
-/// Centres, corners and areas of cells.
 pub(super) struct Cells {
     pub centers: Vec<[f64; 2]>,
     pub corners: Vec<Vec<[f64; 2]>>,
@@ -26,7 +25,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// `m` x `m` distorted quadrangles over a square of side 2, finer in the middle. A fifth of them are cut into two triangles.
+    /// `m` x `m` distorted quadrangles over a square of side 2, finer in the middle.
     pub fn irregular(m: usize) -> Self {
         let graded = |k: usize| {
             let x = 2.0 * k as f64 / m as f64 - 1.0;
@@ -49,7 +48,6 @@ impl Cells {
         Self::of(corners)
     }
 
-    /// Cells with the given corners.
     pub fn of(corners: Vec<Vec<[f64; 2]>>) -> Self {
         let (mut centers, mut areas) = (Vec::new(), Vec::new());
         for polygon in &corners {
@@ -79,7 +77,6 @@ impl Cells {
             .expect("an operator")
     }
 
-    /// The cells as a contact frame.
     pub fn frame(&self) -> ContactFrame {
         let n = self.n();
         let up = |p: &[f64; 2]| Point::new(p[0], p[1], 0.0);
@@ -102,7 +99,7 @@ impl Cells {
         }
     }
 
-    /// Norm √Σ a x² weighted by the areas a of the cells. The flexibility S is symmetric in the inner product of this norm.
+    /// Norm √Σ a x² weighted by the areas a of the cells. S is symmetric in its inner product.
     fn norm(&self, values: &[f64]) -> f64 {
         values
             .chunks(self.n())
@@ -113,7 +110,6 @@ impl Cells {
     }
 }
 
-/// Largest eigenvalue of S, approximately (power method).
 fn largest(cells: &Cells, operator: &dyn Flexibility) -> f64 {
     let (mut v, mut image) = (vec![1.0; 3 * cells.n()], vec![0.0; 3 * cells.n()]);
     let mut value = 0.0;
@@ -127,9 +123,8 @@ fn largest(cells: &Cells, operator: &dyn Flexibility) -> f64 {
     value
 }
 
-/// Truth: the dense operator of the same cells, which integrates in another way. The error of a product, relative to the largest
-/// eigenvalue times the norm of the tractions, is below the tolerance and falls with it. Tractions are uniform or random. The
-/// bodies are steel, or CFRP with tilted fibres under steel. Diagonal blocks are integrated separately and agree to 1e-12.
+/// Truth: the dense operator, which integrates in another way. The error of a product, relative to the largest eigenvalue times the
+/// norm of the tractions, is below the tolerance and falls with it. Diagonal blocks are integrated separately and agree to 1e-12.
 #[test]
 fn products_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(27);
@@ -200,8 +195,7 @@ fn compressed_operators_are_symmetric_and_sums_direct() {
     assert!(compressed.couples_normal_tangential() && compressed.unformed_cells().is_empty());
 }
 
-/// Truth: equal isotropic bodies do not couple normal and tangential components. The operator then has no coupling blocks, and
-/// tangential tractions cause normal gaps of exactly zero.
+/// Truth: equal isotropic bodies do not couple normal and tangential components.
 #[test]
 fn vanishing_components_are_not_stored() {
     let cells = Cells::irregular(17);
@@ -218,8 +212,8 @@ fn vanishing_components_are_not_stored() {
     assert!(unlike.couples_normal_tangential() && unlike.bytes() > compressed.bytes());
 }
 
-/// Truth: every block is computed independently, and the contributions of the blocks to a product are summed in a fixed order. One,
-/// two and three threads therefore give the same bits, in products and in the approximate inverses.
+/// Truth: blocks are computed independently, and their contributions are summed in a fixed order. Any number of threads therefore
+/// gives the same bits.
 #[test]
 fn compressed_operators_give_the_same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
@@ -244,7 +238,7 @@ fn compressed_operators_give_the_same_bits_for_any_number_of_threads() {
 }
 
 /// Truth: the approximate inverse of S is symmetric and positive definite, with the areas as weights. The largest and smallest
-/// eigenvalues of its product with S have a ratio below 25 for both numbers of cells. For S itself this ratio is above 100.
+/// eigenvalues of its product with S have a ratio below 25. For S itself this ratio is above 100.
 #[test]
 fn the_approximate_inverse_makes_eigenvalues_alike() {
     let green = pair(30.0);
@@ -263,7 +257,7 @@ fn the_approximate_inverse_makes_eigenvalues_alike() {
         let (v, w) = (random.vector(3 * n), random.vector(3 * n));
         let (mv, mw) = (inverse(&v), inverse(&w));
         assert!((product(&v, &mw) - product(&w, &mv)).abs() < 1e-11 * product(&v, &mv));
-        // Rayleigh quotient of (approximate inverse times S) in the energy product of S, after 60 shifted power steps.
+        // Rayleigh quotient of (approximate inverse times S) in the energy product of S.
         let step = |x: &[f64]| {
             let mut image = vec![0.0; 3 * n];
             operator.apply(x, &mut image);
@@ -292,7 +286,6 @@ fn the_approximate_inverse_makes_eigenvalues_alike() {
     }
 }
 
-/// Model of a sphere of radius 20 with friction on the cells, with the given operator.
 pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
     let n = cells.n();
     let mut initial_gap = vec![0.0; 3 * n];
@@ -309,9 +302,8 @@ pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
     }
 }
 
-/// Truth: the solution with the dense operator. Indentation and tangential displacement with friction give forces that agree to ten
-/// times the tolerance. The certificate checks the operator by direct sums. Under a force without friction, the approach agrees to
-/// 1e-7. With its approximate inverse the compressed operator needs no more products than the dense one.
+/// Truth: the solution with the dense operator. Forces agree to ten times the tolerance. Under a force without friction, the
+/// approach agrees to 1e-7. With its approximate inverse the compressed operator needs no more products than the dense one.
 #[test]
 fn contacts_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(24);

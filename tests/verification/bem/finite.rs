@@ -12,8 +12,8 @@ use orthowear::material::Stiffness;
 
 use crate::common::{assert_order, steel, tabulated_cfrp as cfrp};
 
-/// Quadrilaterals of nine nodes, or triangles of six, on the six sides of the cube [-1, 1]³, with `n` x `n` squares on each side.
-/// `map` moves the nodes. Normals point outward.
+/// The cube [-1, 1]³ of quadrilaterals of nine nodes, or triangles of six, with `n` x `n` squares on each side and normals outward.
+/// `map` moves the nodes.
 pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> Vec<Panel> {
     let mut panels = Vec::new();
     for (axis, sign) in [0, 1, 2].into_iter().flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
@@ -22,7 +22,6 @@ pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> V
             let mut x = Point::zeros();
             x[axis] = sign;
             x[u_axis] = u;
-            // The factor `sign` orders the nodes so that the normal points outward.
             x[v_axis] = sign * v;
             map(x)
         };
@@ -46,7 +45,6 @@ pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> V
     panels
 }
 
-/// The sides of the cube, projected onto a sphere.
 pub(super) fn sphere(n: usize, radius: f64, triangles: bool) -> Vec<Panel> {
     // The tangent puts the nodes at equal angles instead of equal lengths.
     let even = |x: Point| x.map(|c| (c * std::f64::consts::FRAC_PI_4).tan());
@@ -67,7 +65,7 @@ pub(super) fn flat(values: impl Iterator<Item = Point>) -> Vec<f64> {
     values.flat_map(|x| [x.x, x.y, x.z]).collect()
 }
 
-/// Solution for the body `elements`, with known displacements where `held` is true and known tractions elsewhere.
+/// Displacements are known where `held` is true, tractions elsewhere.
 pub(super) fn solved(
     elements: &BoundaryElements,
     domain: Domain,
@@ -93,7 +91,6 @@ pub(super) fn solved(
     solution
 }
 
-/// Largest error of the nodal displacements, relative to the largest exact displacement.
 pub(super) fn off(elements: &BoundaryElements, state: &SurfaceState, exact: impl Fn(&Point) -> Point) -> f64 {
     let positions = elements.positions();
     let apart = positions.iter().zip(&state.displacement).map(|(x, u)| (Point::from(*u) - exact(x)).norm());
@@ -101,7 +98,7 @@ pub(super) fn off(elements: &BoundaryElements, state: &SurfaceState, exact: impl
     apart.fold(0.0, f64::max) / size
 }
 
-/// Root mean square error of the nodal displacements over the surface, divided by the root mean square of the exact displacement.
+/// Root mean square over the surface.
 fn off_in_the_mean(
     elements: &BoundaryElements,
     state: &SurfaceState,
@@ -113,7 +110,6 @@ fn off_in_the_mean(
     (apart / nodes().map(|(x, area)| exact(&x).norm_squared() * area).sum::<f64>()).sqrt()
 }
 
-/// A field of uniform strain.
 pub(super) struct Linear {
     pub gradient: Matrix3<f64>,
     pub stress: Matrix3<f64>,
@@ -129,7 +125,7 @@ impl Linear {
     }
 }
 
-/// Displacement at a point off the surface, mm: the body's displacement inside the body, zero on the other side.
+/// Displacement at a point off the surface, mm; zero on the other side of the surface.
 ///
 /// # Source
 /// Somigliana's identity, u(y) = ∫ U t dS - ∫ T u dS, with displacements U and tractions T of a unit force at y.
@@ -145,10 +141,9 @@ fn displacement_at(elements: &BoundaryElements, state: &SurfaceState, y: &Point)
     sum
 }
 
-/// Truth: a linear field, which linear elements represent exactly. Its displacements are given on one side of the cube and its
-/// tractions on the others. Under a tension p, u_x = p x / E and u_y = -ν p y / E (be-cube-tension). The tolerance 1e-6 is the
-/// accuracy of the integrals. Somigliana's identity gives the field inside, up to 0.001 from the surface, and zero outside. The
-/// stress inside agrees too.
+/// Truth: a linear field, which linear elements represent exactly. Under a tension p, u_x = p x / E and u_y = -ν p y / E
+/// (be-cube-tension). The tolerance 1e-6 is the accuracy of the integrals. Somigliana's identity gives the field inside, up to
+/// 0.001 from the surface, and zero outside.
 #[test]
 fn uniform_strain_in_a_cube() {
     let any = Matrix3::new(1e-3, 2e-4, -3e-4, -5e-4, 7e-4, 1e-4, 4e-4, -2e-4, -9e-4);
@@ -212,13 +207,12 @@ fn nearly_incompressible_and_slender_bodies_in_tension() {
     }
 }
 
-/// Relative error of the displacement of a body under pressure, as a root mean square over its surface. The body is an
-/// unconstrained sphere, or the space around a spherical cavity.
+/// Root mean square over the surface of a sphere or spherical cavity under pressure.
 fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Domain) -> f64 {
     let (radius, e, nu, pressure) = (10.0, 210e3, 0.3, 100.0);
     let mut panels = sphere(n, radius, triangles);
     if domain == Domain::Exterior {
-        // Mirror the nodes, so that normals point into the cavity.
+        // Mirrored nodes turn the normals into the cavity.
         panels.iter_mut().for_each(|panel| panel.nodes.iter_mut().for_each(|x| x.x = -x.x));
     }
     let elements = elements(panels, interpolation, &steel(), 1e-7);
@@ -301,7 +295,7 @@ fn rigid_motions() {
     }
 }
 
-/// Truth: the result has the same bits for any number of threads.
+/// Truth: the same bits for any number of threads.
 #[test]
 fn threads_change_nothing() {
     let stiffness = steel();

@@ -1,4 +1,4 @@
-//! Compressed equations of finite boundary-element bodies: comparison with dense equations, rigid motions, uniform strain, threads.
+//! Compressed equations of finite boundary-element bodies.
 
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
@@ -13,12 +13,11 @@ use orthowear::material::Stiffness;
 use super::finite::{Linear, cube, elements, flat, off};
 use crate::common::{steel, tabulated_cfrp as cfrp, usual_or_finest};
 
-/// A cube with `n` x `n` elements on each side.
 fn body(n: usize, interpolation: Interpolation, stiffness: &Stiffness) -> BoundaryElements {
     elements(cube(n, false, |x| x), interpolation, stiffness, 1e-7)
 }
 
-/// Solution for the body, with known displacements of the components for which `held` is true and known tractions of the others.
+/// Displacements are known where `held` is true, tractions elsewhere.
 fn solved(
     elements: &BoundaryElements,
     held: impl Fn(&Point) -> [bool; 3],
@@ -45,9 +44,8 @@ fn solved(
     problem.solve_by(equations, Par::Seq).unwrap()
 }
 
-/// Truth: the solution of the dense equations of the same body with loads. Displacements are known at its base along all axes and
-/// at a wall along its normal. Displacements, tractions and responses to unit tractions differ by less than 10 times the tolerance,
-/// each relative to its largest value.
+/// Truth: the solution of the dense equations. Displacements, tractions and responses to unit tractions differ by less than 10
+/// times the tolerance, each relative to its largest value.
 #[test]
 fn the_dense_equations() {
     let elements = body(usual_or_finest(8, 10), Constant, &cfrp());
@@ -101,8 +99,7 @@ fn rigid_motions() {
     }
 }
 
-/// Truth: a linear field, which linear elements represent exactly. It is prescribed by its displacements on one side and its
-/// tractions on the others, or by its tractions alone with zero mean motion. Displacements are exact to six times the tolerance.
+/// Truth: a linear field, which linear elements represent exactly. Displacements are exact to six times the tolerance.
 #[test]
 fn uniform_strain() {
     let elements = body(usual_or_finest(5, 6), LinearElements, &cfrp());
@@ -124,7 +121,7 @@ fn uniform_strain() {
     }
 }
 
-/// Truth: one thread and several threads give the same bits.
+/// Truth: any number of threads gives the same bits.
 #[test]
 fn threads_do_not_change_bits() {
     let elements = body(6, Constant, &steel());
@@ -143,7 +140,7 @@ fn threads_do_not_change_bits() {
     assert!(run(2) == one && run(3) == one);
 }
 
-/// Truth: the blocks are stored in single precision. A tolerance below 1e-6, one that is too large, and NaN are input errors.
+/// Truth: the blocks are stored in single precision, so tolerances below 1e-6 are refused.
 #[test]
 fn tolerances_beyond_single_precision_are_refused() {
     let elements = body(1, Constant, &steel());

@@ -12,7 +12,6 @@ use orthowear::quadrature::gauss_legendre;
 use super::Random;
 use crate::common::{im7, steel, tabulated_cfrp as cfrp};
 
-/// Symmetric matrix with the entries xx, yy, zz, yz, xz, xy.
 fn symmetric([xx, yy, zz, yz, xz, xy]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
@@ -21,9 +20,8 @@ fn largest(fields: [&Matrix3<f64>; 3]) -> f64 {
     fields.into_iter().map(Matrix3::amax).fold(0.0, f64::max)
 }
 
-/// Truth: displacements and tractions of unit forces by an independent program (integrals over the unit circle, ten digits). For
-/// steel this is Kelvin's solution. Tractions act on the plane normal to the position of the first point. The displacement falls as
-/// 1 / distance and is even.
+/// Truth: displacements and tractions of unit forces by an independent program (ten digits). For steel this is Kelvin's solution.
+/// Tractions act on the plane normal to the position of the first point. The displacement falls as 1 / distance and is even.
 #[test]
 fn tabulated_values() {
     let points = [[1.0, 2.0, 2.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(Point::from);
@@ -92,7 +90,7 @@ fn tabulated_values() {
     }
 }
 
-/// Truth: Kelvin's solution is a special case of the integrals over directions, derivatives included.
+/// Truth: Kelvin's solution is a special case of the integrals over directions.
 #[test]
 fn isotropic_limit() {
     let stiffness = steel();
@@ -109,9 +107,8 @@ fn isotropic_limit() {
     }
 }
 
-/// Truth: the integrals over directions, from which the table is made. At random directions the table agrees with them within twice
-/// its stated error, which is below 1e-8. Finite differences of the displacement confirm its derivatives. One material is a hundred
-/// times stiffer along its fibre than across.
+/// Truth: the integrals over directions. The table agrees with them within twice its stated error, which is below 1e-8. Finite
+/// differences of the displacement confirm its derivatives. One material is a hundred times stiffer along its fibre.
 #[test]
 fn tables() {
     let stiff_fibre = Stiffness::transversely_isotropic(500e3, 5e3, 4e3, 0.25, 0.4).unwrap();
@@ -150,7 +147,7 @@ fn tables() {
     }
 }
 
-/// Integral of the tractions of unit forces at the origin over an ellipsoid with the centre `middle`, by `n` x `2 n` points.
+/// By `n` x `2 n` points on an ellipsoid around `middle`.
 fn flux(
     (field, stiffness): (&FullSpaceField, &Stiffness),
     (middle, half_axes): (Point, Point),
@@ -174,10 +171,10 @@ fn flux(
 }
 
 /// Truth: the tractions on a closed surface around a force balance the force. On a closed surface beside the force they sum to
-/// zero. The surfaces are spheres, an ellipsoid off the centre and a cube.
+/// zero.
 #[test]
 fn equilibrium() {
-    // Tractions in the material with tilted fibres vary over shorter distances and need more points.
+    // With tilted fibres, tractions vary over shorter distances.
     for (stiffness, n) in [(steel(), 30), (im7(30.0), 90)] {
         let field = FullSpaceField::new(&stiffness).unwrap();
         let ones = Point::from_element(1.0);

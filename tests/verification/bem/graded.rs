@@ -13,8 +13,7 @@ use super::compressed::{Cells, model};
 use super::{Random, green, pair, steel};
 use crate::common::{indent, press, relative, solve, usual_or_finest};
 
-/// Rectangles over a square of side 2, `2 m` along each direction. Their sides grow from the middle to the edge, by the factor
-/// `ratio` in total.
+/// `2 m` x `2 m` rectangles over a square of side 2. Their sides grow from the middle to the edge, by the factor `ratio` in total.
 fn graded(m: usize, ratio: f64) -> Cells {
     let growth = ratio.powf(1.0 / (m - 1) as f64);
     let mut ends = vec![0.0];
@@ -27,8 +26,7 @@ fn graded(m: usize, ratio: f64) -> Cells {
     Cells::of((0..4 * m * m).map(cell).collect())
 }
 
-/// Truth: the dense operator, which chooses the Gauss points of each distant cell by the size of this cell. Cell sides differ by
-/// factors of 1e3 and 1e5. Products differ by less than 3 × tolerance × the largest gap.
+/// Truth: the dense operator. Products differ by less than 3 × tolerance × the largest gap.
 #[test]
 fn cells_of_unlike_size_keep_the_tolerance() {
     for ratio in [1e3, 1e5] {
@@ -52,8 +50,7 @@ fn cells_of_unlike_size_keep_the_tolerance() {
 }
 
 /// Truth: a body recovers its displacements by the very operator that `take_flexibility` returned, bit by bit. If no block may be
-/// omitted, the operator is dense, also in a body whose operator was not taken. Otherwise it is compressed to 1e-3 and differs from
-/// the dense operator.
+/// omitted, the operator is dense. Otherwise it is compressed to 1e-3.
 #[test]
 fn fields_are_those_of_the_operator_that_was_taken() {
     let cells = Cells::irregular(30);
@@ -79,7 +76,6 @@ fn fields_are_those_of_the_operator_that_was_taken() {
     }
 }
 
-/// `n` triangles that meet in a point.
 fn fan(n: usize) -> Cells {
     let at = |k: usize| (std::f64::consts::TAU * k as f64 / n as f64).sin_cos();
     let corner = |k: usize| [at(k).1, at(k).0];
@@ -88,8 +84,7 @@ fn fan(n: usize) -> Cells {
 
 /// Truth: pressures with the dense operator under a sphere. A gap error of the tolerance changes the pressure of a cell by
 /// tolerance × contact size / cell size. This ratio of sizes is at most 28 for cells of mean size. The bound of 112 tolerances
-/// allows four times this value for cells just too large for a tighter tolerance. The bound suffices for the smallest cells, too,
-/// with sides 1e5 times smaller. The lower bound shows that the operator is not exact.
+/// allows four times this value. The lower bound shows that the operator is not exact.
 #[test]
 #[ignore = "11 s; usual: bem::compressed::contacts_are_those_of_the_dense_operator"]
 fn pressures_follow_the_tolerance() {
@@ -116,9 +111,9 @@ fn pressures_follow_the_tolerance() {
     }
 }
 
-/// Truth: the bytes of the operator. For cells of similar size, or if no cells are far apart, the estimate from the cells alone is
-/// 0.75 to 1.33 times the true size. For cells of different size it is at most twice the true size. With a memory limit of half the
-/// estimate, the operator is refused before anything is built. The message names the tolerance of compression.
+/// Truth: the bytes of the operator. For cells of similar size, the estimate from the cells alone is 0.75 to 1.33 times the true
+/// size. For cells of different size it is at most twice the true size. A memory limit of half the estimate is refused before
+/// anything is built.
 #[test]
 fn memory_is_told_by_the_cells() {
     let (one, two) = (green(&steel(), Side::Lower), pair(30.0));
@@ -152,7 +147,7 @@ fn memory_is_told_by_the_cells() {
 }
 
 /// Sectors of rings around the origin, out to a polygon with the area of the unit circle. The widths of the rings fall
-/// geometrically from the middle to the edge. The last ring has a thousandth of the width of the first.
+/// geometrically to a thousandth at the edge.
 fn rings(n_rings: usize, n_sectors: usize) -> Cells {
     let fall = 1e-3f64.powf(1.0 / (n_rings - 1) as f64);
     let widths: Vec<f64> = (0..n_rings).map(|k| fall.powi(k as i32)).collect();
@@ -179,9 +174,8 @@ fn rings(n_rings: usize, n_sectors: usize) -> Cells {
 }
 
 /// Truth: catalogue `str-graded-mesh`, F = 2 E* a delta under a rigid flat punch of radius a at the approach delta (Boussinesq).
-/// Towards the edge, the cells get a thousand times smaller. The catalogue's tolerance is 1e-4, for values extrapolated with second
-/// order in the angle of a sector and the growth of a ring. All pressures and the influences of every fifth cell are positive.
-/// Along a sector, pressures grow from ring to ring.
+/// The catalogue's tolerance is 1e-4, for values extrapolated with second order in the angle of a sector and the growth of a ring.
+/// All pressures are positive and grow from ring to ring.
 #[test]
 fn flat_punch_on_graded_rings() {
     let modulus = 210e3 / 0.91;
@@ -210,7 +204,7 @@ fn flat_punch_on_graded_rings() {
         force
     };
     let [[a, b], [c, d]] = [12, 23].map(|n_rings| [36, 48].map(|sectors| force(n_rings, sectors)));
-    // Errors fall with the square of the angle. From 36 to 48 sectors, 36^2 / (48^2 - 36^2) = 9 / 7 of the change remain.
+    // From 36 to 48 sectors, 36^2 / (48^2 - 36^2) = 9 / 7 of the change remain.
     let [coarse, fine] = [b + (b - a) * 9.0 / 7.0, d + (d - c) * 9.0 / 7.0];
     // With half as many rings the logarithm of the growth per ring is twice as large (11 instead of 22 steps to a thousand).
     let limit = fine + (fine - coarse) / 3.0;

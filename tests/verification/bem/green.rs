@@ -12,8 +12,8 @@ use serde_json::Value;
 use std::f64::consts::PI;
 
 /// Truth: the admittance M, the Green's function H on the unit circle and cell integrals K of an independent program, with 12
-/// digits (tests/data/half-space-table.json). The tolerance is 1e-9 of the largest entry of the matrix (of Re M for both parts of
-/// M), because that program truncated its series.
+/// digits (tests/data/half-space-table.json). The tolerance is 1e-9 of the largest entry (of Re M for both parts of M), because
+/// that program truncated its series.
 #[test]
 fn kernels_agree_with_an_independent_program() {
     let table: Value = serde_json::from_str(include_str!("../../data/half-space-table.json")).expect("JSON");
@@ -43,8 +43,7 @@ fn kernels_agree_with_an_independent_program() {
     }
 }
 
-/// Truth: the solutions of Boussinesq and Cerruti, in the form of docs/theory-half-space.md (all nine components, both sides). The
-/// tolerance 1e-13 covers the rounding of the closed form.
+/// Truth: the solutions of Boussinesq and Cerruti, in the form of docs/theory-half-space.md. The tolerance 1e-13 covers rounding.
 #[test]
 fn isotropic_limit_is_boussinesq_and_cerruti() {
     let (e, nu) = (210e3, 0.3);
@@ -66,7 +65,7 @@ fn isotropic_limit_is_boussinesq_and_cerruti() {
     }
 }
 
-/// Truth: reciprocity, G(-x) = G(x)^T. The admittance W is Hermitian and positive definite (the surface stores energy).
+/// Truth: reciprocity, G(-x) = G(x)^T. The admittance W is Hermitian and positive definite.
 #[test]
 fn green_is_reciprocal_and_the_admittance_positive() {
     for tilt in [0.0, 17.0, 30.0, 60.0, 90.0] {
@@ -82,13 +81,13 @@ fn green_is_reciprocal_and_the_admittance_positive() {
     }
 }
 
-/// Mean over the directions of the normal admittance W_nn. It equals 2 / (indentation modulus).
+/// It equals 2 / (indentation modulus).
 fn mean_normal_admittance(green: &SurfaceGreen) -> f64 {
     (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>() / 512.0
 }
 
 /// Truth: Γ as a principal-value integral of the admittance from Barnett-Lothe tensors. The staggered trapezoidal rule is exact for
-/// trigonometric polynomials (docs/theory-half-space.md). The series must give the same Γ to 1e-12, which covers rounding.
+/// trigonometric polynomials (docs/theory-half-space.md). 1e-12 covers rounding.
 #[test]
 fn gamma_is_the_principal_value_integral() {
     for (tilt, side) in [(10.0, Side::Lower), (45.0, Side::Upper), (80.0, Side::Lower)] {
@@ -127,9 +126,9 @@ fn barnett_lothe_identities() {
     }
 }
 
-/// Truth: the admittance along the fibre in closed form (Ting 1996), and published values at 0, 30 and 90 degrees. These values
-/// hold for a solid x3 > 0 in its own axes, which is the upper side here. Tolerance 1e-12 for the closed form, 1e-9 for values of
-/// 10 digits, 1e-8 for one of 8 digits.
+/// Truth: the admittance along the fibre in closed form (Ting 1996), and published values at 0, 30 and 90 degrees. They hold for a
+/// solid x3 > 0 in its own axes, which is the upper side here. Tolerance 1e-12 for the closed form, 1e-9 for values of 10 digits,
+/// 1e-8 for one of 8 digits.
 #[test]
 fn orthotropic_surface_admittance() {
     let green = green(&cfrp_of_tables(), Side::Upper);
@@ -235,8 +234,8 @@ fn indentation_modulus_of_cubic_crystals() {
     }
 }
 
-/// Truth: the closed form along the fibre (Ting 1996), where the integrands are most peaked. In other directions the series must
-/// agree with the Barnett-Lothe tensors of the single direction. Tolerance 1e-9 for E1 / E2 up to 1e4.
+/// Truth: the closed form along the fibre (Ting 1996), where the integrands are most peaked. In other directions the Barnett-Lothe
+/// tensors of the single direction. Tolerance 1e-9 for E1 / E2 up to 1e4.
 #[test]
 fn extreme_modulus_ratios_keep_nine_digits() {
     for ratio in [1.0, 10.0, 100.0, 1e3, 1e4] {

@@ -17,7 +17,7 @@ use crate::common::{assert_order, im7, steel};
 use crate::fem_bodies::{self, clamp};
 use crate::fem_meshes::block;
 
-/// Corners of the elements, with the stress averaged over the adjacent elements.
+/// The stress is averaged over the adjacent elements.
 fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, Matrix3<f64>)> {
     let field = elements.surface_solution(state);
     let mut all: Vec<(Point, Matrix3<f64>, f64)> = Vec::new();
@@ -38,7 +38,7 @@ fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, 
     all.into_iter().map(|(x, sum, count)| (x, sum / count)).collect()
 }
 
-/// Errors of the stress, relative to the pressure, in a sphere or in the body around a cavity, both of radius 1.
+/// Relative to the pressure, for a sphere or a cavity of radius 1.
 struct Errors {
     /// At the corners of the elements, root mean square.
     corners: f64,
@@ -54,7 +54,7 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     let pressure = 100.0;
     let mut panels = sphere(n, 1.0, false);
     if domain == Domain::Exterior {
-        // Mirror the nodes, so that normals point into the cavity.
+        // Mirrored nodes turn the normals into the cavity.
         panels.iter_mut().for_each(|panel| panel.nodes.iter_mut().for_each(|x| x.x = -x.x));
     }
     let elements = elements(panels, interpolation, &steel(), 1e-7);
@@ -96,9 +96,8 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
 }
 
 /// Truth: Lamé's solutions (be-cavity-pressure, be-sphere-uniform-pressure). Around a cavity of radius a under pressure p, σ_r = -p
-/// a³/r³ and σ_t = p a³/(2 r³), which is p/2 on the wall. In a sphere all normal stresses are -p. Errors at the corners of linear
-/// elements fall with order 1.5 (the corners of the cube are not regular). With 216 elements the mean of σ_t over the surface is
-/// right to 1.2 % of p.
+/// a³/r³ and σ_t = p a³/(2 r³). In a sphere all normal stresses are -p. Errors at the corners of linear elements fall with order
+/// 1.5 (the corners of the cube are not regular). With 216 elements the mean of σ_t over the surface is right to 1.2 % of p.
 #[test]
 fn spheres_and_cavities() {
     for domain in [Domain::Interior, Domain::Exterior] {
@@ -126,7 +125,7 @@ fn the_wall_of_a_cavity() {
 
 /// Truth: Hertz's solution (Johnson 3.45, 4.2). The stresses on the axis under the pressure p0 √(1 - r²/a²) are, with ζ = z / a,
 /// σ_z = -p0 / (1 + ζ²), σ_r = -p0 ((1 + ν)(1 - ζ atan(1/ζ)) - 1/(2 (1 + ζ²))). The largest shear stress is 0.310 p0 at 0.48 a for
-/// ν = 0.3. On either body, 64 x 64 cells carry the pressure at their centres.
+/// ν = 0.3.
 #[test]
 fn below_a_circular_contact() {
     let frame = ContactFrame::grid([1.05; 2], [64; 2], [0.3, -0.2], 0.4).unwrap();
@@ -152,7 +151,7 @@ fn below_a_circular_contact() {
         assert!((shear(3) - 0.310).abs() < 1e-3, "{}", shear(3));
         assert!(shear(3) > shear(2) && shear(3) > shear(4));
         // The displacement points away from the other body and tends to 0 at depth. In the middle of the surface it is a π p0 / (2
-        // E*), the share of this body in the approach.
+        // E*).
         let modulus = 210e3 / (1.0 - 0.09);
         let middle =
             body.recover_at_points(&frame, &tractions, &[frame.origin]).unwrap().unwrap()[0].displacement;
@@ -161,7 +160,7 @@ fn below_a_circular_contact() {
 }
 
 /// Truth: equilibrium of the surface. Just below the middle of a wide cell under a uniform traction, σ n (outward normal n) is the
-/// traction on the body. The traction on body 1 is minus the traction on body 2. Cases include CFRP. The frame is turned.
+/// traction on the body. The traction on body 1 is minus the traction on body 2.
 #[test]
 fn tractions_below_the_surface() {
     let frame = ContactFrame::grid([1.0; 2], [1; 2], [0.0; 2], 0.3).unwrap();
@@ -179,8 +178,7 @@ fn tractions_below_the_surface() {
 }
 
 /// Truth: a block that is large compared with the pressed square tends to a half-space. The block extends over 16 half-widths of
-/// the square, whose sides have four constant elements each. From a depth of half an element on, stresses differ from the
-/// half-space by less than 5 % of the pressure. Both bodies are tested, under pressure and shear.
+/// the square. From a depth of half an element on, stresses differ from the half-space by less than 5 % of the pressure.
 #[test]
 fn a_large_block_beside_the_half_space() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -206,9 +204,8 @@ fn a_large_block_beside_the_half_space() {
     }
 }
 
-/// Truth: the same block of finite elements (hexahedra of 20 nodes), under the same tractions on faces in the middle of its top.
-/// Stress agrees to 2 % of the largest pressure, at nodes inside and at nodes of the sides that are two elements or more from the
-/// edges.
+/// Truth: the same block of finite elements (hexahedra of 20 nodes). Stress agrees to 2 % of the largest pressure, at nodes inside
+/// and at nodes of the sides that are two elements or more from the edges.
 #[test]
 fn a_block_of_finite_elements() {
     let n = 6;

@@ -71,7 +71,7 @@ fn fft_operator_is_symmetric_and_positive() {
     }
 }
 
-/// Truth: every row and column is transformed independently, so one, two and three threads give the same bits.
+/// Truth: any number of threads gives the same bits.
 #[test]
 fn operators_give_the_same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
@@ -100,8 +100,7 @@ fn operators_give_the_same_bits_for_any_number_of_threads() {
 }
 
 /// Truth: equal isotropic bodies do not couple normal and tangential components (the antisymmetric parts cancel). Unlike bodies
-/// couple them, and so do equal bodies with tilted fibres, by the even part of G_xn (docs/theory-half-space.md). Omitting the
-/// vanishing blocks changes the result by rounding only.
+/// couple them, and so do equal bodies with tilted fibres, by the even part of G_xn (docs/theory-half-space.md).
 #[test]
 fn vanishing_cross_blocks_may_be_skipped() {
     let equal = SurfaceGreen::sum(&[&green(&steel(), Side::Lower), &green(&steel(), Side::Upper)]);
@@ -143,7 +142,6 @@ fn units_do_not_matter() {
 
 type Polygons = (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>);
 
-/// Centres, corners and areas of a uniform grid in the order of a grid frame.
 fn grid_polygons(cells: [usize; 2], spacing: [f64; 2]) -> Polygons {
     let [a, b] = spacing.map(|h| h / 2.0);
     let centers: Vec<[f64; 2]> = (0..cells[0] * cells[1])
@@ -175,9 +173,8 @@ fn dense_operator_on_a_grid_is_the_fft_operator() {
     assert!(relative(&dense.diagonal_blocks()[5], &fft.diagonal_blocks()[5]) < 1e-12);
 }
 
-/// Truth: A S, with the areas A of the cells, is symmetric and positive definite on an irregular frame (a distorted grid split into
-/// triangles). A uniform pressure on all cells gives Love's displacement of a loaded square. The tolerance 5e-3 covers the change
-/// of the collocation matrix that makes A S symmetric.
+/// Truth: A S, with the areas A of the cells, is symmetric and positive definite on an irregular frame. A uniform pressure gives
+/// Love's displacement of a loaded square. The tolerance 5e-3 covers the change of the collocation matrix that makes A S symmetric.
 #[test]
 fn dense_operator_on_triangles() {
     let green = green(&steel(), Side::Lower);

@@ -58,9 +58,8 @@ fn sinusoidal_load_on_cfrp() {
 }
 
 /// Truth: the sum over images in space. An oblique wave of tractions is cut off smoothly at the distance 6, six times the length of
-/// the frame along x, so that its tail cancels. Tractions are constant on thin cells, and the load is divided by the harmonic
-/// factors of a cell. Higher harmonics of the thin cells change the odd entries by (π² / 6) / 80² = 2.6e-4. The tolerance is 5e-4
-/// of the largest entry.
+/// the frame along x, so that its tail cancels. Higher harmonics of the thin cells change the odd entries by (π² / 6) / 80² =
+/// 2.6e-4. The tolerance is 5e-4 of the largest entry.
 #[test]
 fn oblique_wave_equals_the_sum_over_images() {
     let green = pair(30.0);
@@ -100,7 +99,7 @@ fn oblique_wave_equals_the_sum_over_images() {
 }
 
 /// Cosine and sine parts of the displacements of the cells ix = d due to a load cos(k y) on the cells ix = 0. Here k = 2π
-/// `harmonic` / period. The operator is open along x.
+/// `harmonic` / period.
 fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d: usize) -> [Matrix3<f64>; 2] {
     let n = cells[0] * cells[1];
     let mut parts = [Matrix3::zeros(); 2];
@@ -122,9 +121,9 @@ fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d:
     parts
 }
 
-/// Truth: the sum over images of exact cell integrals along the periodic direction. A load cos(k y) or sin(k y) on thin cells is
-/// cut off smoothly. Wavelengths are far longer or far shorter than the frame, fibres lie in the surface or out of it. The
-/// tolerance 1e-5 of the largest entry covers the cut-off and the harmonics of the thin cells, (π² / 6) / 1000² of the sine part.
+/// Truth: the sum over images of exact cell integrals along the periodic direction. Wavelengths are far longer or far shorter than
+/// the frame, fibres lie in the surface or out of it. The tolerance 1e-5 of the largest entry covers the cut-off and the harmonics
+/// of the thin cells, (π² / 6) / 1000² of the sine part.
 #[test]
 fn open_direction_equals_the_sum_over_images() {
     for (tilt, length, harmonic, count) in
@@ -167,9 +166,9 @@ fn open_direction_equals_the_sum_over_images() {
     }
 }
 
-/// Truth: the influences of one long cell, which tend to the influences in plane strain. Only differences of influences are
-/// compared, because they do not depend on the datum. A cell of length 2 Y differs from an infinite one by d / Y in the entries
-/// that are odd in d: 2e-5 for Y = 5e5 h and a distance d = 9 h, with the cell width h.
+/// Truth: the influences of one long cell, which tend to the influences in plane strain. Only their differences do not depend on
+/// the datum. A cell of length 2 Y differs from an infinite one by d / Y in the entries that are odd in d: 2e-5 for Y = 5e5 h and a
+/// distance d = 9 h, with the cell width h.
 #[test]
 fn plane_strain_equals_a_long_cell() {
     for tilt in [0.0, 30.0] {
@@ -213,7 +212,7 @@ fn plane_strain_vanishes_at_half_the_width() {
 }
 
 /// Truth: by Betti's theorem S is symmetric on any frame. S is positive definite, except for uniform tractions on a frame that is
-/// periodic in both directions, which cause no displacement. Cases include odd numbers of cells and single cells.
+/// periodic in both directions.
 #[test]
 fn symmetric_and_positive() {
     let cases = [
@@ -297,9 +296,9 @@ fn single_harmonics_have_the_exact_admittance() {
     }
 }
 
-/// Truth: plain sums over all pairs of cells, without a Fourier transform of the tractions. The columns of the operator are shifted
-/// columns of the first cell. Shifts are cyclic in periodic directions. In open directions, Betti's theorem gives backward offsets
-/// as transposed blocks. The tolerance is 1e-13 × the number of cells × the largest entry of a diagonal block.
+/// Truth: plain sums over all pairs of cells. The columns of the operator are shifted columns of the first cell, cyclic in periodic
+/// directions. In open directions, Betti's theorem gives backward offsets as transposed blocks. The tolerance is 1e-13 × the number
+/// of cells × the largest entry of a diagonal block.
 #[test]
 fn products_are_plain_convolutions() {
     let cases = [
@@ -323,7 +322,6 @@ fn products_are_plain_convolutions() {
             (0..n).map(|i| Matrix3::from_fn(|row, component| gaps[component][row * n + i])).collect()
         };
         let first = column(0);
-        // K at an offset. Offsets backward along the open direction use the transposed block of the opposite offset.
         let block = |[dx, dy]: [isize; 2]| {
             let backward = if directions[0] { dy < 0 } else { dx < 0 };
             let offset = if !(directions[0] && directions[1]) && backward { [-dx, -dy] } else { [dx, dy] };
@@ -392,7 +390,7 @@ fn periodic_along_x_equals_periodic_along_y() {
     }
 }
 
-/// Truth: every row, column and harmonic is computed independently, so one and three threads give the same bits.
+/// Truth: one and three threads give the same bits.
 #[test]
 fn same_bits_for_any_number_of_threads() {
     for directions in [[true, true], [false, true], [true, false]] {
@@ -407,7 +405,7 @@ fn same_bits_for_any_number_of_threads() {
     }
 }
 
-/// Truth: invalid frames are input errors, and each message names the fault.
+/// Truth: invalid frames are input errors.
 #[test]
 fn nonsense_is_refused() {
     let green = green(&steel(), Side::Lower);
@@ -421,6 +419,6 @@ fn nonsense_is_refused() {
     refused([0, 4], [1.0, 1.0], [true, true], "at least one");
     refused([4, 4], [1.0, -1.0], [true, false], "positive");
     refused([4, 4], [1.0, 1e-4], [false, true], "more equal");
-    // The period exceeds 2π 2^19 / 35 = 94 119 cell widths, the limit for kernels that decay at most as fast as isotropic ones.
+    // The period exceeds the limit of 2π 2^19 / 35 = 94 119 cell widths, for kernels that decay at most as fast as isotropic ones.
     refused([4, 400], [1e-3, 0.9], [false, true], "use a shorter period or wider cells");
 }

@@ -10,7 +10,7 @@ use orthowear::bem::green_tensor::{GreenTensor, TractionOperator};
 use orthowear::bem::half_space::{PointForceField, PointForceIntegral, Side};
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// Material with nine constants, rotated so that no symmetry plane lies along the surface.
+/// No symmetry plane lies along the surface.
 fn odd() -> Stiffness {
     Stiffness::orthotropic(&Orthotropic {
         e1: 150e3,
@@ -27,7 +27,7 @@ fn odd() -> Stiffness {
     .rotated(Rotation3::from_euler_angles(0.4, 0.9, -1.3).matrix())
 }
 
-/// Materials with the tables of their point-force fields. A table takes about a second to compute.
+/// A table takes about a second to compute.
 static TABLES: LazyLock<Vec<(String, Stiffness, PointForceField)>> = LazyLock::new(|| {
     let azimuth = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.6);
     let tilts = usual_or_finest(&[30.0, 90.0][..], &[0.0, 30.0, 80.0, 90.0]);
@@ -49,7 +49,6 @@ fn direct(stiffness: &Stiffness) -> PointForceIntegral {
     PointForceIntegral::new(stiffness, &green(stiffness, Side::Lower))
 }
 
-/// Unit vector of random azimuth that points to the depth `z`.
 fn direction(random: &mut Random, z: f64) -> Vector3<f64> {
     let (phi, sin) = (2.0 * PI * random.next(), (1.0 - z * z).sqrt());
     Vector3::new(sin * phi.cos(), sin * phi.sin(), -z)
@@ -63,8 +62,8 @@ fn apart(a: &GreenTensor, b: &GreenTensor) -> f64 {
     steepest(&[0, 1, 2].map(|k| a.gradient[k] - b.gradient[k]))
 }
 
-/// Truth: for isotropic materials, the direct integral over directions, which does not use the solutions of Boussinesq and Cerruti.
-/// The tolerance 1e-10 covers the integral, which loses up to 1e-11 near the surface. On the surface, Γ(φ) / r holds to 1e-12.
+/// Truth: for isotropic materials, the direct integral over directions. The tolerance 1e-10 covers the integral, which loses up to
+/// 1e-11 near the surface. On the surface, Γ(φ) / r holds to 1e-12.
 #[test]
 fn closed_forms_are_the_direct_integral() {
     for nu in [0.3, 0.0, 0.45] {
@@ -85,7 +84,7 @@ fn closed_forms_are_the_direct_integral() {
     }
 }
 
-/// Truth: a derivative is the limit of differences. The tolerance covers their third derivative and rounding.
+/// Truth: limits of differences. The tolerance covers their third derivative and rounding.
 #[test]
 fn gradients_are_limits_of_differences() {
     let closed = field(&steel());
@@ -100,8 +99,8 @@ fn gradients_are_limits_of_differences() {
     }
 }
 
-/// Truth: the direct integral at random points. A third of them lies next to the surface, a third next to the inward normal. Bound:
-/// twice the error that the table states, which is a maximum over other points.
+/// Truth: the direct integral at random points, many of them next to the surface or the inward normal. Bound: twice the error that
+/// the table states, which is a maximum over other points.
 #[test]
 fn tables_are_the_direct_integral() {
     for (name, stiffness, table) in TABLES.iter() {
@@ -133,7 +132,7 @@ fn tables_are_the_direct_integral() {
 }
 
 /// Truth: on the surface the displacement is Γ(φ) / r, and its derivatives along the surface are the limits of differences. The
-/// surface carries no traction. The field just below the surface tends to the field on the surface.
+/// surface carries no traction.
 #[test]
 fn the_surface_is_free() {
     let steel = [("steel".to_owned(), steel(), field(&steel()))];
@@ -161,8 +160,7 @@ fn the_surface_is_free() {
     }
 }
 
-/// Truth: the tractions on a hemisphere around the force balance the force. The rule is Gauss's in the depth (Legendre, 96 points)
-/// and trapezoidal around the axis. Both converge geometrically.
+/// Truth: the tractions on a hemisphere around the force balance the force.
 #[test]
 fn tractions_on_a_hemisphere_balance_the_force() {
     for (name, stiffness, field) in TABLES.iter() {
@@ -181,7 +179,6 @@ fn tractions_on_a_hemisphere_balance_the_force() {
     }
 }
 
-/// Gauss points and weights on [0, 1], by Newton's method.
 fn legendre(n: usize) -> Vec<(f64, f64)> {
     let polynomial = |x: f64| {
         let (mut before, mut p) = (1.0, x);
@@ -228,7 +225,7 @@ fn stiff_fibres_have_the_error_that_their_table_states() {
     assert!(largest < 2.0 * table.error() * scale, "{:e}, stated {:e}", largest / scale, table.error());
 }
 
-/// Truth: one thread and three give the same bits.
+/// Truth: any number of threads gives the same bits.
 #[test]
 fn tables_do_not_depend_on_threads() {
     let stiffness =

@@ -7,8 +7,8 @@ use orthowear::material::Stiffness;
 
 use crate::common::{im7, steel, usual_or_finest};
 
-/// Relative difference between the work of uniform tractions on a truncated half-space and on the exact one. Its elements extend
-/// out to `half_size`. The frame has half-width 1 and `n` cells along each side, and is turned in its plane.
+/// Relative difference between the work of uniform tractions on a truncated half-space and on the exact one. Elements extend out to
+/// `half_size`. The frame has half-width 1 and `n` cells along each side.
 fn difference(stiffness: &Stiffness, side: Side, (half_size, n): (f64, usize)) -> f64 {
     let frame = ContactFrame::grid([1.0; 2], [n; 2], [0.3, -0.2], 0.4).unwrap();
     let spec = TruncatedSpec { stiffness, half_size };
@@ -18,8 +18,8 @@ fn difference(stiffness: &Stiffness, side: Side, (half_size, n): (f64, usize)) -
     body.truncation().difference
 }
 
-/// Truth: tractions of a point force in an incompressible full space vanish on planes through the force (Kelvin). Each half of the
-/// full space is therefore a half-space, and the truncated surface causes no error.
+/// Truth: tractions of a point force in an incompressible full space vanish on planes through the force (Kelvin). The truncated
+/// surface therefore causes no error.
 #[test]
 fn incompressible_half_spaces_lose_nothing() {
     let rubber = Stiffness::isotropic(10.0, 0.4999).unwrap();
@@ -30,7 +30,7 @@ fn incompressible_half_spaces_lose_nothing() {
 }
 
 /// Truth: beyond the elements, tractions of 1/r^2 work on displacements of 1/r. The truncation error is therefore inversely
-/// proportional to `half_size`. The rest is the error of constant elements, which falls with the element size.
+/// proportional to `half_size`. The rest is the error of constant elements.
 #[test]
 fn larger_surfaces_lose_less() {
     for stiffness in usual_or_finest(vec![im7(30.0)], vec![steel(), im7(30.0)]) {

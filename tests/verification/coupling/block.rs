@@ -17,7 +17,7 @@ fn frame() -> ContactFrame {
     ContactFrame::grid([1.1, 0.9], [5, 4], [0.1, -0.2], 0.3).expect("an admissible grid")
 }
 
-/// A block with loads and prescribed displacements. A contact node of body 1 also has prescribed displacements in two directions.
+/// A block with loads and prescribed displacements, of body 1 also at a contact node in two directions.
 fn finite_elements(side: Side, frame: &ContactFrame) -> FeBody {
     let lower = side == Side::Lower;
     let brick = Brick {
@@ -30,7 +30,6 @@ fn finite_elements(side: Side, frame: &ContactFrame) -> FeBody {
     };
     let mut mesh = brick.mesh();
     if lower {
-        // Move the pin to the contact node nearest to the middle of the face.
         let distance = |x: &[f64; 3]| x[0] * x[0] + x[1] * x[1] + 100.0 * x[2] * x[2];
         let nearest = (0..mesh.points.len())
             .min_by(|&a, &b| distance(&mesh.points[a]).total_cmp(&distance(&mesh.points[b])));
@@ -70,9 +69,9 @@ pub fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling)
     couple(lower.as_mut(), upper.as_mut(), frame, coupling, SkipVanishing).expect("coupled bodies")
 }
 
-/// Truth: eliminating the bodies from the block system is algebra. The block system and the Schur complement give the same gaps for
-/// the same tractions, loads and prescribed displacements. Wear depth and initial gap add to the normal gap only. The relative
-/// tolerance 1e-10 covers different factorisations of the same matrices, and the difference between FFT and dense products.
+/// Truth: eliminating the bodies from the block system is algebra. Wear depth and initial gap add to the normal gap only. The
+/// relative tolerance 1e-10 covers different factorisations of the same matrices, and the difference between FFT and dense
+/// products.
 #[test]
 fn both_paths_give_the_same_gaps() {
     let frame = frame();
@@ -111,7 +110,6 @@ fn both_paths_give_the_same_gaps() {
     }
 }
 
-/// A body that provides no equations for the block system.
 struct Closed;
 
 impl ElasticBody for Closed {
@@ -131,8 +129,7 @@ impl ElasticBody for Closed {
     }
 }
 
-/// Truth: the documentation names three refusals. These are two rigid bodies, a body without equations, and a system that is too
-/// large.
+/// Truth: the block system needs a body that is not rigid, bodies with equations, and enough memory.
 #[test]
 fn what_the_block_system_cannot_do_is_refused() {
     let frame = frame();

@@ -11,13 +11,10 @@ use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 pub struct Brick {
     pub width: [f64; 2],
     pub z: [f64; 2],
-    /// Elements along x, y, z.
     pub cells: [usize; 3],
-    /// Whether the contact face is the upper one.
     pub contact_on_top: bool,
     /// Displacement of a point (x, y) of the square [-1, 1]^2, in the same units. It is zero on the outline.
     pub distortion: fn([f64; 2]) -> [f64; 2],
-    /// Whether each hexahedron is split into six tetrahedra.
     pub tetrahedra: bool,
 }
 
@@ -72,7 +69,7 @@ impl Brick {
                     let [a, b, c, d] =
                         [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
                     if self.tetrahedra {
-                        // On both faces the triangles follow the diagonals of `TETRAHEDRA`.
+                        // The triangles follow the diagonals of `TETRAHEDRA`.
                         faces[side].extend([a, b, c, a, c, d]);
                     } else {
                         faces[side].extend([a, b, c, d]);
@@ -118,7 +115,6 @@ impl Brick {
     }
 }
 
-/// A body of one material on a mesh, without supports.
 pub fn spec(mesh: Mesh, stiffness: &Stiffness) -> FeSpec {
     FeSpec {
         name: "brick".into(),
@@ -137,7 +133,7 @@ pub fn support(group: &str, components: [bool; 3], value: [f64; 3]) -> Support {
     Support { group: group.into(), components, value, gradient: [[0.0; 3]; 3] }
 }
 
-/// Supports that let a block strain uniformly: rollers at the base, and two pins against motion in the plane.
+/// Rollers at the base and two pins in the plane let a block strain uniformly.
 pub fn rollers() -> Vec<Support> {
     vec![
         support("base", [false, false, true], [0.0; 3]),

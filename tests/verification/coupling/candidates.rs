@@ -11,7 +11,6 @@ fn frame() -> ContactFrame {
     ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap()
 }
 
-/// The frame with the cells within `radius` of its middle as candidates.
 fn within(radius: f64) -> ContactFrame {
     let mut frame = frame();
     let near = |cell| frame.plane_coordinates(cell).iter().map(|x| x * x).sum::<f64>() <= radius * radius;
@@ -19,9 +18,8 @@ fn within(radius: f64) -> ContactFrame {
     frame
 }
 
-/// Truth: eliminating a body is algebra. For the same tractions, the condensed flexibility and a solution of the whole body without
-/// loads give the same gap. For half-spaces the gap is compared with direct sums over the cells. The tolerance 1e-11 covers
-/// rounding of solves with the factor.
+/// Truth: eliminating a body is algebra. The condensed flexibility and a solution of the whole body give the same gap. For
+/// half-spaces the gap is compared with direct sums over the cells. The tolerance 1e-11 covers rounding of solves with the factor.
 #[test]
 fn operators_agree_with_bodies_solved_afresh() {
     let frame = frame();
@@ -40,8 +38,8 @@ fn operators_agree_with_bodies_solved_afresh() {
     }
 }
 
-/// Truth: the operator of all cells. With tractions on candidates only, `complete_gap` must give the gap of this operator. Once all
-/// cells are formed, in two portions, the operators agree. The tolerance 1e-11 covers rounding of solves with the factor.
+/// Truth: the operator of all cells, first for tractions on candidates only, then with all cells formed in two portions. The
+/// tolerance 1e-11 covers rounding of solves with the factor.
 #[test]
 fn what_is_not_formed_is_completed_or_grown() {
     let (whole, part) = (frame(), within(0.5));
@@ -80,9 +78,8 @@ fn what_is_not_formed_is_completed_or_grown() {
     }
 }
 
-/// Truth: the history with all cells formed. At first only cells within 0.15 of the middle are candidates. Indentation, tangential
-/// displacement and wear must form the cells that they need and end in the same states. The tolerance 1e-8 follows from
-/// certificates of 1e-12 and a condition number of S below 1e4.
+/// Truth: the history with all cells formed. The tolerance 1e-8 follows from certificates of 1e-12 and a condition number of S
+/// below 1e4.
 #[test]
 fn contact_grows_beyond_its_candidates() {
     let (whole, part) = (frame(), within(0.15));

@@ -43,9 +43,8 @@ fn turned([x, y]: [f64; 2]) -> [f64; 2] {
 }
 
 /// Truth: catalogue `two-blocks-stack` and `contact-patch-nonmatching`. p = 10 MPa acts on blocks of heights L1 = 5 and L2 = 8 mm
-/// with E = 210 and 70 GPa. They approach by p (L1/E1 + L2/E2) = 0.001380952381 mm, and every cell carries p. Meshes match, or have
-/// 5 x 5 against 7 x 7 elements, tetrahedra against hexahedra, or faces turned by 17 degrees against each other. Frames are grids
-/// and the faces of the coarser body. The relative tolerance is 1e-9, at a solver tolerance of 1e-12.
+/// with E = 210 and 70 GPa. They approach by p (L1/E1 + L2/E2) = 0.001380952381 mm, and every cell carries p. The relative
+/// tolerance is 1e-9, at a solver tolerance of 1e-12.
 #[test]
 fn stacked_blocks() {
     let brick = |z: [f64; 2], n: usize, distortion: fn([f64; 2]) -> [f64; 2], tetrahedra: bool| {
@@ -91,8 +90,8 @@ fn stacked_blocks() {
     }
 }
 
-/// Truth: catalogue `rigid-translation-of-frame`. The frame is shifted by parts of a cell or enlarged. This changes the approach
-/// under a given load by less than 0.5 % at 40 cells across. Beyond the true contact radius plus one cell, p is exactly 0.
+/// Truth: catalogue `rigid-translation-of-frame`. A frame that is shifted by parts of a cell or enlarged changes the approach by
+/// less than 0.5 % at 40 cells across. Beyond the true contact radius plus one cell, p is exactly 0.
 #[test]
 fn frames_shifted_and_enlarged() {
     let steel = steel();
@@ -120,9 +119,8 @@ fn frames_shifted_and_enlarged() {
     }
 }
 
-/// kappa = F / (2 E* a delta) for a flat punch of radius 1 at the approach delta on a layer of E = 210 GPa. The model is a quarter
-/// of the layer, out to 12. The frame has cells of 1 / n inside the punch, each of 2 x 2 faces. In kappa, a is the radius of a
-/// circle with the area of the cells in contact.
+/// kappa = F / (2 E* a delta) for a flat punch of radius 1 at the approach delta on a layer of E = 210 GPa. The frame has cells of
+/// 1 / n inside the punch, each of 2 x 2 faces. In kappa, a is the radius of a circle with the area of the cells in contact.
 fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormulation)) -> f64 {
     let mut across = steps(0.0, 1.0 + 1.0 / n as f64, 2 * n + 2);
     across.extend(growing(1.0 + 1.0 / n as f64, 12.0, 0.7 / n as f64, 9).into_iter().skip(1));
@@ -161,9 +159,8 @@ fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormul
 }
 
 /// Truth: catalogue `layer-punch-moderate` (N. N. Lebedev, Ya. S. Ufliand, 1958; W. C. Hayes et al., 1972): kappa = F / (2 E* a
-/// delta) for layers of height h with a / h = 0.5 and 1, on frictionless and bonded bases. The sharp edge of the punch causes an
-/// error proportional to the cell size. Extrapolation from cells of a / 5 and a / 10 (a / 6 and a / 12 in the thorough test)
-/// removes it. The tolerance of 1 % is the catalogue's.
+/// delta) for layers of height h with a / h = 0.5 and 1. The sharp edge of the punch causes an error proportional to the cell size,
+/// which extrapolation removes. The tolerance of 1 % is the catalogue's.
 #[test]
 fn layer_under_a_flat_punch() {
     let cases = [
@@ -181,9 +178,9 @@ fn layer_under_a_flat_punch() {
     }
 }
 
-/// kappa = F / (2 E* a delta) of a flat punch of radius 1 on a bonded layer of height 1, for any nu. kappa is the integral of phi
-/// over [0, 1]. Gauss points solve phi(x) + (2 / pi) int_0^1 phi(t) M(x, t) dt = 1 with M = int_0^inf `kernel`(k) cos(k x) cos(k t)
-/// dk (N. N. Lebedev, Ya. S. Ufliand, 1958).
+/// kappa = F / (2 E* a delta) of a flat punch of radius 1 on a bonded layer of height 1. kappa is the integral of phi over [0, 1].
+/// Gauss points solve phi(x) + (2 / pi) int_0^1 phi(t) M(x, t) dt = 1 with M = int_0^inf `kernel`(k) cos(k x) cos(k t) dk (N. N.
+/// Lebedev, Ya. S. Ufliand, 1958).
 fn bonded_layer(nu: f64) -> f64 {
     let k = 3.0 - 4.0 * nu;
     let kernel = |y: f64| {
@@ -210,8 +207,7 @@ fn bonded_layer(nu: f64) -> f64 {
 
 /// Truth: catalogue `str-near-incompressible`, kappa of a bonded layer with a / h = 1 by its integral equation, which gives the
 /// published 2.483524629 at nu = 0.3. Mean-dilatation elements agree to 2 % up to nu = 0.499 and 5 % at 0.4999. The error of
-/// enhanced elements on the same mesh is more than three times as large at 0.4999. This is why a scene with enhanced elements gets
-/// a warning.
+/// enhanced elements on the same mesh is more than three times as large at 0.4999.
 #[test]
 fn nearly_incompressible_layers() {
     assert!(relative(bonded_layer(0.3), 2.483524629) < 1e-9, "{}", bonded_layer(0.3));

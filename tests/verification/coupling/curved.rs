@@ -16,10 +16,10 @@ fn cap(frame: &ContactFrame) -> FeBody {
     FeBody::new(spec, "contact", Side::Upper, frame).expect("a finite-element body")
 }
 
-/// Truth: the sphere R - sqrt(R^2 - r^2), which touches first at its vertex. The faces have edges of h = 0.19. They lie inside the
-/// sphere by h^2 / (6 R) on average (two directions) and h^2 / (4 R) at most. The mean over a cell of width b = 0.2 adds b^2 / (12
-/// R). No point is below the vertex. The nodal forces have the same resultant and the same moment about the normal as the cell
-/// tractions. Other moments differ, because the gap changes the lever arms.
+/// Truth: the sphere R - sqrt(R^2 - r^2). Faces with edges of h = 0.19 lie inside the sphere by h^2 / (6 R) on average (two
+/// directions) and h^2 / (4 R) at most. The mean over a cell of width b = 0.2 adds b^2 / (12 R). The nodal forces have the same
+/// resultant and the same moment about the normal as the cell tractions. Other moments differ, because the gap changes the lever
+/// arms.
 #[test]
 fn the_gap_of_a_meshed_sphere() {
     let frame = ContactFrame::grid([1.2; 2], [12; 2], [0.0; 2], 0.2).unwrap();
@@ -53,8 +53,8 @@ fn the_gap_of_a_meshed_sphere() {
     assert!(body.surface().is_some());
 }
 
-/// Truth: a frame built from the curved faces has one cell per face. Each row of the map is the average over its face (weights sum
-/// to 1, four nodes). The tilts of the normals and the gap between the mesh and the plane z = 0 agree with the sphere to 1e-3.
+/// Truth: each row of the map is the average over its face. The tilts of the normals and the gap between the mesh and the plane z =
+/// 0 agree with the sphere to 1e-3.
 #[test]
 fn a_frame_of_curved_faces() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");

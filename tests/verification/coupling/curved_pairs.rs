@@ -1,5 +1,4 @@
-//! Pairs of finite-element bodies with curved surfaces: a pin in its hole, a roller on a block. Two tests treat cells that a body
-//! does not cover, or covers twice.
+//! Pairs of finite-element bodies with curved surfaces, and cells that a body does not cover, or covers twice.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -26,12 +25,11 @@ fn ring(radii: Vec<f64>, turn: f64, n: usize) -> Mesh {
 const HOLE: f64 = 10.0;
 const CLEARANCE: f64 = 0.2;
 
-/// Mesh of the plate around the hole.
 fn plate(turn: f64, n: usize) -> Mesh {
     ring(growing(HOLE, 10.0 * HOLE, 0.3, 22), turn, n)
 }
 
-/// Mesh of the pin, without its small rigid core.
+/// Without the small rigid core of the pin.
 fn pin(turn: f64, n: usize) -> Mesh {
     let radius = HOLE - CLEARANCE;
     let mut radii = growing(radius, 0.1 * radius, 0.3, 14);
@@ -44,8 +42,7 @@ const MIRROR: [bool; 3] = [true, false, false];
 const ALL: [bool; 3] = [true; 3];
 const HALF: [(&str, [bool; 3]); 4] = [("low2", PLANE), ("high2", PLANE), ("low0", MIRROR), ("high0", MIRROR)];
 
-/// Presses half a pin down into half a plate by `approach`. Returns the load of the whole pin per thickness, and the angle and the
-/// pressure of each cell.
+/// Load per thickness of a whole pin pressed into a plate by `approach`, from half a model, and angle and pressure of each cell.
 fn pressed_pin(frame_body: usize, approach: f64) -> (f64, Vec<(f64, f64)>) {
     let [around, inside] = [[60, 120], [120, 60]][frame_body];
     let (hole, pin) = (plate(PI, around), pin(PI, inside));
@@ -79,14 +76,12 @@ fn persson_angle(stiffness: f64) -> f64 {
 /// cylindrical elastic bodies in contact, 1964; M. Ciavarella, P. Decuzzi, The state of stress induced by the plane frictionless
 /// cylindrical contact I, 2001). For the half-angle of contact let b = tan(angle / 2). The clearance is c, the load per thickness
 /// Q, the radius R. Then E* c / Q = (2 - ln(b^2 + 1) - 2 b^4) / (pi (b^4 + b^2)). The peak pressure is p(0), with R p(0) / Q = 2 b
-/// / (pi sqrt(1 + b^2)) + ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)). A Fourier series, computed outside
-/// the library, confirms both. For the harmonic n of the pressure, p_n, the radial displacements of disc and hole add up to 4 n /
-/// (E* (n^2 - 1)) p_n R.
+/// / (pi sqrt(1 + b^2)) + ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)). An independent Fourier series
+/// confirms both.
 ///
 /// The angle agrees to within one face (3 degrees), the pressure to 4 %. The core of 0.1 R and the plate of 10 R change the fields
 /// by 1 % each. The clearance of 0.02 R changes them by 2 %, because the theory has one radius. The middle of a flat face of 3
-/// degrees and length h lies h^2 / 8R = 0.0034 mm inside the circle (1.7 % of the clearance). The frame is made of the coarser
-/// faces, of either the hole or the pin.
+/// degrees and length h lies h^2 / 8R = 0.0034 mm inside the circle (1.7 % of the clearance).
 #[test]
 fn pin_in_hole() {
     for (frame_body, approach) in [(0, 0.24), (1, 0.24), (0, 0.08)] {
@@ -106,10 +101,9 @@ fn pin_in_hole() {
     }
 }
 
-/// Truth: turning the frame normal n about the axis of the pin turns the result. If n stays vertical, the pin is lifted to the
-/// middle and then shifted along x. The tangential force is then the force along the turned n. Both motions start from first touch.
-/// The distance to first touch is the clearance of the circles (to 2 %), not of their chords. The far side of the full circles
-/// carries no pressure. The relative tolerance is 1e-7 at a solver tolerance of 1e-8.
+/// Truth: turning the frame normal n about the axis of the pin turns the result. If n stays vertical, the pin lifted to the middle
+/// and shifted along x has the same force along x. The distance to first touch is the clearance of the circles (to 2 %), not of
+/// their chords. The relative tolerance is 1e-7 at a solver tolerance of 1e-8.
 #[test]
 fn pin_pressed_sideways() {
     let (hole, pin) = (plate(2.0 * PI, 48), pin(2.0 * PI, 72));
@@ -166,8 +160,8 @@ fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
 }
 
 /// Factor by which friction of 0.1 raises the peak pressure under the roller, both bodies taken as half-planes, from an independent
-/// program. That program has constant pressures and shear tractions on 400 strips of the contact, coupled by Dundurs' β = 1/7. It
-/// uses active sets and 80 load increments. Its stick zone reaches to 0.381 a with 10 increments and to 0.391 a with 80.
+/// program. That program has constant tractions on 400 strips, coupled by Dundurs' β = 1/7, and 80 load increments. Its stick zone
+/// reaches to 0.381 a with 10 increments and to 0.391 a with 80.
 const RAISED: f64 = 1.01912;
 
 /// Truth: [`RAISED`] and the stick zone of the same program. The bodies are boundary-element half-spaces with cells of 2 m along
@@ -192,7 +186,7 @@ fn friction_raises_the_pressure_of_a_roller() {
 /// Truth: NAFEMS benchmark 1 (A. W. A. Konter, 2006). A steel roller of 50 mm on aluminium under 35 kN/mm has Hertz's half-width
 /// a = 6.2146 mm and peak pressure p0 = 3585.37 MPa. a agrees within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell).
 /// Friction of 0.1 raises p0 as between half-planes of the two materials ([`RAISED`], to 0.2 %). Descriptions of the benchmark
-/// expect less than 1 %, which its equations do not give. The contact slips at its edge and sticks in the middle.
+/// expect less than 1 %, which its equations do not give.
 #[test]
 fn nafems_cylinder_roller() {
     let [block, roller] = roller_pair(0.1875, 7.5);
@@ -223,8 +217,7 @@ fn nafems_cylinder_roller() {
     }
 }
 
-/// Truth: cells of a mesh frame that the other body does not cover stay open and are left out. Both bodies cover the remaining
-/// cells, wherever the other body ends. A grid with uncovered cells is refused (maps.rs).
+/// Truth: cells of a mesh frame that the other body does not cover stay open and are left out.
 #[test]
 fn cells_beyond_the_other_body() {
     let wide = boxes(&[steps(-3.0, 3.0, 12), steps(-3.0, 3.0, 12), steps(-2.0, 0.0, 2)], false, |x| x);
@@ -240,12 +233,11 @@ fn cells_beyond_the_other_body() {
     assert_eq!(frame.edge_cells().iter().filter(|rim| **rim).count(), 12);
 }
 
-/// Truth: where two sheets of faces lie over a cell, the nearer one counts. A second layer of the same body further away does not
-/// change the map, and the gap is the gap to the nearer sheet. Two sheets under a grid are refused.
+/// Truth: where two sheets of faces lie over a cell, the nearer one counts. Two sheets under a grid are refused.
 #[test]
 fn the_nearest_of_two_sheets() {
     let block = boxes(&[steps(-1.0, 1.0, 4), steps(-1.0, 1.0, 4), steps(-2.0, 0.0, 2)], false, |x| x);
-    // A clamp of two jaws, the second far above the first. The lower faces of both belong to the contact group.
+    // A clamp of two jaws, the second far above the first.
     let jaw = boxes(&[steps(-1.5, 1.5, 6), steps(-1.5, 3.0, 9), steps(0.2, 1.0, 1)], false, |x| x);
     let mut clamp = jaw.clone();
     let far = jaw.points.len();

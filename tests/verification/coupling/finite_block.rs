@@ -17,12 +17,11 @@ use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 
-/// Normal force at an approach of 0.02 mm, where the contact radius is about 1 mm.
 fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     force_and_peak(lower, frame).0
 }
 
-/// Model of a steel half-space with the gap of a sphere of 50 mm over `lower`, without friction.
+/// A steel half-space with the gap of a sphere of 50 mm over `lower`, without friction.
 pub fn under_a_sphere(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Model {
     let mut upper = HalfSpaceBody::new(&steel(), Side::Upper, frame).expect("a half-space");
     let gap = InitialGap::from(GapShape::Sphere { radius: 50.0 });
@@ -40,7 +39,7 @@ pub fn under_a_sphere(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Mode
     }
 }
 
-/// Normal force and peak pressure at an approach of 0.02 mm.
+/// At an approach of 0.02 mm, where the contact radius is about 1 mm.
 fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f64) {
     let model = under_a_sphere(lower, frame);
     let result = run(&model, &[indent(0.02)], &SolverOptions::default(), None, &mut Silent).expect("a run");
@@ -48,7 +47,7 @@ fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f6
     (result.records[0].normal_force, result.records[0].peak_pressure)
 }
 
-/// A block of half-width and depth `size`, clamped at its base. Its elements at the contact are the cells of the frame.
+/// A block of half-width and depth `size`, clamped at its base, with element faces as cells of the frame.
 pub fn block(
     stiffness: &Stiffness,
     (size, outer, deep): (f64, usize, usize),
@@ -102,7 +101,7 @@ fn local_quantities_converge_faster() {
     assert!((peak / hertz - 1.0).abs() < 0.01, "{peak} {hertz}");
 }
 
-/// Flexibility S with a relative error, as if it came from a cache entry of another body: S times one minus the error.
+/// Flexibility S with a relative error, as if it came from a cache entry of another body.
 struct Spoilt(Arc<dyn Flexibility>, f64);
 
 impl Spoilt {
@@ -136,7 +135,7 @@ impl Flexibility for Spoilt {
 }
 
 /// Truth: by definition the certificate's `operator_defect` is the relative difference between the flexibility in use and a solve
-/// of the body. For the body's own flexibility it is rounding (1e-11). The cases have Coulomb friction or none.
+/// of the body. For the body's own flexibility it is rounding (1e-11).
 #[test]
 fn the_certificate_solves_the_body_afresh() {
     let frame = ContactFrame::grid([1.2; 2], [8; 2], [0.0; 2], 0.0).unwrap();

@@ -46,8 +46,8 @@ fn bodies(bricks: &[Brick; 2], frame: &ContactFrame, materials: [&Stiffness; 2])
 }
 
 /// Truth: the contact patch test. A constant pressure p on the frame gives the constant stress -p e_z e_z in both bodies. The gap
-/// is p (h1 s33_1 + h2 s33_2) in every cell, with the heights h and the compliances s33 along z of both bodies. Faces, cells and
-/// elements match nowhere. The relative tolerance 1e-10 covers rounding times the condition number of the bodies.
+/// is p (h1 s33_1 + h2 s33_2) in every cell, with the heights h and the compliances s33 along z. The relative tolerance 1e-10
+/// covers rounding times the condition number of the bodies.
 #[test]
 fn constant_pressure_passes_from_body_to_body() {
     let pressure = 3.0;
@@ -90,7 +90,7 @@ fn constant_pressure_passes_from_body_to_body() {
     }
 }
 
-/// Truth: the forces on the two bodies balance, and so do their moments. The tolerance 1e-12 covers rounding.
+/// Truth: the forces on the two bodies balance, and so do their moments, to rounding (1e-12).
 #[test]
 fn forces_on_both_bodies_balance() {
     let frame = ContactFrame::grid([1.1, 0.9], [6, 9], [0.1, -0.2], 0.3).unwrap();
@@ -110,8 +110,7 @@ fn forces_on_both_bodies_balance() {
 }
 
 /// Truth: A S = (A S)^T for the cell areas A, because one map serves forces and displacements. P^T A S P > 0 for tractions P. The
-/// diagonal blocks and the normal operator agree with S. The mean displacement of the recovered fields is S P. The tolerance 1e-12
-/// covers rounding.
+/// mean displacement of the recovered fields is S P. The tolerance 1e-12 covers rounding.
 #[test]
 fn condensed_flexibility_is_symmetric_and_consistent() {
     let frame = ContactFrame::grid([1.1, 0.9], [4, 5], [0.1, -0.2], 0.3).unwrap();
@@ -149,8 +148,8 @@ fn condensed_flexibility_is_symmetric_and_consistent() {
     assert!(difference(&mean, &gap) < 1e-12);
 }
 
-/// Truth: a rigid translation of a body changes the gap by this translation, in the axes of the frame. Here the base of body 2
-/// moves. A body without loads has no free gap. The tolerance 1e-11 covers rounding times the condition number.
+/// Truth: a rigid translation of a body changes the gap by this translation, in the axes of the frame. The tolerance 1e-11 covers
+/// rounding times the condition number.
 #[test]
 fn moved_supports_open_the_gap() {
     let frame = ContactFrame::grid([1.1, 0.9], [4, 5], [0.1, -0.2], 0.3).unwrap();
@@ -170,7 +169,7 @@ fn moved_supports_open_the_gap() {
     }
 }
 
-/// Truth: the result has the same bits for any number of threads.
+/// Truth: any number of threads gives the same bits.
 #[test]
 fn threads_do_not_change_bits() {
     let answer = |threads: usize| {
@@ -187,8 +186,8 @@ fn threads_do_not_change_bits() {
     assert!(answer(2) == one && answer(5) == one);
 }
 
-/// Truth: the mean gap over a rectangle below a plane is the gap at its centre. The plane is inclined by 0.1 along x and touches
-/// first at the lowest edge of the frame.
+/// Truth: the mean gap over a rectangle below a plane is the gap at its centre. The plane touches first at the lowest edge of the
+/// frame.
 #[test]
 fn the_gap_between_meshes() {
     let frame = ContactFrame::grid([1.3, 1.1], [4, 5], [0.0, 0.0], 0.0).unwrap();

@@ -5,15 +5,14 @@ use std::collections::HashMap;
 use orthowear::element::ElementKind;
 use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
-/// Names of the six sides of a mapped box: low and high end of each coordinate.
+/// Low and high end of each coordinate.
 pub const SIDES: [&str; 6] = ["low0", "high0", "low1", "high1", "low2", "high2"];
 
-/// The `n` + 1 points that divide the interval from `from` to `to` into equal steps.
 pub fn steps(from: f64, to: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|i| from + (to - from) * i as f64 / n as f64).collect()
 }
 
-/// The `n` + 1 points of steps from `from` to `to` that grow geometrically. The first step has the length `first`.
+/// The `n` + 1 points of steps that grow geometrically from the length `first`.
 pub fn growing(from: f64, to: f64, first: f64, n: usize) -> Vec<f64> {
     let sum = |ratio: f64| (0..n).map(|i| ratio.powi(i as i32)).sum::<f64>();
     let (mut low, mut high) = (0.1, 10.0);
@@ -31,8 +30,8 @@ pub fn growing(from: f64, to: f64, first: f64, n: usize) -> Vec<f64> {
     points
 }
 
-/// Hexahedra on the grid of `axes`, with the groups [`SIDES`]. `place` moves the nodes and must keep the orientation. If `closed`,
-/// the last plane of the first coordinate coincides with the first plane.
+/// Hexahedra on the grid of `axes`, with the groups [`SIDES`]. `place` must keep the orientation. If `closed`, the last plane of
+/// the first coordinate coincides with the first plane.
 pub fn boxes(axes: &[Vec<f64>; 3], closed: bool, place: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
     let [nx, ny, nz] = [0, 1, 2].map(|k: usize| axes[k].len() - 1);
     let planes = if closed { nx } else { nx + 1 };
@@ -144,7 +143,7 @@ pub fn raise(mesh: &Mesh, raised: impl Fn(ElementKind) -> ElementKind) -> Mesh {
     Mesh { points, blocks, groups: mesh.groups.clone(), ..mesh.clone() }
 }
 
-/// The element kind of order 2 with the fewest nodes that replaces `kind`.
+/// The kind of order 2 with the fewest nodes.
 pub fn serendipity(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Hex8 => ElementKind::Hex20,
@@ -156,7 +155,7 @@ pub fn serendipity(kind: ElementKind) -> ElementKind {
     }
 }
 
-/// The element kind of order 2 that replaces `kind`, with nodes in the middle of quadrangles.
+/// The kind of order 2 with nodes in the middle of quadrangles.
 pub fn full(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Hex8 => ElementKind::Hex27,
@@ -165,7 +164,7 @@ pub fn full(kind: ElementKind) -> ElementKind {
         other => serendipity(other),
     }
 }
-/// Splits each hexahedron into two wedges along a diagonal of the faces low2 and high2, and splits the surface faces accordingly.
+/// Splits each hexahedron into two wedges along a diagonal of the faces low2 and high2.
 pub fn wedges(mesh: &Mesh) -> Mesh {
     let mut split = mesh.clone();
     let sets = |kind: ElementKind, name: Option<&str>| -> Vec<Vec<usize>> {

@@ -38,8 +38,7 @@ pub fn difference(a: &[f64], b: &[f64]) -> f64 {
     largest(&apart) / largest(b)
 }
 
-/// Truth: S = S1 + S2 (docs/theory-half-space.md). The pair is compared with each body against a rigid partner. The tolerance 1e-12
-/// covers rounding of FFTs.
+/// Truth: S = S1 + S2 (docs/theory-half-space.md). The tolerance 1e-12 covers rounding of FFTs.
 #[test]
 fn a_pair_is_the_sum_of_its_halves() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -53,8 +52,7 @@ fn a_pair_is_the_sum_of_its_halves() {
     assert!(difference(&both, &sum) < 1e-12, "{:e}", difference(&both, &sum));
 }
 
-/// Truth: the sum S = S1 + S2. One operator of the summed Green's functions gives the same gaps as two operators, which are used if
-/// vanishing blocks are kept. The tolerance 1e-12 covers rounding of FFTs.
+/// Truth: S = S1 + S2. Two operators are used if vanishing blocks are kept. The tolerance 1e-12 covers rounding of FFTs.
 #[test]
 fn one_operator_for_two_half_spaces() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -70,8 +68,8 @@ fn one_operator_for_two_half_spaces() {
     assert!(difference(&one, &two) < 1e-12);
 }
 
-/// Truth: turning frame, material and tractions together changes nothing in the axes of the frame. The tolerance is 1e-11, because
-/// the series of the Green's function is truncated at 1e-13 of its largest term.
+/// Truth: turning frame, material and tractions together changes nothing. The tolerance is 1e-11, because the series of the Green's
+/// function is truncated at 1e-13 of its largest term.
 #[test]
 fn a_turned_frame_sees_the_turned_material() {
     let tractions = random(3 * 48);
@@ -84,8 +82,7 @@ fn a_turned_frame_sees_the_turned_material() {
     assert!(difference(&turned, &straight) < 1e-11, "{:e}", difference(&turned, &straight));
 }
 
-/// Truth: the FFT operator on a grid. The same cells without a grid get the dense operator, which gives the same gaps. The
-/// tolerance 1e-11 covers the accuracy of both sets of influence coefficients.
+/// Truth: the FFT operator on a grid. The tolerance 1e-11 covers the accuracy of both sets of influence coefficients.
 #[test]
 fn dense_and_fft_agree() {
     let grid = ContactFrame::grid([1.0, 0.8], [7, 5], [0.3, 0.1], 0.4).unwrap();
@@ -99,8 +96,7 @@ fn dense_and_fft_agree() {
     assert!(apart < 1e-11, "{apart:e}");
 }
 
-/// Truth: the displacements u of both bodies, in the axes of the cells, make the gap u2 - u1 = S P (tractions P). The tolerance
-/// 1e-12 covers rounding.
+/// Truth: the displacements u of both bodies make the gap u2 - u1 = S P (tractions P). The tolerance 1e-12 covers rounding.
 #[test]
 fn recovered_displacements_make_the_gap() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -118,8 +114,8 @@ fn recovered_displacements_make_the_gap() {
     assert!(difference(&found, &gap) < 1e-12);
 }
 
-/// Truth: for equal isotropic bodies the blocks between n and t cancel to rounding (docs/theory-half-space.md). The blocks are
-/// listed as omitted work, and keeping them gives the same result to 1e-14.
+/// Truth: for equal isotropic bodies the blocks between n and t cancel to rounding (docs/theory-half-space.md). Keeping them gives
+/// the same result to 1e-14.
 #[test]
 fn vanishing_blocks_are_skipped() {
     let frame = ContactFrame::grid([1.0, 1.0], [6, 6], [0.0, 0.0], 0.0).unwrap();
@@ -136,7 +132,7 @@ fn vanishing_blocks_are_skipped() {
     assert!(difference(&skipped, &kept) < 1e-14);
 }
 
-/// Truth: the documentation names two refusals. These are two rigid bodies, and a half-space on a frame that is not plane.
+/// Truth: two rigid bodies, and a half-space on a frame that is not plane, are refused.
 #[test]
 fn impossible_pairs_are_refused() {
     let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0, 0.0], 0.0).unwrap();

@@ -12,8 +12,8 @@ fn brick(distorted: bool, tetrahedra: bool) -> Mesh {
     Brick { width: [2.0, 1.5], z: [-1.0, 0.0], cells, contact_on_top: true, distortion, tetrahedra }.mesh()
 }
 
-/// Integrals of the shape functions N_j over all faces. Quadrangles take 2 x 2 Gauss points, which are exact because N_j times the
-/// Jacobian has degree 2. Triangles of area A give A / 3 per corner.
+/// Integrals of the shape functions N_j over all faces. 2 x 2 Gauss points are exact on quadrangles: N_j times the Jacobian has
+/// degree 2.
 fn nodal_areas(mesh: &Mesh) -> Vec<f64> {
     let mut areas = vec![0.0; mesh.points.len()];
     let at = |node: usize| nalgebra::Vector3::from(mesh.points[node]);
@@ -43,9 +43,9 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node j and any number of cells
-/// (docs/theory-coupling.md). A_I is the area of cell I, and I_Ij is the mean of the shape function N_j over the cell. The
-/// tolerance is 1e-12 of the area of the face (rounding).
+/// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node j (docs/theory-coupling.md). A_I is the
+/// area of cell I, and I_Ij is the mean of the shape function N_j over the cell. The tolerance is 1e-12 of the area of the face
+/// (rounding).
 #[test]
 fn weights_sum_to_the_integrals_of_the_shape_functions() {
     for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
@@ -64,8 +64,7 @@ fn weights_sum_to_the_integrals_of_the_shape_functions() {
     }
 }
 
-/// Truth: the shape functions reproduce linear fields, and the cell average of a linear field is its value at the centre of the
-/// cell. The tolerance 1e-13 covers rounding.
+/// Truth: the cell average of a linear field is its value at the centre of the cell. The tolerance 1e-13 covers rounding.
 #[test]
 fn averages_reproduce_linear_fields() {
     let mesh = brick(true, false);
@@ -80,8 +79,7 @@ fn averages_reproduce_linear_fields() {
     }
 }
 
-/// Truth: on a frame made of the faces, each row of the map is the average over its face (weights of 1/4 on rectangles). The areas
-/// of the cells sum to the area of the contact face.
+/// Truth: on a frame made of the faces, each row of the map is the average over its face (weights of 1/4 on rectangles).
 #[test]
 fn faces_as_cells() {
     let mesh = brick(false, false);
@@ -96,8 +94,8 @@ fn faces_as_cells() {
     assert_eq!(frame.edge_cells().iter().filter(|rim| !**rim).count(), 6);
 }
 
-/// Truth: force balance requires the transpose of the displacement map. The sums of the nodal forces and of their moments equal the
-/// sums for the cell tractions. The tolerance 1e-12 covers rounding.
+/// Truth: the sums of the nodal forces and of their moments equal the sums for the cell tractions. The tolerance 1e-12 covers
+/// rounding.
 #[test]
 fn forces_and_moments_are_kept() {
     let mesh = brick(true, false);
@@ -122,8 +120,7 @@ fn forces_and_moments_are_kept() {
     assert!(force.amax() < 1e-12 && moment.amax() < 1e-12, "{force} {moment}");
 }
 
-/// Truth: the documented refusal of cells that extend beyond the edge. The message names the cell and the fix. Faces that look away
-/// from the frame cover 0 % of a cell.
+/// Truth: cells that extend beyond the edge are refused. Faces that look away from the frame cover 0 % of a cell.
 #[test]
 fn a_cell_over_the_edge_is_refused() {
     let mesh = brick(false, false);

@@ -30,8 +30,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: the cells tile the plane contact face, 4 x 3, with one cell per node. The cells of border nodes are the edge cells of the
-/// frame. The tolerance 1e-12 covers rounding.
+/// Truth: the cells tile the plane contact face, 4 x 3. The cells of border nodes are the edge cells of the frame. The tolerance
+/// 1e-12 covers rounding.
 #[test]
 fn cells_tile_the_faces() {
     for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
@@ -47,8 +47,8 @@ fn cells_tile_the_faces() {
 
 /// Truth: the shape function of a node falls linearly to its neighbours. Along each direction of a regular mesh, the cell of a node
 /// therefore has the weight 6/8 for this node and 1/8 for each of its two neighbours. Tractions that alternate from node to node
-/// give inner nodes (6/8 - 2/8)² = 1/4 of traction times area. Tractions that alternate from face to face give no force to inner
-/// nodes. The tolerance 1e-13 covers rounding.
+/// give inner nodes (6/8 - 2/8)² = 1/4 of traction times area, tractions that alternate from face to face none. The tolerance 1e-13
+/// covers rounding.
 #[test]
 fn a_checkerboard_of_nodal_cells_is_felt() {
     let mesh = mesh(false, false);
@@ -58,8 +58,7 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
         (ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap(), 0.0),
     ] {
         let index = |x: f64, side: f64| (2.0 * x / side).round() as i64;
-        // Coordinates are counted in half sides. Nodes have even numbers. Centres of faces have odd numbers, which the division by
-        // 2 rounds down.
+        // Coordinates in half sides: nodes have even numbers, centres of faces odd ones.
         let sign = |cell: usize| {
             let x = &frame.centers[cell];
             let [i, j] = [index(x.x + 2.0, 4.0 / 6.0), index(x.y + 1.5, 3.0 / 5.0)];
@@ -71,7 +70,7 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
         let mut inner = 0;
         for (force, &node) in forces.iter().zip(map.nodes()) {
             let [x, y, _] = mesh.points[node];
-            // The cells of border nodes are halves: keep one cell away from them.
+            // The cells of border nodes are halves.
             if x.abs() < 1.2 && y.abs() < 0.6 {
                 assert!((force.abs() - share * area).abs() < 1e-13, "{force:e} for {share}");
                 inner += 1;

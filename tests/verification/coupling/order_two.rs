@@ -1,4 +1,4 @@
-//! Contact of bodies with elements of order 2: patch test on non-matching faces, and a pin in a hole with few elements.
+//! Contact of bodies with elements of order 2.
 
 use std::f64::consts::PI;
 
@@ -24,8 +24,8 @@ fn turned([x, y]: [f64; 2]) -> [f64; 2] {
     [c * x - s * y - x, s * x + c * y - y]
 }
 
-/// Presses touching blocks of steel (5 mm) and aluminium (8 mm) with 10 MPa. Returns the largest relative error of the cell
-/// pressures, and the relative error of the approach.
+/// Presses blocks of steel (5 mm) and aluminium (8 mm) with 10 MPa. Returns the largest relative error of the cell pressures, and
+/// the relative error of the approach.
 fn worst_cell([lower, upper]: [&Mesh; 2], frame: &ContactFrame) -> (f64, f64) {
     let materials = [Stiffness::isotropic(210e3, 0.3).unwrap(), Stiffness::isotropic(70e3, 0.33).unwrap()];
     let body = |mesh: &Mesh, material: &Stiffness, side: Side| {
@@ -53,9 +53,9 @@ fn worst_cell([lower, upper]: [&Mesh; 2], frame: &ContactFrame) -> (f64, f64) {
     (worst, relative(result.records[0].approach, 0.001380952381))
 }
 
-/// Truth: catalogue `contact-patch-nonmatching` with faces of order 2 against faces that match them nowhere (different numbers,
-/// shifted, turned by 17 degrees). Every cell carries p = 10 MPa, and the blocks approach by p (L1/E1 + L2/E2). Nodes of zero or
-/// negative consistent weight do no harm, as no node has a contact condition. The tolerance 1e-9 is the catalogue's.
+/// Truth: catalogue `contact-patch-nonmatching` with faces of order 2. Every cell carries p = 10 MPa, and the blocks approach by p
+/// (L1/E1 + L2/E2). Nodes of zero or negative consistent weight do no harm, as no node has a contact condition. The tolerance 1e-9
+/// is the catalogue's.
 #[test]
 fn patches_of_order_two() {
     let brick = |z: [f64; 2], n: usize, distortion: fn([f64; 2]) -> [f64; 2], tetrahedra: bool| {
@@ -98,9 +98,9 @@ fn ring(radii: Vec<f64>, n: usize) -> Mesh {
     mesh
 }
 
-/// Truth: Persson's closed form (see curved_pairs.rs), here for a clearance of 0.005 R. The peak pressure agrees to 3 %. The faces
-/// of order 2 over 7.5 degrees lie within 2e-4 mm of the circle (flat faces: 0.02 mm inside). The core of 0.1 R and the outer
-/// radius 10 R of the plate cause 1 % each. The mean over a cell of 7.5 degrees causes 0.4 % of the peak.
+/// Truth: Persson's closed form (see curved_pairs.rs), here for a clearance of 0.005 R. The peak pressure agrees to 3 %. Faces of
+/// order 2 over 7.5 degrees lie within 2e-4 mm of the circle. The core of 0.1 R and the outer radius 10 R of the plate cause 1 %
+/// each. The mean over a cell causes 0.4 % of the peak.
 #[test]
 fn pin_of_few_elements() {
     let clearance = 0.05;

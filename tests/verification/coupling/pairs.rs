@@ -15,7 +15,7 @@ use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 
-/// A meshed body with its contact group and supports (group, fixed components).
+/// Supports are pairs of group and fixed components.
 pub struct Part<'a> {
     pub mesh: &'a Mesh,
     pub contact: &'a str,
@@ -33,7 +33,6 @@ impl Part<'_> {
     }
 }
 
-/// Model of two bodies on a frame, with the gap between their meshes.
 pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> Model {
     let (mut lower, mut upper) = (parts[0].body(Side::Lower, frame), parts[1].body(Side::Upper, frame));
     let gap = InitialGap::from(GapShape::Mesh);
@@ -53,7 +52,7 @@ pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> 
     }
 }
 
-/// Runs with the default options. Every increment must converge.
+/// Every increment must converge.
 pub fn solved(model: &Model, steps: &[Step]) -> RunResult {
     let result = run(model, steps, &SolverOptions::default(), None, &mut Silent).expect("a run");
     assert!(result.records.iter().all(|record| record.converged), "{:?}", result.outcome);

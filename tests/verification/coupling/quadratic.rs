@@ -15,8 +15,7 @@ fn brick(tetrahedra: bool) -> Mesh {
     Brick { width: [2.0, 1.5], z, cells, contact_on_top: true, distortion: wavy, tetrahedra }.mesh()
 }
 
-/// Integrals of the shape functions over all contact faces, by Gauss points in the reference square. Triangles are collapsed
-/// squares (Duffy). Five points in each direction are exact on straight faces.
+/// Integrals of the shape functions over all contact faces, exact on straight faces. Triangles are collapsed squares (Duffy).
 fn nodal_areas(mesh: &Mesh) -> Vec<f64> {
     fn add<S: ShapeFunctions<N, 2>, const N: usize>(
         mesh: &Mesh,
@@ -63,8 +62,7 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
 
 /// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node j (docs/theory-coupling.md). A_I is the
 /// area of cell I, and I_Ij is the mean of the shape function N_j over the cell. The integrals are negative at the corners of quad8
-/// and zero at the corners of tri6. The cells form a grid, or they are the faces themselves. The tolerance is 1e-12 of the area of
-/// the face (rounding).
+/// and zero at the corners of tri6. The tolerance is 1e-12 of the area of the face (rounding).
 #[test]
 fn weights_sum_to_the_consistent_loads() {
     let meshes =
@@ -124,7 +122,7 @@ fn averages_reproduce_quadratic_fields() {
     }
 }
 
-/// A block over [-1.5, 1.5]^2 whose lower face is a sphere of radius 50 mm, in `n` x `n` faces of order 2.
+/// The lower face is a sphere of radius 50 mm, in `n` x `n` faces of order 2.
 fn cap(n: usize, raised: fn(ElementKind) -> ElementKind) -> Mesh {
     let across = steps(-1.5, 1.5, n);
     let axes = [across.clone(), across, growing(0.0, 2.0, 1.0, 2)];
@@ -137,9 +135,9 @@ fn cap(n: usize, raised: fn(ElementKind) -> ElementKind) -> Mesh {
     mesh
 }
 
-/// Truth: the mean height of a sphere over a cell, by Gauss points. The nodes lie on the sphere. Faces of order 2 follow it to the
-/// fourth order of their size, faces of order 1 to the second order. Halving the faces divides the error of quad9 by about 16. The
-/// bound is 12, because cells and faces do not match and quad8 lacks x^2 y^2, a term of the same order.
+/// Truth: the mean height of a sphere over a cell. Faces of order 2 follow it to the fourth order of their size, faces of order 1
+/// to the second order. Halving the faces divides the error of quad9 by about 16. The bound is 12, because cells and faces do not
+/// match and quad8 lacks x^2 y^2, a term of the same order.
 #[test]
 fn gaps_of_curved_faces() {
     let frame = ContactFrame::grid([1.1; 2], [9; 2], [0.0; 2], 0.3).unwrap();
@@ -170,9 +168,8 @@ fn gaps_of_curved_faces() {
     assert!(linear > 100.0 * quadratic, "{linear:e} {quadratic:e}");
 }
 
-/// Truth: the cells tile the faces even if the edges of the faces are bent in their plane. A cell is the polygon through all corner
-/// and middle nodes of its face. Rows of the map sum to 1 to rounding (1e-13), so that nodal forces balance cell forces. The rows
-/// reproduce linear fields at the centres of the cells up to the bend.
+/// Truth: the cells, polygons through all corner and middle nodes, tile the faces even if edges are bent in their plane. Rows of
+/// the map sum to 1 to rounding (1e-13), so that nodal forces balance cell forces. They reproduce linear fields up to the bend.
 #[test]
 fn faces_with_bent_edges() {
     let mut mesh = raise(&brick(false), serendipity);

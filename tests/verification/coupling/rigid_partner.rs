@@ -16,7 +16,7 @@ use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::mesh::Mesh;
 
-/// A block of 24 x 24 x 12 mm. The patch of 3 x 3 mm under the contact has `n` x `n` equal faces.
+/// The patch of 3 x 3 mm under the contact has `n` x `n` equal faces.
 fn block(n: usize) -> Mesh {
     let block = GradedBlock {
         patch_half_width: [1.5; 2],
@@ -27,7 +27,7 @@ fn block(n: usize) -> Mesh {
     block.mesh().expect("a block")
 }
 
-/// A rigid sphere of radius 50 mm on the block. With `nodes` the frame has a cell per node, otherwise per face.
+/// With `nodes` the frame has a cell per node, otherwise per face.
 fn model(n: usize, nodes: bool) -> Model {
     let mesh = block(n);
     let frame = if nodes {
@@ -53,8 +53,8 @@ fn model(n: usize, nodes: bool) -> Model {
     }
 }
 
-/// Smallest eigenvalue of the symmetric part of A S_nn, scaled to a unit diagonal. A holds the cell areas, S_nn is the normal
-/// flexibility.
+/// Smallest eigenvalue of the symmetric part of A S_nn, scaled to a unit diagonal, with the cell areas A and the normal flexibility
+/// S_nn.
 fn smallest_eigenvalue(model: &Model) -> f64 {
     let n = model.frame.n_cells();
     let (mut unit, mut column) = (vec![0.0; n], vec![0.0; n]);
@@ -71,9 +71,8 @@ fn smallest_eigenvalue(model: &Model) -> f64 {
 }
 
 /// Truth: Hertz's peak pressure p0 = (6 F E*^2 / (pi^3 R^2))^(1/3). F is the load on a half-space at an approach of 0.02 mm, where
-/// the contact radius is a = 1 mm. With cells around the nodes the error falls with every refinement. The finite size of the block
-/// causes an error of the order (a / 12 mm)^3. Tolerances: a cell's mean misses the peak by about (h / a)^2 / 8 for the cell size h
-/// (1.8, 0.4, 0.2 %). The elements add as much.
+/// the contact radius is a = 1 mm. The finite size of the block causes an error of the order (a / 12 mm)^3. Tolerances: a cell's
+/// mean misses the peak by about (h / a)^2 / 8 for the cell size h (1.8, 0.4, 0.2 %). The elements add as much.
 #[test]
 fn peak_pressure_converges_on_cells_around_nodes() {
     let modulus: f64 = 210e3 / (1.0 - 0.09);
@@ -92,7 +91,7 @@ fn peak_pressure_converges_on_cells_around_nodes() {
 
 /// Truth: tractions that alternate from quadrangle to quadrangle give no force to inner nodes. The smallest eigenvalue of a frame
 /// of faces is therefore an effect of its edge, and falls with every refinement. Cells around nodes keep a quarter of the force
-/// (nodes.rs) for any number of cells. Their smallest eigenvalue stays above 0.1.
+/// (nodes.rs), and their smallest eigenvalue stays above 0.1.
 #[test]
 fn alternating_tractions_are_felt_by_cells_around_nodes_only() {
     let mut before = 0.01;

@@ -14,7 +14,7 @@ use orthowear::frame::{ContactFrame, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 
-/// A thin plate on an elastic foundation that is soft compared with the plate.
+/// The foundation is soft compared with the plate.
 fn plate(frame: &ContactFrame) -> CoupledBodies {
     let brick = Brick {
         width: [10.0, 1.5],
@@ -31,7 +31,7 @@ fn plate(frame: &ContactFrame) -> CoupledBodies {
     couple(&mut body, &mut RigidBody, frame, Coupling::Schur, SkipVanishing).expect("a coupled body")
 }
 
-/// Pressures p with p >= 0, g0 + S p >= 0 and p (g0 + S p) = 0, by a primal-dual active set. S is `matrix`, and g0 is `gap`.
+/// Pressures p with p >= 0, g0 + S p >= 0 and p (g0 + S p) = 0, for S = `matrix` and g0 = `gap`.
 fn active_set(matrix: &DMatrix<f64>, gap: &[f64]) -> Vec<f64> {
     let n = gap.len();
     let mut pressures = vec![0.0; n];
@@ -53,9 +53,8 @@ fn active_set(matrix: &DMatrix<f64>, gap: &[f64]) -> Vec<f64> {
     panic!("the active set does not come to rest");
 }
 
-/// Truth: the complementarity problem, solved by elimination with the matrix of the normal flexibility S_nn. The tolerance 1e-6 of
-/// the largest pressure is the residual 1e-10 times the condition number of S_nn. If the resulting force is prescribed, the
-/// approach is the same.
+/// Truth: the complementarity problem, solved by elimination. The tolerance 1e-6 of the largest pressure is the residual 1e-10
+/// times the condition number of S_nn.
 #[test]
 fn a_plate_on_a_soft_foundation() {
     let frame = ContactFrame::grid([9.8, 1.4], [26, 3], [0.0; 2], 0.0).unwrap();

@@ -30,7 +30,7 @@ pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Run
 }
 
 /// Truth: the block system and the Schur complement are the same equations. With certificates of 1e-12 the states agree to 1e-8
-/// (docs/theory-contact.md: the condition number of S is below 1e4). Loads and displaced supports are included.
+/// (docs/theory-contact.md: the condition number of S is below 1e4).
 #[test]
 fn histories_agree_on_both_paths() {
     let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();

@@ -16,8 +16,7 @@ use orthowear::geometry::Point;
 use orthowear::mesh::Mesh;
 use orthowear::simulation::build;
 
-/// Two blocks, or the part of them on one side of one or two symmetry planes. Either body 1 is domed, or the gap is the gap of a
-/// sphere.
+/// Two blocks, or the part of them on one side of one or two symmetry planes.
 #[derive(Clone)]
 struct Pair {
     /// Number of symmetry planes: 0 (full), 1 (y = 0) or 2 (also x = 0).
@@ -60,7 +59,6 @@ impl Default for Pair {
 const PRESSED: &str = "[[steps]]\nname = \"press\"\napproach = 0.02\n";
 const SHIFTED: &str = "[[steps]]\nname = \"shift\"\nshift = { distance = 0.003 }\n";
 
-/// Results to compare: cells with their tractions, and the records.
 struct Found {
     centers: Vec<Point>,
     tractions: Vec<f64>,
@@ -73,7 +71,7 @@ impl Pair {
         Self { planes, ..self.clone() }
     }
 
-    /// Meshes of both bodies. The contact group is "high2" of the lower body and "low2" of the upper one.
+    /// The contact group is "high2" of the lower body and "low2" of the upper one.
     fn meshes(&self) -> [Mesh; 2] {
         let block = |body: usize, width: f64, z: [f64; 2]| {
             let [n, layers] = self.cells[body];
@@ -123,7 +121,7 @@ impl Pair {
         fs::write(folder.join(name), text).expect("a written scene");
     }
 
-    /// Runs the scene `text` with the meshes of the pair. Returns the results, or the key and the message of the refusal.
+    /// Results of the scene `text`, or the key and the message of its refusal.
     fn run_text(&self, text: &str) -> Result<Found, (String, String)> {
         let folder = tempfile::tempdir().expect("a folder");
         self.write(folder.path(), "scene.toml", text);
@@ -148,7 +146,7 @@ impl Pair {
 }
 
 /// Largest difference between a part model and the full one, in the records and in the tractions (relative to the peak pressure).
-/// `images` is the number of part models that make up the full model.
+/// `images` part models make up the full model.
 fn difference(part: &Found, full: &Found, images: f64) -> f64 {
     let mut worst = difference_of_records(part, full, images);
     let (n, all) = (part.centers.len(), full.centers.len());
@@ -164,8 +162,6 @@ fn difference(part: &Found, full: &Found, images: f64) -> f64 {
     worst
 }
 
-/// Largest difference between the records of a part model and of the full one. Forces are relative to the normal force, motions to
-/// the approach, areas to the contact area, peak pressures to that of the full model.
 fn difference_of_records(part: &Found, full: &Found, images: f64) -> f64 {
     assert_eq!(part.records.len(), full.records.len());
     let mut worst = 0.0_f64;
@@ -196,8 +192,7 @@ fn assert_nothing_across(found: &Found) {
     }
 }
 
-/// Truth: the full model. If body 2 is rigid, only body 1 needs a symmetry plane. The tolerance is 1e-9 at a solver tolerance of
-/// 1e-11.
+/// Truth: the full model, to 1e-9 at a solver tolerance of 1e-11. If body 2 is rigid, only body 1 needs a symmetry plane.
 #[test]
 fn a_rigid_partner_needs_no_plane() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
@@ -240,7 +235,7 @@ fn half_and_quarter_models_are_parts_of_the_full_one() {
     }
 }
 
-/// Truth: the full model with domed bodies, to 1e-9, for each method and coupling.
+/// Truth: the full model, to 1e-9.
 #[test]
 fn every_method_and_coupling_keeps_to_the_plane() {
     let pair =
@@ -258,9 +253,9 @@ fn every_method_and_coupling_keeps_to_the_plane() {
     }
 }
 
-/// Truth: the full model, under forces and moments. The moment acts about y, the normal of the plane. The tangential force on the
-/// half model is half of the force on the full model, although cells at the plane may carry tractions across it. The tolerance is
-/// 1e-9. For cycles it is 1e-5, because strokes are repeated only until their changes are below 1e-6.
+/// Truth: the full model, under forces and moments about y, the normal of the plane. The tangential force on the half model is half
+/// of the force on the full model, although cells at the plane may carry tractions across it. The tolerance is 1e-9. For cycles it
+/// is 1e-5, because strokes are repeated only until their changes are below 1e-6.
 #[test]
 fn prescribed_forces_keep_to_the_plane() {
     let loads = |part: f64| {
@@ -285,8 +280,8 @@ fn prescribed_forces_keep_to_the_plane() {
             let full = Pair { domed, points, steps: steps(1.0), ..Pair::default() };
             let half = Pair { steps: steps(0.5), ..full.with_planes(1) }.run();
             let full = full.run();
-            // Tractions that alternate from face to face hardly move the bodies. If strokes are repeated to 1e-6, tractions of
-            // single faces, such as the peak pressure, are therefore less accurate. Only the records are compared.
+            // Tractions that alternate from face to face hardly move the bodies. Strokes repeated to 1e-6 leave them less accurate,
+            // so only the records are compared.
             let (found, tolerance) = if points == "faces" && case == 1 {
                 (difference_of_records(&half, &full, 2.0), 1e-4)
             } else {
@@ -301,7 +296,7 @@ fn prescribed_forces_keep_to_the_plane() {
     }
 }
 
-/// Draws a scene from a random set. Meshes, elements, materials, friction and loads are symmetric about y = 0.
+/// A random scene. Its meshes, elements, materials, friction and loads are symmetric about y = 0.
 fn drawn(random: &mut Random) -> Pair {
     let mut modulus = || random.power(4.6, 5.4);
     let moduli = [modulus(), modulus(), modulus()];
@@ -336,8 +331,8 @@ fn drawn(random: &mut Random) -> Pair {
     }
 }
 
-/// Truth: the full model, for three of 30 random scenes. With `ORTHOWEAR_SYMMETRY_SCENES=FOLDER` all 30 run, and each is written to
-/// its own folder. The tolerance is 1e-8 at a solver tolerance of 1e-10.
+/// Truth: the full model, to 1e-8 at a solver tolerance of 1e-10, for three of 30 random scenes. With
+/// `ORTHOWEAR_SYMMETRY_SCENES=FOLDER` all 30 run, and each is written to its own folder.
 #[test]
 fn random_half_models() {
     let folder = std::env::var_os("ORTHOWEAR_SYMMETRY_SCENES");
@@ -380,7 +375,6 @@ const FRAMES: [&str; 3] = [
     "kind = \"grid\"\ncenter = [0.0, 0.6]\nhalf_width = [1.2, 0.6]\ncells = [8, 4]",
 ];
 
-/// Runs the half model on a frame, with the text replacements `changes`.
 fn changed(frame: &str, changes: &[(&str, &str)]) -> Result<Found, (String, String)> {
     let half = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() }.with_planes(1);
     let text = [&[(FRAMES[0], frame)], changes].concat().iter().fold(half.text(), |text, (from, to)| {
@@ -390,7 +384,6 @@ fn changed(frame: &str, changes: &[(&str, &str)]) -> Result<Found, (String, Stri
     half.run_text(&text)
 }
 
-/// Key and message of the refusal of the half model on a frame, with the text replacements `changes`.
 fn refused(frame: &str, changes: &[(&str, &str)]) -> (String, String) {
     match changed(frame, changes) {
         Ok(_) => panic!("not refused on {frame}: {changes:?}"),
@@ -402,9 +395,8 @@ const COULOMB: &str = "law = \"coulomb\"\nmu = 0.3";
 const SHIFT: &str = "shift = { distance = 0.003 }";
 const SYMMETRY: &str = "symmetry = [\"low1\"]";
 
-/// Truth: the full model is not symmetric if a load or motion has a component across the plane. The same is true if the friction
-/// ellipse is oblique to the plane. It is also true if only one body has the plane, or if the planes of both bodies move relative
-/// to each other. These scenes are refused.
+/// Truth: these contradict the symmetry: loads or motions across the plane, a friction ellipse oblique to it, a plane of one body
+/// alone, planes that move relative to each other.
 #[test]
 fn contradictions_are_refused() {
     let controls = [
@@ -437,7 +429,7 @@ fn contradictions_are_refused() {
     assert!(key == "body1.displaced.0" && message.contains("relative to each other"), "{key}: {message}");
 }
 
-/// Truth: loads, motions and friction that are symmetric about the plane are accepted, on each of the frames in `FRAMES`.
+/// Truth: loads, motions and friction that are symmetric about the plane are accepted.
 #[test]
 fn what_is_symmetric_is_accepted() {
     let along = "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.4\nangle = 90.0";
@@ -452,9 +444,9 @@ fn what_is_symmetric_is_accepted() {
     }
 }
 
-/// Truth: three other forms of the same boundary conditions give the same tractions. The forms are supports `fixed`, zero
-/// components across the plane, and an almost circular friction ellipse with its axes along the plane. Planes of both bodies that
-/// move together act like planes at rest. The tolerance is 1e-9, for the ellipse 1e-6.
+/// Truth: other forms of the same boundary conditions give the same tractions, to 1e-9. They are supports `fixed`, zero components
+/// across the plane, and planes of both bodies that move together. An almost circular friction ellipse with its axes along the
+/// plane agrees to 1e-6.
 #[test]
 fn planes_in_other_words() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
@@ -479,7 +471,7 @@ fn planes_in_other_words() {
         let difference = difference(&found, &expected, 1.0);
         assert!(difference < tolerance, "{difference:e}: {text}");
     }
-    // If a motion across fixed planes is prescribed, the planes are rigid walls and not symmetry planes.
+    // A prescribed motion across fixed planes makes them rigid walls.
     let wall = text
         .replace(SYMMETRY, "symmetry = []")
         .replace("fixed = [{", fixed)

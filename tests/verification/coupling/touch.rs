@@ -46,15 +46,13 @@ fn with_surface<T>(
     then(&MeshedSurface { mesh, faces, side, mean_heights, curved_gap: false })
 }
 
-/// Distance that the meshed surface moves down until it touches the plane z = 0.
 fn touch_of(frame: &ContactFrame, mesh: &Mesh) -> f64 {
     with_surface(frame, (mesh, "low2", Side::Upper), |surface| first_touch(frame, [None, Some(surface)], 0.5))
 }
 
-/// Truth: the sphere touches at its vertex, wherever this lies among the nodes (on one, in the middle of an edge or of a face,
-/// anywhere). The position of the cells has no effect either. Flat faces with edges h stay up to 2 h^2 / 8R above the vertex. With
-/// the curvature from the neighbouring nodes the error is at most a 30th of that height. Faces of second order, whose eight or nine
-/// nodes lie on the sphere, leave at most a 2000th (fourth order in h).
+/// Truth: the sphere touches at its vertex, wherever this lies among nodes and cells. Flat faces with edges h stay up to 2 h^2 / 8R
+/// above the vertex. With the curvature from the neighbouring nodes the error is at most a 30th of that height. Faces of second
+/// order leave at most a 2000th (fourth order in h).
 #[test]
 fn a_sphere_touches_at_its_vertex() {
     for n in [10, 20] {
@@ -74,8 +72,7 @@ fn a_sphere_touches_at_its_vertex() {
 }
 
 /// Truth: two roofs of plane faces, one upside down and across the other. The ridges cross at one point, where they are 0.3 apart.
-/// Neither a node of the meshes nor a corner of a cell lies there. A crease must not be corrected as a curved surface. The distance
-/// is exact to rounding, for steep ridges and for ridges of 3 degrees.
+/// A crease must not be corrected as a curved surface. The distance is exact to rounding.
 #[test]
 fn two_ridges_touch_where_they_cross() {
     for slope in [0.05, 0.6] {
@@ -95,8 +92,8 @@ fn two_ridges_touch_where_they_cross() {
 }
 
 /// Truth: a paraboloid, one face of second order, touches a plane at its vertex, wherever this lies among the cells. Cells around
-/// the nodes of an irregular mesh are not convex. In turn, the vertex lies next to each re-entrant corner of a cell. Tolerance
-/// 1e-9: the search ends within 1e-5 of a cell's size, and the height varies with the square of this distance.
+/// the nodes of an irregular mesh are not convex. Tolerance 1e-9: the search ends within 1e-5 of a cell's size, and the height
+/// varies with the square of this distance.
 #[test]
 fn a_vertex_touches_within_any_cell_around_a_node() {
     let (n, h) = (6, 0.5);
@@ -126,8 +123,7 @@ fn a_vertex_touches_within_any_cell_around_a_node() {
     });
 }
 
-/// Points of a cell beside each corner where its outline turns back: the cross product of the edges is below -`least`. The points
-/// lie behind the line through the edge before the corner.
+/// Points of a cell beside each corner where its outline turns back: the cross product of the edges is below -`least`.
 fn beside_notches(corners: &[Point], least: f64) -> Vec<Point> {
     let m = corners.len();
     let edge = |i: usize| corners[(i + 1) % m] - corners[i % m];
@@ -135,8 +131,7 @@ fn beside_notches(corners: &[Point], least: f64) -> Vec<Point> {
     notches.map(|i| corners[(i + 1) % m] + 0.3 * (edge(i) + edge(i + 1))).collect()
 }
 
-/// Truth: a flat foot with a bevelled edge touches with all of its flat part at once, because the bevel bends none of the flat
-/// faces. The tolerance 1e-14 covers rounding.
+/// Truth: a flat foot with a bevelled edge touches with all of its flat part at once. The tolerance 1e-14 covers rounding.
 #[test]
 fn a_bevelled_foot_is_flat() {
     let frame = ContactFrame::grid([1.1; 2], [9; 2], [0.0; 2], 0.0).unwrap();
@@ -149,8 +144,8 @@ fn a_bevelled_foot_is_flat() {
     assert!(gap.iter().all(|g| *g > -1e-14) && gap[40].abs() < 1e-14);
 }
 
-/// Truth: a row of faces around a cylinder, one element wide, touches at its lowest line, whether nodes lie on it or not. The error
-/// is below a 30th of the height that the flat faces cut off.
+/// Truth: a row of faces around a cylinder, one element wide, touches at its lowest line. The error is below a 30th of the height
+/// that the flat faces cut off.
 #[test]
 fn a_strip_of_a_cylinder() {
     for n in [14, 15] {
@@ -163,9 +158,8 @@ fn a_strip_of_a_cylinder() {
     }
 }
 
-/// Truth: the force of a sphere does not depend on the position of its nodes. At an approach of 0.02 and with four elements along
-/// the contact radius, the position of the vertex changes the force by less than 2 %. First touch of the flat faces themselves
-/// would change the approach by up to 4 % and the force by 6 %.
+/// Truth: the force of a sphere does not depend on the position of its nodes, to 2 % with four elements along the contact radius.
+/// First touch of the flat faces themselves would change the force by up to 6 %.
 #[test]
 fn the_force_does_not_depend_on_where_the_nodes_lie() {
     let material = steel();

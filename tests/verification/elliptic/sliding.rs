@@ -20,8 +20,7 @@ fn profile(name: &str) -> impl Fn(f64, f64) -> f64 {
 
 /// Truth: case `gross-slip-any-pressure`. Under P = 1000 and slip at 30 degrees from the first axis, the friction is (65.46536707,
 /// 151.1857892) under any profile, to 1e-6. At four angles it agrees with the formula of `ellipse-sliding-direction` to 1e-8 of the
-/// largest friction, 200. Bodies are isotropic, or fibre-reinforced with pressures that change with friction. The motion is 1e10
-/// mm, so that displacements of the surfaces do not turn the slip.
+/// largest friction, 200. The motion is 1e10 mm, so that displacements of the surfaces do not turn the slip.
 #[test]
 fn total_friction_does_not_depend_on_the_profile() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");

@@ -16,17 +16,17 @@ use crate::fem_meshes::block;
 /// Half-width of the frame.
 pub const FRAME: f64 = 1.2;
 
-/// CFRP, transversely isotropic, with its fibre 30 degrees out of the surface.
+/// Fibres 30 degrees out of the surface.
 pub fn cfrp() -> Stiffness {
     im7(30.0)
 }
 
-/// Image of `t` in (0, 1) on a line of `n` cells that become `ratio` times smaller from the first to the last.
+/// Image of `t` in (0, 1) on a line of `n` cells that become `ratio` times smaller from first to last.
 fn shrinking(t: f64, n: usize, ratio: f64) -> f64 {
     if n < 2 || ratio == 1.0 {
         return t;
     }
-    // Cell boundaries k / n map to sums of a geometric series. Between them the map is linear: midpoints stay midpoints.
+    // Between cell boundaries the map is linear: midpoints stay midpoints.
     let q = ratio.powf(-1.0 / (n as f64 - 1.0));
     let ends = |k: f64| (1.0 - q.powf(k)) / (1.0 - q.powf(n as f64));
     let first = (t * n as f64).floor().min(n as f64 - 1.0);
@@ -34,8 +34,8 @@ fn shrinking(t: f64, n: usize, ratio: f64) -> f64 {
     ends(first) + share * (ends(first + 1.0) - ends(first))
 }
 
-/// A block under z = 0 with `n` cells along each edge. Along x and y, the cells in the middle are `ratio` times longer than the
-/// cells at the sides. Along z, the cells at the top are `ratio` times longer than the cells at the base.
+/// A block under z = 0 with `n` cells along each edge. The cells in the middle of the top are `ratio` times longer than the cells
+/// at the sides and at the base.
 pub fn mesh(kind: ElementKind, w: f64, n: usize, ratio: f64) -> Mesh {
     let across = |x: f64| {
         let from_middle = 2.0 * x - 1.0;
@@ -44,18 +44,15 @@ pub fn mesh(kind: ElementKind, w: f64, n: usize, ratio: f64) -> Mesh {
     block(kind, [n; 3], [1.0; 3], |[x, y, z]| [across(x), across(y), -w * shrinking(1.0 - z, n, ratio)])
 }
 
-/// The block `mesh(kind, w, n, ratio)` as a body of one material.
 pub fn body(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> FeSpec {
     spec(mesh(kind, w, n, ratio), stiffness.clone(), HexFormulation::Enhanced, vec![clamp("z0")])
 }
 
-/// Builds the body `spec` with the near field of a half-space under its contact group `contact`, for the frame `frame`.
 pub fn hybrid(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> HybridBody {
     let site = HalfSpaceFit::find(&spec, contact, side, frame).unwrap().expect("a place for a half-space");
     HybridBody::new(spec, contact, side, frame, &site, &CondensationResources::default()).unwrap()
 }
 
-/// A frame of half-width [`FRAME`] with `cells` x `cells` cells.
 pub fn frame(cells: usize) -> ContactFrame {
     ContactFrame::grid([FRAME; 2], [cells; 2], [0.0; 2], 0.0).unwrap()
 }

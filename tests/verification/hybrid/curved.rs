@@ -17,7 +17,7 @@ use crate::common::{Silent, indent, steel};
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::add_cells;
 
-/// A block of half-width and depth 6. Its top has the given curvatures along x and y (1/mm) and is deepest at the corners.
+/// A block of half-width and depth 6, whose top has the given curvatures along x and y (1/mm).
 fn capped(cells: usize, [along_x, along_y]: [f64; 2]) -> FeSpec {
     let w = 6.0;
     let mut mesh = mesh(Hex8, w, cells, 1.0);
@@ -35,8 +35,8 @@ fn load(body: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     result.records[0].normal_force
 }
 
-/// Relative changes of the load that the curvatures of the top cause under the same gap. The first is for bodies with the near
-/// field of a half-space, the second for condensed meshes.
+/// Relative changes of the load that the curvatures of the top cause under the same gap, with the near field of a half-space and
+/// for condensed meshes.
 fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     let frame = frame(24);
     let finite = |curvatures: [f64; 2]| {
@@ -53,25 +53,23 @@ fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     [finite(curvatures) / finite([0.0; 2]) - 1.0, meshed(curvatures) / meshed([0.0; 2]) - 1.0]
 }
 
-/// Truth: the relative change of the load on condensed meshes. With the same gap, the load on a cap of radius 50 mm is smaller than
-/// the load on a block by 1.9e-3 of this load. The correction of the half-space includes the curved surface beyond the contact, but
-/// the contact itself is idealised as plane. The two relative changes differ by less than 1.5e-3.
+/// Truth: the relative change of the load on condensed meshes, -1.9e-3 on a cap of radius 50 mm. The correction of the half-space
+/// includes the curved surface beyond the contact, but the contact itself is idealised as plane. The two relative changes differ by
+/// less than 1.5e-3.
 #[test]
 fn cap_of_a_sphere() {
     let [finite, meshed] = changes([1.0 / 50.0; 2]);
     assert!(finite < 0.0 && (finite - meshed).abs() < 1.5e-3, "{finite:e} {meshed:e}");
 }
 
-/// Truth: the relative change of the load on condensed meshes, for a cylinder with curvature along x only. The bound is about half
-/// the bound of [`cap_of_a_sphere`].
+/// Truth: as [`cap_of_a_sphere`], for curvature along x only and about half the bound.
 #[test]
 fn back_of_a_cylinder() {
     let [finite, meshed] = changes([1.0 / 50.0, 0.0]);
     assert!(finite < 0.0 && (finite - meshed).abs() < 0.8e-3, "{finite:e} {meshed:e}");
 }
 
-/// Truth: the surface of a body continues beyond the group that the user gives as contact. A step beside the group does not belong
-/// to this surface: the step is an edge.
+/// Truth: the surface of a body continues beyond the contact group. A step beside the group is an edge.
 #[test]
 fn surfaces_go_on_beyond_the_group() {
     let frame = ContactFrame::grid([1.9; 2], [8; 2], [0.0; 2], 0.0).unwrap();
@@ -93,14 +91,13 @@ fn surfaces_go_on_beyond_the_group() {
     let whole = HalfSpaceFit::find(&with_middle(&|_| {}), "z1", Side::Lower, &frame).unwrap().unwrap();
     let middle = HalfSpaceFit::find(&with_middle(&|_| {}), "middle", Side::Lower, &frame).unwrap().unwrap();
     assert_eq!(whole, middle);
-    // Nodes near the top beyond x = 2 move down by half a cell.
     let step = |x: &mut [f64; 3]| x[2] -= if x[0] > 2.5 && x[2] > -1.5 { 0.5 } else { 0.0 };
     let why = HalfSpaceFit::find(&with_middle(&step), "middle", Side::Lower, &frame).unwrap().unwrap_err();
     assert!(why.0.contains("an edge or a support of the body"), "{}", why.0);
 }
 
-/// Truth: a frame on a plane face has no rise, however small it is and wherever it lies. On a mesh of a sphere of radius R the
-/// nodes lie (x² + y²) / 2R below the apex. The rise is then the rise of the flat faces between the nodes.
+/// Truth: a frame on a plane face has no rise. On a mesh of a sphere of radius R the nodes lie (x² + y²) / 2R below the apex. The
+/// rise is then the rise of the flat faces between the nodes.
 #[test]
 fn small_frames_on_large_faces() {
     let site = |curvature: f64, half: f64, middle: [f64; 2]| {
@@ -110,7 +107,7 @@ fn small_frames_on_large_faces() {
     for middle in [[0.9, 0.9], [-1.1, 0.4], [0.0, 0.0]] {
         assert_eq!(site(0.0, 0.05, middle).unwrap().rise, 0.0);
     }
-    // The cells are 3 mm wide. Each of the four flat faces about the origin lies (|x| + |y|) 1.5 / R below the apex.
+    // Each of the four flat faces of 3 mm about the origin lies (|x| + |y|) 1.5 / R below the apex.
     let rise = site(1.0 / 500.0, 0.1, [0.0; 2]).unwrap().rise;
     assert!((rise * 0.1 / (0.2 * 1.5 / 500.0) - 1.0).abs() < 1e-6, "{rise}");
 }

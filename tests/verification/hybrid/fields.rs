@@ -1,5 +1,4 @@
-//! Fields of bodies with the near field of a half-space. They satisfy the supports, balance the tractions, and agree with the
-//! fields of a condensed mesh.
+//! Fields of bodies with the near field of a half-space.
 
 use orthowear::body::{ElasticBody, ErrorEstimation, FeBody};
 use orthowear::element::ElementKind::{Hex8, Hex27};
@@ -7,7 +6,7 @@ use orthowear::frame::{ContactFrame, Side};
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid};
 
-/// A bump of pressure on body 2, with a tangential traction along x where x > 0. The shape is `[3, N]`, component by component.
+/// A bump of pressure on body 2, with a tangential traction along x where x > 0, `[3, N]`.
 fn bump(frame: &ContactFrame) -> Vec<f64> {
     let n = frame.n_cells();
     let mut tractions = vec![0.0; 3 * n];
@@ -20,9 +19,8 @@ fn bump(frame: &ContactFrame) -> Vec<f64> {
     tractions
 }
 
-/// Truths: the base does not move. The stresses on planes across the block carry the resultant of the tractions. The displacement
-/// of the surface under the frame is the gap that the operator gives. The estimated relative error of the correction's stress is
-/// below 0.2.
+/// Truths: the base does not move. Stresses on planes across the block carry the resultant of the tractions. The displacement of
+/// the surface is the gap that the operator gives.
 #[test]
 fn supports_and_balance() {
     let (w, n) = (3.0, 8);
@@ -47,7 +45,7 @@ fn supports_and_balance() {
         if x[2] == 0.0 && x[0].abs() < 1.0 && x[1].abs() < 1.0 {
             let cells: Vec<usize> = (0..m).filter(|cell| near(cell) < 0.004).collect();
             for c in 0..3 {
-                // The gap is the displacement of body 2 minus that of body 1. Only body 1 moves here.
+                // Only body 1 moves here.
                 let mean = -cells.iter().map(|cell| gap[c * m + cell]).sum::<f64>() / cells.len() as f64;
                 assert!((mean - u[c]).abs() < 1e-2 * largest, "{x:?} {c}: {mean} {u:?}");
             }
@@ -55,7 +53,6 @@ fn supports_and_balance() {
     }
     let area: f64 = frame.areas[0];
     let force = |plane: usize| -area * tractions[plane * m..(plane + 1) * m].iter().sum::<f64>();
-    // Simpson's rule on the nodes of a plane, half a cell apart.
     let h = w / n as f64;
     let weight = |x: f64| match ((x + w) / h).round() as usize {
         0 => h / 3.0,

@@ -26,9 +26,8 @@ fn history(body: &mut dyn ElasticBody, frame: &ContactFrame) -> [f64; 4] {
     [moved.normal_force, moved.tangential_force[0], moved.tangential_force[1], worn]
 }
 
-/// Truth: the forces and the wear volume of the body with the near field of a half-space. This body needs no mesh at the contact
-/// and has an error of a few thousandths. The condensed meshes must converge to these results, to 3 % on the finer mesh. All blocks
-/// of the tangential flexibility take part.
+/// Truth: the forces and the wear volume of the body with the near field of a half-space, which have an error of a few thousandths.
+/// The condensed meshes must converge to these results, to 3 % on the finer mesh.
 #[test]
 fn indentation_shift_and_wear() {
     let condensed = |cells: usize, patch: usize| {

@@ -14,7 +14,6 @@ use orthowear::material::Stiffness;
 use super::blocks::{body, cfrp, frame, hybrid};
 use crate::common::{Silent, indent, steel, usual_or_finest};
 
-/// A rigid sphere of radius 50 mm over or under a body.
 pub fn sphere_on(body: &mut dyn ElasticBody, side: Side, frame: &ContactFrame) -> Model {
     let mut rigid = RigidBody;
     let distance = InitialGap::from(GapShape::Sphere { radius: 50.0 }).evaluate(frame).unwrap();
@@ -35,7 +34,7 @@ pub fn sphere_on(body: &mut dyn ElasticBody, side: Side, frame: &ContactFrame) -
     }
 }
 
-/// Load at an approach of 0.02 mm without friction, on 64 x 64 cells, and number of unknowns.
+/// At an approach of 0.02 mm without friction, and number of unknowns.
 fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> (f64, usize) {
     let frame = frame(64);
     let mut body = hybrid(body(kind, (w, n, ratio), stiffness), "z1", Side::Lower, &frame);
@@ -46,9 +45,8 @@ fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffne
     (result.records[0].normal_force, body.n_free())
 }
 
-/// Truth: loads of an independent program, which combines a half-space with a far field of 14³ hex27 elements. They are
-/// extrapolated in the cell size of the frame. Their error is 1e-4 for steel and 1e-3 for CFRP. An infinite half-space carries 6154
-/// N (steel) and 372 N (CFRP). The frame of 64 x 64 cells adds an error of 1e-4.
+/// Truth: loads of an independent program, which combines a half-space with a far field of 14³ hex27 elements. Their error is 1e-4
+/// for steel and 1e-3 for CFRP. The frame of 64 x 64 cells adds an error of 1e-4.
 #[test]
 fn loads_of_blocks() {
     let (steel, cfrp) = (steel(), cfrp());

@@ -15,7 +15,6 @@ use super::blocks::{FRAME, body, cfrp, frame, hybrid, mesh};
 use crate::common::steel;
 use crate::fem_bodies::{clamp, spec};
 
-/// Pseudo-random numbers between -1 and 1.
 fn random(n: usize) -> Vec<f64> {
     let mut state = 12_345_u64;
     (0..n)
@@ -43,8 +42,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     difference / largest(&mut b.iter().map(|b| b.abs()))
 }
 
-/// Truths: with the operator S and the cell areas A, A S is symmetric. The normal operator is the normal block of S. Direct sums
-/// cell by cell and the diagonal blocks agree with products. A window has the rows and columns of its cells.
+/// Truths: with the operator S and the cell areas A, A S is symmetric. Direct sums and the diagonal blocks agree with products. A
+/// window has the rows and columns of its cells.
 #[test]
 fn products_windows_and_entries() {
     let frame = frame(24);
@@ -84,9 +83,8 @@ fn products_windows_and_entries() {
     assert!(apart(&product(&*window, &inside), &wanted) < 1e-12);
 }
 
-/// Truth: turning body, material and tractions by 180 degrees about x changes nothing. Consider the body on the other side of the
-/// frame, and cells mirrored along y. The same tractions along y and z therefore cause the same gaps along y and z. Tractions and
-/// gaps along x change sign.
+/// Truth: turning body, material and tractions by 180 degrees about x changes nothing. The same tractions along y and z on the
+/// other side of the frame therefore cause the same gaps. Tractions and gaps along x change sign.
 #[test]
 fn either_side_of_the_frame() {
     let frame = frame(16);
@@ -100,8 +98,8 @@ fn either_side_of_the_frame() {
     let below = flexibility(lower, Side::Lower, &frame);
     let above = hybrid(upper, "z1", Side::Upper, &frame).take_flexibility(SkipVanishing).unwrap().unwrap();
     let tractions = random(3 * n);
-    // Cell (ix, iy) becomes (ix, 15 - iy), and components along y and z change sign. For body 1, the signs of tractions and
-    // displacements are both opposite to those of body 2 and cancel.
+    // Cell (ix, iy) becomes (ix, 15 - iy), and components along y and z change sign. For body 1, traction and displacement have
+    // signs opposite to those of body 2, which cancels.
     let mirrored = |values: &[f64]| -> Vec<f64> {
         let at = |k: usize| {
             let (c, ix, iy) = (k / n, k % n / 16, k % 16);
@@ -110,14 +108,13 @@ fn either_side_of_the_frame() {
         };
         (0..3 * n).map(at).collect()
     };
-    // Body 2 moves under the tractions t as body 1 moves under their mirror image.
     let found = product(&*above, &tractions);
     let wanted = mirrored(&product(&*below, &mirrored(&tractions)));
     assert!(apart(&found, &wanted) < 1e-9, "{}", apart(&found, &wanted));
 }
 
-/// Truth: with `SkipVanishing`, two bodies with half-spaces share one operator of the summed Green's function. With `Keep` the
-/// operators of both bodies are summed. Both give the same product.
+/// Truth: one operator of the summed Green's function (`SkipVanishing`) and the sum of both operators (`Keep`) give the same
+/// product.
 #[test]
 fn two_bodies() {
     let frame = frame(16);
@@ -142,7 +139,7 @@ fn two_bodies() {
     assert!(coupled.flexibility.grid().is_some() && coupled.skipped.len() == 1);
 }
 
-/// A layup of plies from the top down, each given by the depth of its lower face and its stiffness.
+/// Plies from the top down, each given by the depth of its lower face and its stiffness.
 fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     let mut upper = 1.0;
     let placed = |(depth, stiffness): &(f64, &Stiffness)| {
@@ -161,8 +158,8 @@ fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
 }
 
 /// Truths: a body of layers of one material acts like a body of that material. Under uniform pressure a layer of 1.2 mm on a base
-/// ten times softer moves as on the condensed mesh, to 2 %. On finer meshes the two results agree better, because the volume term
-/// contains the error of the half-space.
+/// ten times softer moves as on the condensed mesh, to 2 %. Finer meshes agree better, because the volume term contains the error
+/// of the half-space.
 #[test]
 fn layers() {
     let (hard, soft) = (steel(), Stiffness::isotropic(21e3, 0.3).unwrap());

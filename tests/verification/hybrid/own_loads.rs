@@ -17,7 +17,7 @@ use crate::common::{assert_order, steel};
 use crate::fem_bodies::{ALL, clamp, spec};
 use crate::fem_meshes::{boundary_nodes, prescribe};
 
-/// Displacement of the surface at the cells of the frame, mm, from the free gap of the body.
+/// Displacement at the cells of the frame, mm, from the free gap.
 fn surface(spec: FeSpec, frame: &ContactFrame) -> Vec<Point> {
     let body = hybrid(spec, "z1", Side::Lower, frame);
     let gap = body.free_gap().unwrap().to_vec();
@@ -25,12 +25,10 @@ fn surface(spec: FeSpec, frame: &ContactFrame) -> Vec<Point> {
     (0..n).map(|cell| -Point::new(gap[cell], gap[n + cell], gap[2 * n + cell])).collect()
 }
 
-/// Largest distance from the displacement `exact` at the centres of the cells.
 fn off(found: &[Point], frame: &ContactFrame, exact: impl Fn(&Point) -> Point) -> f64 {
     found.iter().zip(&frame.centers).map(|(u, x)| (u - exact(x)).norm()).fold(0.0, f64::max)
 }
 
-/// Adds a group of the faces of "z1" whose middle is `inside`.
 fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
     let top = mesh.groups.iter().find(|group| group.name == "z1").unwrap();
     let middle = |nodes: &[usize]| -> Point {
@@ -41,8 +39,7 @@ fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
     mesh.groups.push(PhysicalGroup { name: name.into(), dim: 2, tag, cells });
 }
 
-/// Error under the frame of a block in uniform stress, divided by the half-width 3 and by the norm of the displacement gradient.
-/// All faces but the base are loaded, also the face under the frame. The base moves with a strain and a rotation.
+/// Relative to the half-width 3 and the norm of the displacement gradient. The base moves with a strain and a rotation.
 fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     let frame = frame(12);
     let stress = Vector6::new(120.0, -80.0, -60.0, 25.0, -30.0, 40.0);
@@ -62,8 +59,7 @@ fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     off(&surface(spec, &frame), &frame, |x| shift + gradient * x) / (3.0 * gradient.norm())
 }
 
-/// Truth: the displacement of a block in uniform stress, to the accuracy of the quadrature. The elements and the integral over the
-/// support represent it exactly, also between nodes.
+/// Truth: the displacement of a block in uniform stress, to the accuracy of the quadrature.
 #[test]
 fn uniform_stress() {
     for stiffness in [steel(), cfrp()] {
@@ -74,8 +70,8 @@ fn uniform_stress() {
     }
 }
 
-/// Truth: a rigid motion of the support moves the surface rigidly, to rounding. With a soft foundation on a side, the surface still
-/// follows a translation of the support. A stiff foundation reduces the motion of the surface.
+/// Truth: a rigid motion of the support moves the surface rigidly, to rounding. A soft foundation on a side does not hinder a
+/// translation of the support.
 #[test]
 fn rigid_motions() {
     let frame = frame(8);
@@ -100,8 +96,7 @@ fn rigid_motions() {
 }
 
 /// Truth: a column of half-width and height w between smooth walls under a weight g per volume moves by u = g (z^2 - w^2) / 2M,
-/// with the modulus M of uniaxial strain. On meshes of first order the estimated error covers the remaining error, also with cells
-/// that are larger in the middle.
+/// with the modulus M of uniaxial strain. On meshes of first order the estimated error covers the remaining error.
 #[test]
 fn weight() {
     let frame = frame(8);
@@ -124,8 +119,7 @@ fn weight() {
     }
 }
 
-/// Relative error under the frame of a body whose boundaries move as in a half-space under a point force beside the body. The
-/// displacement is prescribed on all faces but the top, and on the part x < -1.9 of the top.
+/// Relative error under the frame of a body whose boundaries move as in a half-space under a point force beside the body.
 fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> f64 {
     let frame = frame(8);
     let mut mesh = mesh(kind, 3.0, cells, 1.0);
@@ -143,8 +137,8 @@ fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &P
     off(&found, &frame, exact) / frame.centers.iter().map(|x| exact(x).norm()).fold(0.0, f64::max)
 }
 
-/// Truth: the field of a force beside the body, which also moves part of the plane of the contact. Errors have the orders of the
-/// strain energy, twice the orders of the displacement gradient.
+/// Truth: the field of a force beside the body. Errors have the orders of the strain energy, twice the orders of the displacement
+/// gradient.
 #[test]
 fn moved_boundaries() {
     let (steel, cfrp) = (steel(), cfrp());
@@ -158,8 +152,7 @@ fn moved_boundaries() {
     assert!(errors[2] < 1e-2, "{errors:?}");
 }
 
-/// Truth: the flexibility on a larger frame, with the same tractions on its cells. For the small frame these tractions are loads on
-/// a group of faces, under and beside the frame.
+/// Truth: the flexibility on a larger frame. Its tractions are loads on a group of faces, under and beside the small frame.
 #[test]
 fn pads_beside_the_frame() {
     let large = ContactFrame::grid([1.5, 1.0], [24, 16], [0.25, 0.0], 0.0).unwrap();
@@ -177,7 +170,7 @@ fn pads_beside_the_frame() {
         let n = large.n_cells();
         let mut tractions = vec![0.0; 3 * n];
         for (cell, _) in large.centers.iter().enumerate().filter(|(_, x)| pad(x)) {
-            // Tractions of the frame act on body 2, so body 1 carries the opposite.
+            // Tractions of the frame act on body 2.
             (0..3).for_each(|c| tractions[c * n + cell] = -traction[c]);
         }
         let mut gap = vec![0.0; 3 * n];
@@ -191,8 +184,8 @@ fn pads_beside_the_frame() {
     }
 }
 
-/// Truth: the displacements at the nodes of the same body with ten elements of second order along each edge. The estimated error
-/// exceeds the error of a coarse mesh by a factor of 1 to 8.
+/// Truth: the same body with ten elements of second order along each edge. The estimated error exceeds the error of a coarse mesh
+/// by a factor of 1 to 8.
 #[test]
 fn pressed_from_the_side() {
     let frame = frame(6);
@@ -201,7 +194,6 @@ fn pressed_from_the_side() {
     let model = FeModel::new(pressed(Hex27, 10)).unwrap();
     let reference = model.condense(&[]).unwrap();
     let mesh = reference.model().mesh().clone();
-    // Nodes of the fine mesh under the frame. Displacements between the cells are interpolated.
     let under: Vec<usize> = (0..mesh.n_points())
         .filter(|&node| {
             let [x, y, z] = mesh.points[node];
@@ -226,7 +218,7 @@ fn pressed_from_the_side() {
     assert!(errors[0] / errors[1] > 3.0, "{errors:?}");
 }
 
-/// Displacement at `x`, interpolated by parabolas between the centres of the cells.
+/// By parabolas between the centres of the cells.
 fn interpolated(gap: &[f64], frame: &ContactFrame, x: &Point) -> Point {
     let grid = frame.grid.unwrap();
     let n = frame.n_cells();

@@ -26,9 +26,8 @@ PostProcessing.SaveMesh = MESH;
 Save View[0] "view.msh";
 "#;
 
-/// Truth: the script gives (0.75, 0.75, 0.75) to each element of a cube of 2 x 2 x 2. The elements are 8 solids, 24 outer faces, 24
-/// edges and 8 points. Files with the mesh have both versions, as text and binary. A file without the mesh is binary in version
-/// 4.1.
+/// Truth: the script gives (0.75, 0.75, 0.75) to each element of a cube of 2 x 2 x 2: 8 solids, 24 outer faces, 24 edges and 8
+/// points.
 #[test]
 fn what_gmsh_writes_of_a_view_is_read() {
     for (version, binary, with_mesh) in
@@ -85,7 +84,7 @@ fn cell_data_that_meshio_writes_is_read() {
     }
 }
 
-/// Truth: each damage violates the .msh format. The message names the damage and its line.
+/// Truth: the message names the damage and its line.
 #[test]
 fn damaged_fields_are_refused() {
     let head = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
@@ -97,7 +96,7 @@ fn damaged_fields_are_refused() {
         gmsh::read_fields(&path).map_err(|error| error.to_string())
     };
     let whole = format!("{head}{sound}{}", sound.replace("7 1 0 0", "7 5 5 5"));
-    // The second time step of a field is omitted. The user gets one warning, however many steps there are.
+    // The user gets one warning, however many time steps there are.
     let (fields, warnings) = read(&format!("{whole}{}", &whole[head.len()..])).expect("sound");
     assert_eq!((fields.len(), &fields[0].values[..]), (1, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0][..]));
     assert!(warnings.len() == 1 && warnings[0].contains("\"f\" has several time steps"), "{warnings:?}");

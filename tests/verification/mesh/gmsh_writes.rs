@@ -12,15 +12,14 @@ use orthowear::mesh::{Mesh, gmsh};
 
 use super::tools;
 
-/// Numbers of cells by kind, of points, and of cells by group. They must not depend on the format of the file.
+/// Numbers of cells by kind, of points, and of cells by group.
 pub fn counts(mesh: &Mesh) -> BTreeMap<String, usize> {
     let kinds = mesh.blocks.iter().map(|b| (b.kind.name().to_string(), b.n_cells()));
     let groups = mesh.groups.iter().map(|g| (format!("{} of dimension {}", g.name, g.dim), g.cells.len()));
     kinds.chain(groups).chain([("points".to_string(), mesh.n_points())]).collect()
 }
 
-/// Asserts that each group has the same set of points in both meshes, to 1e-12. Text of 16 digits moves a coordinate of 12 mm by
-/// 1e-15.
+/// Asserts that each group has the same points in both meshes, to 1e-12. Text of 16 digits moves a coordinate of 12 mm by 1e-15.
 pub fn assert_same_group_points(a: &Mesh, b: &Mesh) {
     for group in &a.groups {
         let points = |mesh: &Mesh| -> Vec<[f64; 3]> {
@@ -56,8 +55,7 @@ Physical Point("p", 5) = {1};
 "#;
 
 /// Truth: counted by hand. A unit cube of 2 x 2 x 2 elements has 27 (order 2: 125) points, 8 solids and 4 faces in "contact face".
-/// It has 8 faces in "both", including those of "contact face", and 2 lines in the unnamed group 77. The free point at (5, 5, 5) is
-/// in no element.
+/// It has 8 faces in "both" and 2 lines in the unnamed group 77. The free point at (5, 5, 5) is in no element.
 #[test]
 fn every_format_that_gmsh_writes_gives_the_same_mesh() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -88,8 +86,7 @@ fn every_format_that_gmsh_writes_gives_the_same_mesh() {
     }
 }
 
-/// Truth: the committed meshes equal the meshes that the installed gmsh makes of the .geo scripts, in each format. Counts and
-/// groups are equal, and each group has the same set of points to 1e-12 mm.
+/// Truth: the meshes that the installed gmsh makes of the .geo scripts, in each format.
 #[test]
 fn committed_meshes_are_what_the_scripts_make() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -103,7 +100,6 @@ fn committed_meshes_are_what_the_scripts_make() {
         let made = gmsh::read(&dir.path().join(name)).expect("a fresh mesh");
         assert_eq!(counts(&committed), counts(&made), "{name}: run scripts/meshes");
         assert_same_group_points(&committed, &made);
-        // The other formats are converted from the fresh mesh.
         for arguments in [&["msh22"][..], &["msh41"], &["msh41", "-bin"]] {
             let out = format!("{}{name}", arguments.concat());
             let mut all = vec!["-save", name, "-o", &out, "-format"];
@@ -122,10 +118,9 @@ fn committed_meshes_are_what_the_scripts_make() {
     assert!(bytes <= 3_000_000, "{bytes} bytes in meshes/");
 }
 
-/// Truth: the dimensions in the scripts. The block has 24 x 24 x 12 mm, and its volume is exact to rounding. Its top z = 0 has a
-/// patch of 3 x 3 mm with 28 x 28 faces (coarse mesh: 10 x 10). The lower nodes of the cap lie on the sphere of R = 50 mm about (0,
-/// 0, 50) to 1e-12 of R. The exact volume of the cap is 24² x 12 less ∬ (R - √(R² - x² - y²)) dx dy = 560.6 mm³ (Simpson's rule).
-/// The facets of cells of h <= 4.5 mm cut off more: on average a height of at most 2 h²/12R.
+/// Truth: the dimensions in the scripts. The lower nodes of the cap lie on the sphere of R = 50 mm about (0, 0, 50) to 1e-12 of R.
+/// The exact volume of the cap is 24² x 12 less ∬ (R - √(R² - x² - y²)) dx dy = 560.6 mm³. The facets of cells of h <= 4.5 mm cut
+/// off more: on average a height of at most 2 h²/12R.
 #[test]
 fn committed_meshes_have_the_dimensions_they_should() {
     let read = |name: &str| gmsh::read(&tools::root().join("meshes").join(name)).expect("a committed mesh");
@@ -161,7 +156,7 @@ fn covers_the_skin(mesh: &Mesh, groups: &[&str]) {
     assert_eq!(covered, outer_faces(mesh).len(), "{}", mesh.source);
 }
 
-/// Integral over [-12, 12] by Simpson's rule.
+/// By Simpson's rule over [-12, 12].
 fn simpson(f: impl Fn(f64) -> f64) -> f64 {
     let n = 100;
     let h = 24.0 / n as f64;

@@ -60,7 +60,7 @@ fn mean(points: impl IntoIterator<Item = [f64; 3]>) -> [f64; 3] {
     sum.map(|s| s / n)
 }
 
-/// Reference nodes at corners and in the middle of edges. [`with_centres`] adds the centres of faces and solid.
+/// Reference nodes without centres.
 fn corner_and_edge_nodes(kind: ElementKind) -> Vec<[f64; 3]> {
     let mut x = reference_corners(kind);
     for [a, b] in edges(kind) {
@@ -107,8 +107,7 @@ fn type_numbers_have_the_node_counts_of_the_gmsh_manual() {
 }
 
 /// Truth: geometry. The normal of each face points away from the middle of the solid. The middle nodes of a face lie on its edges,
-/// in the order of its corners. The faces run along every edge once in each direction, which holds only for a closed, consistently
-/// oriented surface.
+/// in the order of its corners. The faces of a closed, consistently oriented surface run along every edge once in each direction.
 #[test]
 fn faces_close_the_solid_with_outward_normals() {
     for kind in solids() {
@@ -132,8 +131,8 @@ fn faces_close_the_solid_with_outward_normals() {
     }
 }
 
-/// Truth: VTK's order of middle nodes (VTK user's guide, quadratic cells). The nodes around the first face come first, then those
-/// around the opposite face, then those on the edges between the two faces.
+/// Truth: VTK's order of middle nodes (VTK user's guide, quadratic cells): around the first face, around the opposite face, then
+/// between the two faces.
 #[test]
 fn vtk_order_puts_middle_nodes_on_vtk_s_edges() {
     let vtk_edges = |kind| match kind {
@@ -204,8 +203,8 @@ for line in open(sys.argv[1]):
     assert numpy.linalg.det(fit[:3]) > 0, f"cell type {code}: turned inside out"
 "#;
 
-/// Truth: in VTK's node order, our reference nodes are an affine image of VTK's own parametric coordinates, with the same
-/// orientation. Pyramids of order 2 are excepted, because VTK's coordinates of their upper edges are not affine.
+/// Truth: in VTK's node order, our reference nodes are an affine image of VTK's own parametric coordinates. Pyramids of order 2 are
+/// excepted, because VTK's coordinates of their upper edges are not affine.
 #[test]
 fn vtk_itself_finds_the_nodes_in_its_order() {
     let dir = tempfile::tempdir().expect("a temporary folder");

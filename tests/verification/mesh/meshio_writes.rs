@@ -37,8 +37,8 @@ fn import(dir: &Path, arguments: &[&str]) -> Mesh {
     gmsh::read(&dir.join(arguments[1])).expect("an imported mesh")
 }
 
-/// Truth: the mesh that is read equals the mesh given to meshio. Counts and groups (except in version 4.1) are equal, points to the
-/// last bit (meshio's text has 17 digits). Files are .msh 2.2 and 4.1, text and binary, and a .vtu, whose groups have numbers only.
+/// Truth: the mesh given to meshio. Points are equal to the last bit (meshio's text has 17 digits). Groups are equal except in
+/// version 4.1.
 #[test]
 fn what_meshio_writes_comes_back_equal() {
     for solids in [BlockElements::Hex8, BlockElements::Tet4] {
@@ -92,8 +92,8 @@ Physical Surface("base face") = {body[0]};
 Physical Volume("block") = {body[1]};
 "#;
 
-/// Truth: gmsh's mesh in version 4.1, read directly. The files that meshio writes after reading it with its entities have equal
-/// counts and the same points in each group.
+/// Truth: gmsh's mesh in version 4.1, read directly. The files that meshio writes have equal counts and the same points in each
+/// group.
 #[test]
 fn meshio_keeps_the_groups_of_a_gmsh_file() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -118,7 +118,7 @@ fn meshio_keeps_the_groups_of_a_gmsh_file() {
 const INP: &str = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n\
                    *ELEMENT, TYPE=C3D8, ELSET=BODY\n1, 1, 2, 3, 4, 5, 6, 7, 8\n*NSET, NSET=TOP\n5, 6, 7, 8\n";
 
-/// Truth: the text of an Abaqus file describes a unit cube. The node set of the top becomes a group with the top face.
+/// Truth: the text of an Abaqus file describes a unit cube.
 #[test]
 fn node_sets_become_groups_of_faces() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -133,8 +133,8 @@ fn node_sets_become_groups_of_faces() {
     assert_eq!(mesh.group("BODY").expect("the element set").dim, 3);
 }
 
-/// Truth: a cube of side 2 with middle nodes on its edges, made by hand. Its node set is in a file that the deck includes. The set
-/// becomes the top face, of eight nodes. The deck also has a *SURFACE, which the import omits.
+/// Truth: a cube of side 2 with middle nodes on its edges, made by hand. Its node set is in a file that the deck includes, and
+/// becomes the top face. The import omits the *SURFACE of the deck.
 #[test]
 fn decks_of_order_2_that_include_others() {
     let corners = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]];

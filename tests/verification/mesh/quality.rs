@@ -36,9 +36,8 @@ fn area_vector(mesh: &Mesh, nodes: &[usize]) -> Vector3<f64> {
     }
 }
 
-/// Truth: geometry of a 6 x 8 x 2.5 box. The volume is 120 for both element kinds, also with distorted inner nodes (the boundary
-/// stays). The areas are 6 for the patch 2 x 3, 42 for the rest, 48 for the base, 70 for the sides. Normals point outward, and the
-/// surfaces together are the boundary surface. The tolerance 1e-12 covers rounding of sums of about 100 terms.
+/// Truth: geometry of a 6 x 8 x 2.5 box. The areas are 6 for the patch 2 x 3, 42 for the rest, 48 for the base, 70 for the sides.
+/// Normals point outward. The tolerance 1e-12 covers rounding of sums of about 100 terms.
 #[test]
 fn structured_blocks_fill_their_box() {
     for solids in [BlockElements::Hex8, BlockElements::Tet4] {
@@ -75,7 +74,7 @@ fn structured_blocks_fill_their_box() {
     }
 }
 
-/// Truth: the first cell has the specified height, and the heights of cells grow by a constant ratio.
+/// Truth: the heights of cells grow by a constant ratio.
 #[test]
 fn gradings_are_geometric_from_the_wanted_first_cell() {
     let mesh = graded(BlockElements::Hex8, Side::Lower, 0.0);
@@ -90,7 +89,7 @@ fn gradings_are_geometric_from_the_wanted_first_cell() {
     assert!(x.iter().zip(x.iter().rev()).all(|(a, b)| a == &-b), "symmetric to the last bit");
 }
 
-/// Truth: geometry. Moving a hexahedron's corner through the opposite face folds it. Swapping its two quads turns it inside out. A
+/// Truth: geometry. Moving a corner through the opposite face folds a hexahedron. Swapping its two quads turns it inside out. A
 /// corner on the line between its neighbours collapses a tetrahedron.
 #[test]
 fn inverted_and_collapsed_elements_are_named() {
@@ -124,7 +123,7 @@ fn inverted_and_collapsed_elements_are_named() {
     named(&surfaces, &["no solid elements", "gmsh -3"]);
 }
 
-/// Truth: two unit cubes side by side without merging have four coincident points. Apart they have none.
+/// Truth: two unit cubes side by side without merging have four coincident points.
 #[test]
 fn unmerged_nodes_are_counted() {
     let cube = GradedBlock::uniform([0.5, 0.5], 1.0, [1, 1, 1]).mesh().expect("a block");
@@ -153,8 +152,8 @@ fn unmerged_nodes_are_counted() {
     assert!(check(&thrice).expect_err("overlap").to_string().contains("share one face"));
 }
 
-/// Truth: V = 1/3 ∮ x·n dS by hand. A wedge of base 1/2 and height 2 has the volume 1, a pyramid 4 x 1 / 3, a tetrahedron 1/6. A
-/// hexahedron over a unit square gains 1/4 if one corner of its top is raised by 1 (mean of bilinear z).
+/// Truth: V = 1/3 ∮ x·n dS by hand. A hexahedron over a unit square gains 1/4 if one corner of its top is raised by 1 (mean of
+/// bilinear z).
 #[test]
 fn volumes_of_all_shapes() {
     let one = |kind: ElementKind, points: Vec<[f64; 3]>| {
@@ -174,8 +173,7 @@ fn volumes_of_all_shapes() {
     assert_relative_eq!(one(ElementKind::Hex8, hex), 1.25, max_relative = 1e-14);
 }
 
-/// Truth: a group of surfaces is refused by name if an element of it is not a face of the boundary surface, or repeats a face.
-/// Unknown, empty and volume groups are refused, too. A reversed face gets an outward normal.
+/// Truth: an element of a surface group must be a face of the boundary surface, once. A reversed face gets an outward normal.
 #[test]
 fn faces_that_are_not_on_the_outside_are_refused() {
     let mesh = GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 2]).mesh().expect("a block");
@@ -228,9 +226,8 @@ fn structured_blocks_refuse_what_cannot_be_meshed() {
     refused(&GradedBlock { patch_cells: [1 << 19, 1 << 19], ..block }, "2^32");
 }
 
-/// Truth: displacements on a quadrilateral face are bilinear, on two triangles linear with a kink. The displacements therefore
-/// differ in the middle of the face, although its four nodes are common. A pyramid fits a quadrilateral face of a hexahedron.
-/// Elements of order 2 do not fit elements of order 1.
+/// Truth: displacements on a quadrilateral face are bilinear, on two triangles linear with a kink. They differ in the middle of the
+/// face. A pyramid fits a quadrilateral face of a hexahedron. Elements of order 2 do not fit elements of order 1.
 #[test]
 fn faces_of_neighbours_that_do_not_fit_are_counted() {
     let mut points: Vec<[f64; 3]> = [0.0, 1.0]

@@ -9,8 +9,8 @@ use super::writer::{VARIANTS, Variant, groups_of_cells, write};
 
 use crate::structured::{BlockElements, GradedBlock};
 
-/// Cells by their number in the file: kind, coordinates of the nodes in order, tags of the groups. This content does not depend on
-/// the order of nodes and cells in the file.
+/// Cells by their number in the file: kind, coordinates of the nodes in order, tags of the groups. It does not depend on the order
+/// in the file.
 type Content = BTreeMap<u64, (ElementKind, Vec<[u64; 3]>, BTreeSet<i64>)>;
 
 fn content(mesh: &Mesh) -> Content {
@@ -45,7 +45,7 @@ fn rich_block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     mesh
 }
 
-/// Truth: the mesh that is read equals the mesh that was written, to the last bit. The writer is independent of the reader.
+/// Truth: the mesh that was written, to the last bit. The writer is independent of the reader.
 #[test]
 fn every_variant_is_read_back_to_the_last_bit() {
     for (solids, cells) in [(BlockElements::Hex8, [3, 2, 2]), (BlockElements::Tet4, [2, 1, 1])] {
@@ -61,7 +61,7 @@ fn every_variant_is_read_back_to_the_last_bit() {
     }
 }
 
-/// Truth: a file cut off anywhere is refused. If only optional sections are missing, it may be read as the whole mesh.
+/// Truth: only a file without its optional sections may be read as the whole mesh.
 #[test]
 fn a_file_cut_off_anywhere_is_refused() {
     let mesh = rich_block(BlockElements::Hex8, [1, 1, 1]);
@@ -76,7 +76,7 @@ fn a_file_cut_off_anywhere_is_refused() {
     }
 }
 
-/// Truth: damaged bytes (fixed seed) never cause a panic or exhaust the memory, and every mesh that is still read is consistent.
+/// Truth: damaged bytes never cause a panic or exhaust the memory, and every mesh that is still read is consistent.
 #[test]
 fn damaged_bytes_never_panic() {
     let mesh = rich_block(BlockElements::Hex8, [1, 1, 1]);
@@ -134,8 +134,7 @@ const V4: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \
                   0 0 0 1\n1 0 0 0 1 1 1 1 1 0\n$EndEntities\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n\
                   0 0 1\n$EndNodes\n$Elements\n1 1 7 7\n3 1 4 1\n7 1 2 3 4\n$EndElements\n";
 
-/// Truth: nodes, element and group agree with the text of the file. The free node 9 is omitted with a warning. A byte-order mark is
-/// skipped.
+/// Truth: the text of the file. The free node 9 is omitted, and a byte-order mark is skipped.
 #[test]
 fn small_files_mean_what_they_say() {
     for text in [V2.to_string(), V4.to_string(), format!("\u{feff}{V2}"), format!("\n\n{V4}\n\n")] {
@@ -152,7 +151,7 @@ fn small_files_mean_what_they_say() {
     }
 }
 
-/// Truth: each contradiction is refused. The message gives its place, what was found, and what is allowed.
+/// Truth: the message gives the place, what was found, and what is allowed.
 #[test]
 fn refusals_say_where_what_and_how_to_mend() {
     let cases: &[(&str, &str, &str, &[&str])] = &[
@@ -239,7 +238,7 @@ fn refusals_say_where_what_and_how_to_mend() {
     assert!(error.contains("no/such/file.msh") && error.contains("cannot be read"), "{error}");
 }
 
-/// Truth: messages on binary files give the byte offset. Here the first coordinate of the second node is not a number.
+/// Truth: the first coordinate of the second node is not a number.
 #[test]
 fn binary_messages_give_the_byte() {
     let variant = Variant { v4: false, binary: true, swapped: false, size: 8, crlf: false };

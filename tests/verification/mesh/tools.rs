@@ -20,7 +20,7 @@ pub fn run(command: &mut Command) {
     assert!(output.status.success(), "{command:?} failed:\n{}", String::from_utf8_lossy(&text));
 }
 
-/// Runs gmsh. Returns `false` if gmsh is absent.
+/// `false` if gmsh is absent.
 pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     if Command::new("gmsh").arg("--version").output().is_err() {
         absent("gmsh");
@@ -30,7 +30,7 @@ pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     true
 }
 
-/// Runs Python with meshio: $ORTHOWEAR_PYTHON or the project's .venv. Returns `false` if it is absent.
+/// $ORTHOWEAR_PYTHON or the project's .venv, with meshio. `false` if it is absent.
 pub fn python(arguments: &[&str], directory: &Path) -> bool {
     let program =
         std::env::var_os("ORTHOWEAR_PYTHON").map_or_else(|| root().join(".venv/bin/python"), PathBuf::from);

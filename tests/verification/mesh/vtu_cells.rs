@@ -12,7 +12,6 @@ use orthowear::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 use super::tools;
 use crate::fem_meshes::{block, rough};
 
-/// Volume of a cell of `kind` with the nodes `nodes`, from the shape functions.
 fn cell_volume(kind: ElementKind, nodes: &[[f64; 3]]) -> f64 {
     let rule = match kind.n_corners() {
         4 => tetrahedron(5),
@@ -30,11 +29,11 @@ fn cell_volume(kind: ElementKind, nodes: &[[f64; 3]]) -> f64 {
     rule.into_iter().map(volume).sum()
 }
 
-/// One line for each cell: its VTK type and volume.
+/// A line for each cell: its VTK type and volume.
 fn described(mesh: &Mesh) -> String {
     let mut lines = String::new();
     for cell in mesh.volume_cells() {
-        // VTK has no pyramid of 14 nodes. The file has the first 13.
+        // VTK has no pyramid of 14 nodes.
         let kind = match mesh.kind(cell) {
             ElementKind::Pyramid14 => ElementKind::Pyramid13,
             kind => kind,
@@ -46,10 +45,9 @@ fn described(mesh: &Mesh) -> String {
     lines
 }
 
-/// Truth: VTK's own shape functions give the same volume as ours on curved cells of every kind. The Jacobian of VTK's map is
-/// integrated over its reference cell. A misplaced node would change the volume. The tolerance 1e-9 covers rounding of central
-/// differences. VTK's own filter of cell sizes cuts curved cells into a few straight ones and agrees to 20 %. meshio finds the same
-/// points and types.
+/// Truth: VTK's own shape functions give the same volume as ours on curved cells of every kind. A misplaced node would change the
+/// volume. The tolerance 1e-9 covers rounding of central differences. VTK's own filter of cell sizes cuts curved cells into a few
+/// straight ones and agrees to 20 %.
 #[test]
 fn volumes_read_back_by_vtk_and_meshio() {
     let dir = tempfile::tempdir().expect("a temporary folder");

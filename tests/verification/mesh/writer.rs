@@ -4,14 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use orthowear::mesh::{CellRef, Mesh};
 
-/// Format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Variant {
     /// Version 4.1, otherwise 2.2.
     pub v4: bool,
     /// Binary, otherwise text.
     pub binary: bool,
-    /// Big-endian numbers.
     pub swapped: bool,
     /// Bytes of a `size_t` in 4.1.
     pub size: usize,
@@ -77,7 +75,6 @@ fn node_tag(i: usize, n: usize) -> u64 {
     1 + 1009 * ((i * 7 + 3) % n) as u64
 }
 
-/// Physical groups of each cell.
 pub fn groups_of_cells(mesh: &Mesh) -> BTreeMap<CellRef, BTreeSet<i64>> {
     let mut of = BTreeMap::<_, BTreeSet<i64>>::new();
     for group in &mesh.groups {
@@ -138,8 +135,8 @@ fn write_v2(mesh: &Mesh, out: &mut Out) {
     out.text(&format!("\n$EndNodes\n$Elements\n{}\n", records.len()));
     for (cell, tag, group) in records {
         let code = i64::from(mesh.kind(cell).gmsh_code());
-        // Text: number, type, number of tags, tags. Binary: a block with type, number of elements (1), number of tags, then the
-        // number and the tags of the element.
+        // Text: number, type, number of tags, tags. Binary: a block with type, number of elements (1), number of tags, then number
+        // and tags.
         let head = if out.variant.binary { [code, 1, 2, tag as i64] } else { [tag as i64, code, 2, group] };
         head.into_iter().for_each(|value| out.int(value));
         if out.variant.binary {
@@ -153,7 +150,7 @@ fn write_v2(mesh: &Mesh, out: &mut Out) {
 }
 
 fn write_v4(mesh: &Mesh, out: &mut Out) {
-    // One entity for each block of cells and each set of groups.
+    // An entity for each block of cells and each set of groups.
     let groups = groups_of_cells(mesh);
     let mut entities = BTreeMap::<(usize, usize, BTreeSet<i64>), Vec<CellRef>>::new();
     for cell in (0..=3).flat_map(|dim| mesh.cells(dim)) {
@@ -167,7 +164,7 @@ fn write_v4(mesh: &Mesh, out: &mut Out) {
         out.int(i as i64 + 10);
         (0..if *dim == 0 { 3 } else { 6 }).for_each(|_| out.real(0.5));
         out.size(set.len() as u64);
-        // Negative tags: the entity is reversed in the group.
+        // Negative tags reverse the entity in the group.
         set.iter().for_each(|&tag| out.int(-tag));
         if *dim > 0 {
             out.size(2);

@@ -18,12 +18,11 @@ fn green(stiffness: &Stiffness) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, Side::Lower).expect("a converged Green's function")
 }
 
-/// Integral of the Green's function over a disc of radius `a`, for displacements at `target`. It uses regular polygons with 500,
-/// 1000 and 2000 corners on the circle. Their error is a series in the square of the angle of a side. Two steps of Richardson
-/// extrapolation remove the first two terms.
+/// Integral of the Green's function over a disc of radius `a`, for displacements at `target`. The error of a regular polygon is a
+/// series in the square of the angle of a side. Two steps of Richardson extrapolation remove the first two terms.
 fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
     let [coarse, fine, finest] = [500, 1000, 2000].map(|sides| {
-        // The polygon is turned by half a side, so that targets on the axis are in a symmetric position.
+        // Targets on the axis are in a symmetric position.
         let angle = |k: usize| 2.0 * PI * (k as f64 + 0.5) / sides as f64;
         let corners: Vec<[f64; 2]> = (0..sides).map(|k| [a * angle(k).cos(), a * angle(k).sin()]).collect();
         polygon::integrate(green, &corners, target)
@@ -32,8 +31,8 @@ fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
     (twice * 16.0 - once) / 15.0
 }
 
-/// Truth: `load-uniform-disc`, displacement under a pressure p = 100 on a disc of radius a = 2, inside and outside (Johnson 1985,
-/// 3.4; E 210 GPa, nu 0.3). The tolerance is 1e-9, because values have 10 digits and extrapolated polygons are accurate to 1e-11.
+/// Truth: `load-uniform-disc`, displacement under a pressure on a disc (Johnson 1985, 3.4). The tolerance is 1e-9, because values
+/// have 10 digits and extrapolated polygons are accurate to 1e-11.
 #[test]
 fn displacement_under_a_disc() {
     let green = green(&steel());
@@ -41,7 +40,7 @@ fn displacement_under_a_disc() {
         let found = 100.0 * disc(&green, 2.0, [x, 0.0])[(2, 2)];
         assert!(relative(found, published) < 1e-9, "{x}: {found} {published}");
     }
-    // For a target on the edge, the polygons converge only as h² ln h, and Richardson extrapolation does not help.
+    // For a target on the edge, the polygons converge only as h² ln h.
     let edge = 100.0 * disc(&green, 2.0, [2.0, 0.0])[(2, 2)];
     assert!(relative(edge, 0.001103474272) < 1e-5, "{edge}");
 }
@@ -76,7 +75,7 @@ fn discs_of_cells_and_of_cfrp() {
     assert!(relative(10.0 * center, published) < 1e-3, "{center}");
 }
 
-/// Displacement (u_x, u_y) at a corner of [0, a] x [0, b] under unit shear along x (Cerruti, integrated; Johnson 1985, 3.6).
+/// (u_x, u_y) under unit shear along x (Cerruti, integrated; Johnson 1985, 3.6).
 fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
     let k1 = a * (b / a).asinh() + b * (a / b).asinh();
     let k2 = b * (a / b).asinh();
@@ -84,8 +83,7 @@ fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
     [((1.0 - NU) * k1 + NU * k2) / (2.0 * PI * SHEAR), NU * k3 / (2.0 * PI * SHEAR)]
 }
 
-/// Truth: `load-tangential-rectangle`. Displacements at a corner and at the centre equal the closed forms of [`cerruti_corner`], to
-/// 1e-12 of the displacement along the traction. The traction is along the longer or the shorter side.
+/// Truth: `load-tangential-rectangle`: [`cerruti_corner`], to 1e-12 of the displacement along the traction.
 #[test]
 fn shear_on_rectangles_is_cerruti() {
     let green = green(&steel());
@@ -110,10 +108,10 @@ fn shear_on_rectangles_is_cerruti() {
     }
 }
 
-/// Truth: `load-tangential-rectangle` at a distance r along the force Q, from the second moments of a square of side L. At this
-/// distance Cerruti's kernel (1 - nu) / s + nu x² / s³ at the distance s has the Laplacian (1 - 2 nu) / r³. Hence u_x = Q / (2 pi G
-/// r) (1 + (1 - 2 nu) L² / (24 r²)). The next term is of order (L / r)⁴. Tolerance 1e-10 at r = 1e3 and 1e6 sides, where the edge
-/// formula has lost digits.
+/// Truth: `load-tangential-rectangle` at a distance r along the force Q, from the second moments of a square of side L. Cerruti's
+/// kernel (1 - nu) / s + nu x² / s³ at the distance s has the Laplacian (1 - 2 nu) / r³. Hence u_x = Q / (2 pi G r) (1 + (1 - 2 nu)
+/// L² / (24 r²)). The next term is of order (L / r)⁴. Tolerance 1e-10 at r = 1e3 and 1e6 sides, where the edge formula has lost
+/// digits.
 #[test]
 fn shear_far_away_does_not_cancel() {
     let integrator = PatchIntegrator::new(&green(&steel()));
@@ -124,10 +122,9 @@ fn shear_far_away_does_not_cancel() {
     }
 }
 
-/// Truth: `hertz-circular`, without a contact solution. Hertz's pressure (means over cells, 32 across the contact) moves the
-/// surface by delta - r² / 2R inside. Outside the displacement is p0 / (2 a E*) ((2a² - r²) asin(a / r) + a sqrt(r² - a²)),
-/// 0.002220086 mm at 2a. Tolerance 1e-3 of delta, the catalogue's, and 2e-3 within a cell of the edge. Near the edge a constant
-/// pressure per cell approximates a square root.
+/// Truth: `hertz-circular`, without a contact solution. Hertz's pressure moves the surface by delta - r² / 2R inside. Outside the
+/// displacement is p0 / (2 a E*) ((2a² - r²) asin(a / r) + a sqrt(r² - a²)). Tolerance 1e-3 of delta, the catalogue's, and 2e-3
+/// within a cell of the edge, where a constant pressure approximates a square root.
 #[test]
 fn hertz_pressure_gives_hertz_displacement() {
     let (a, delta, p0, radius, modulus) = (0.3191252, 0.01018409, 4688.341, 10.0, 210e3 / 0.91);
@@ -138,7 +135,6 @@ fn hertz_pressure_gives_hertz_displacement() {
     let n = 80;
     let h = a / 16.0;
     let middle = |i: usize| (i as f64 + 0.5 - n as f64 / 2.0) * h;
-    // Means over 20 x 20 points of each cell.
     let points = |i: usize| (0..20).map(move |k| middle(i) + ((f64::from(k) + 0.5) / 20.0 - 0.5) * h);
     let mean = |cell: usize| -> f64 {
         let at = |x: f64, y: f64| (1.0 - (x * x + y * y) / (a * a)).max(0.0).sqrt();

@@ -6,7 +6,6 @@ use crate::common::{half_spaces, press, relative, solve, sphere};
 use crate::observed::radius;
 use orthowear::material::Stiffness;
 
-/// Slope of the least-squares line through logarithms.
 fn slope(points: &[(f64, f64)]) -> f64 {
     let n = points.len() as f64;
     let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
@@ -15,9 +14,8 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     covariance / logs.iter().map(|(x, _)| (x - mx).powi(2)).sum::<f64>()
 }
 
-/// Truth: `hertz-scaling-law`. The load is P ~ delta^(3/2) for the approach delta, the contact radius a ~ P^(1/3), for 10 to 10 000
-/// N on one grid. The first slope is 1.500 +- 0.01 as in the catalogue. The second slope is 1/3 +- 0.02, because the smallest
-/// contact radius is 6 cells. (E 210 GPa, nu 0.3, R 10.)
+/// Truth: `hertz-scaling-law`. The load is P ~ delta^(3/2) for the approach delta, the contact radius a ~ P^(1/3). The first slope
+/// is 1.500 +- 0.01 as in the catalogue. The second slope is 1/3 +- 0.02, because the smallest contact radius is 6 cells.
 #[test]
 fn force_grows_with_the_power_three_halves() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -33,13 +31,12 @@ fn force_grows_with_the_power_three_halves() {
     assert!((slope(&radii) - 1.0 / 3.0).abs() < 0.02, "{}", slope(&radii));
 }
 
-/// Truth: `hertz-scaling-law` and `str-units-scale`. The same contact in m-N-Pa, mm-N-MPa, um-uN-MPa, nm-nN-GPa and km-PN-GPa has
-/// the same dimensionless solution, to 1e-9 in the same number of iterations. The solution is also the same for lengths times 1e-9
-/// and loads times 1e-18, and for twice the size under four times the force. This holds, too, for a million times the stiffness and
-/// force, and for sizes near the limits of an operator.
+/// Truth: `hertz-scaling-law` and `str-units-scale`. The same contact in other units has the same dimensionless solution, to 1e-9
+/// in the same number of iterations. The solution is also the same for twice the size under four times the force, and for a million
+/// times the stiffness and force.
 #[test]
 fn units_and_sizes_leave_dimensionless_answers_alone() {
-    // Unit of length in mm and unit of stress in MPa. The unit of force follows.
+    // Unit of length in mm and unit of stress in MPa.
     let run = |length: f64, stress: f64, (size, stiff): (f64, f64)| {
         let steel = Stiffness::isotropic(210e3 * stiff / stress, 0.3).expect("steel");
         let unit = size / length;

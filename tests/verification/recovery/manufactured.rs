@@ -25,7 +25,6 @@ pub fn stress(x: [f64; 3]) -> [f64; 6] {
     (material().voigt() * strain).into()
 }
 
-/// The solved body under the body force of the solution, with `n` cells along each edge.
 pub fn body(
     kind: ElementKind,
     formulation: HexFormulation,

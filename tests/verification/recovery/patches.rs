@@ -11,7 +11,6 @@ use crate::crystals::cfrp_of_tables;
 use crate::fem_bodies::{ELEMENTS, clamp, degree, isotropic, rotated_orthotropic, spec};
 use crate::fem_meshes::{block, wavy};
 
-/// A quadratic displacement field. `strain` gives its engineering strains.
 fn quadratic([x, y, z]: [f64; 3]) -> [f64; 3] {
     [1e-3 * (x * x - 2.0 * y * z), 1e-3 * (x * y + 3.0 * z), 1e-3 * (y * y - z * z + 0.5 * x * z)]
 }
@@ -24,9 +23,8 @@ fn largest_difference(found: &[[f64; 6]], wanted: impl Fn(usize) -> Vector6<f64>
     found.iter().enumerate().map(|(i, s)| (Vector6::from(*s) - wanted(i)).amax()).fold(0.0, f64::max)
 }
 
-/// Truth: the strain of a quadratic field is exact at the centre of a trilinear parallelepiped (Barlow 1976). The patch polynomials
-/// reproduce linear fields. The nodal stress is therefore exact everywhere, corners of the body included. The tolerance covers
-/// rounding of stresses of 1e3.
+/// Truth: the strain of a quadratic field is exact at the centre of a trilinear parallelepiped (Barlow 1976), and the patch
+/// polynomials reproduce linear fields. The tolerance covers rounding of stresses of 1e3.
 #[test]
 fn linear_stress_is_exact_at_every_node() {
     let shear = |[x, y, z]: [f64; 3]| [x + 0.3 * y, y + 0.2 * z, 0.7 * z - 0.1 * x];
@@ -69,8 +67,7 @@ fn quadratic_stress_is_exact_at_every_node() {
     }
 }
 
-/// Truth: a linear stress is exact on each side of an interface between two materials, where stress jumps. Values of the materials
-/// are not mixed.
+/// Truth: a linear stress is exact on each side of an interface between two materials.
 #[test]
 fn stress_jumps_between_materials() {
     let mut mesh = block(Hex8, [3, 3, 6], [1.0, 1.0, 2.0], |x| x);
@@ -98,8 +95,8 @@ fn stress_jumps_between_materials() {
     }
 }
 
-/// Truth: under a uniform strain each ply has its own stress, C(angle) : strain. This holds also if successive plies of one
-/// material turn by 10 degrees. Nodes between two plies have both values. The tolerance covers rounding.
+/// Truth: under a uniform strain each ply has its own stress, C(angle) : strain, also if plies of one material turn by 10 degrees.
+/// The tolerance covers rounding.
 #[test]
 fn stress_jumps_between_plies_that_turn_little() {
     let placed = |ply: usize| {
@@ -129,8 +126,7 @@ fn stress_jumps_between_plies_that_turn_little() {
     }
 }
 
-/// Truth: constant stress is exact on any mesh, also where patches are singular, such as in a single layer, row or element. The
-/// tolerance covers rounding.
+/// Truth: constant stress is exact on any mesh, also where patches are singular. The tolerance covers rounding.
 #[test]
 fn constant_stress_survives_degenerate_patches() {
     let c = isotropic();
@@ -153,7 +149,7 @@ fn constant_stress_survives_degenerate_patches() {
 }
 
 /// Truth: pure bending of a bar with one element across its height has a linear stress. Enhanced elements represent it exactly at
-/// their integration points. The bar has no inner vertices, and the recovery fits these points. The tolerance covers rounding.
+/// their integration points, which the recovery fits without inner vertices. The tolerance covers rounding.
 #[test]
 fn one_layer_keeps_its_bending_stress() {
     let c = Stiffness::isotropic(1000.0, 0.0).unwrap();
@@ -169,7 +165,7 @@ fn one_layer_keeps_its_bending_stress() {
     }
 }
 
-/// Root-mean-square errors of the recovered stress at inner nodes and at boundary nodes.
+/// Root mean squares at inner nodes and at boundary nodes.
 fn nodal_errors(
     (kind, formulation): (ElementKind, HexFormulation),
     n: usize,
@@ -190,9 +186,8 @@ fn nodal_errors(
     [error(false), error(true)]
 }
 
-/// Truth: for elements of degree p the root-mean-square nodal error of the recovered stress has order p + 1 (Zienkiewicz and Zhu
-/// 1992). This holds inside and, by extrapolation, on the boundary. The order is observed between two meshes. The order may be 0.3
-/// too low, and 0.4 too low for tet10 on the boundary. (Elements of even degree may do better on regular meshes.)
+/// Truth: for elements of degree p the root-mean-square nodal error of the recovered stress has order p + 1, inside and on the
+/// boundary (Zienkiewicz and Zhu 1992). Between two meshes the order may be 0.3 too low, and 0.4 too low for tet10 on the boundary.
 #[test]
 fn nodal_stress_superconverges() {
     let straight: fn([f64; 3]) -> [f64; 3] = |x| x;

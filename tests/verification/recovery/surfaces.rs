@@ -19,10 +19,9 @@ use crate::fem_meshes::block;
 const FINE: usize = 8;
 /// Number of uniform cells, up to 1.5 radii.
 const UNIFORM: usize = 3 * FINE / 2;
-/// Number of growing cells, up to ten radii.
+/// Number of growing cells, from there to ten radii.
 const GROWING: usize = 7;
 
-/// Coordinate of grid line `i`: uniform spacing up to 1.5, then growing up to 10.
 fn line(i: f64) -> f64 {
     let h = 1.0 / FINE as f64;
     let beyond = i - UNIFORM as f64;
@@ -67,7 +66,7 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     surface_grid(&output, &frame, &FrameMesh::new(&frame), &field, &cells).unwrap()
 }
 
-/// Mean over a cell of the frame from 8 x 8 points, zero outside the unit circle.
+/// From 8 x 8 points, zero outside the unit circle.
 fn cell_mean(center: [f64; 2], traction: &impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
     let h = 1.5 / (2 * UNIFORM) as f64;
     let mut mean = [0.0; 3];
@@ -95,8 +94,7 @@ fn at(grid: &UnstructuredGrid, x: f64) -> [f64; 4] {
     [stress[6 * node], stress[6 * node + 1], stress[6 * node + 2], reals("sigma_tangential")[node]]
 }
 
-/// Stress on the surface "z1" of a slab of 3 x 2 x 1, which carries no contact tractions and can expand freely in its plane.
-/// `change` adds loads.
+/// Stress on the surface "z1" of a slab of 3 x 2 x 1, which can expand freely in its plane. `change` adds loads.
 fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     let lengths = [3.0, 2.0, 1.0];
     let mesh = block(Hex20, [3, 2, 2], lengths, |x| x);
@@ -119,10 +117,9 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     field.contact.iter().map(|point| point.stress(&[0.0; 3])).collect()
 }
 
-/// Truth: equilibrium. Loads on contact faces cause stress where there is no contact. A pressure p gives σ_zz = -p, a traction (0,
-/// 0, t) gives σ_zz = t, and both together give the sum. A slab of height L and modulus E is on a foundation k, and its opposite
-/// face moves by w towards the foundation. It carries σ_zz = -w / (1/k + L/E). Exact to rounding: the elements represent linear
-/// displacements, and the factorisation loses at most six digits.
+/// Truth: equilibrium without contact. A pressure p gives σ_zz = -p, a traction (0, 0, t) gives σ_zz = t. A slab of height L and
+/// modulus E is on a foundation k, and its opposite face moves by w towards the foundation. It carries σ_zz = -w / (1/k + L/E).
+/// Exact to rounding: the elements represent linear displacements, and the factorisation loses at most six digits.
 #[test]
 fn loads_on_contact_faces_are_in_their_stress() {
     let pressed = |spec: &mut FeSpec| spec.pressures.push(("z1".into(), 2.5));
@@ -153,8 +150,8 @@ fn loads_on_contact_faces_are_in_their_stress() {
 
 /// Truth: Hertz' pressure p0 = 1 on the unit circle. At the centre σ_xx = -(1 + 2ν)/2. Outside there is the radial tension (1 -
 /// 2ν)/(3 r²), which begins at the edge (Johnson 1985, eqs. 3.42-3.45). Tolerances: a block of ten radii deforms differently from a
-/// half-space, by some 1e-2. At a node the strain is the mean of the adjacent elements. The node at the edge therefore smooths the
-/// kink of the stress. The peak is found one element, h = 1/8, outside the edge. It is smaller by 1 - 1/(1 + h)², a fifth.
+/// half-space, by some 1e-2. The strain at a node is the mean of the adjacent elements, which smooths the kink of the stress at the
+/// edge. The peak is found one element, h = 1/8, outside the edge. It is smaller by 1 - 1/(1 + h)², a fifth.
 #[test]
 fn hertz_radial_tension_beside_the_edge() {
     let grid = quarter([[true, false, false], [false, true, false]], |r| [0.0, 0.0, (1.0 - r * r).sqrt()]);
@@ -171,13 +168,13 @@ fn hertz_radial_tension_beside_the_edge() {
 }
 
 /// Truth: full sliding with q = p (friction coefficient 1, to which the stress is proportional). Inside the contact the stress
-/// along the sliding direction is ∓π (4 + ν) x / 8 (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31). The stress is largest at
-/// the leading and trailing edges. It is antisymmetric, and a quarter of the block suffices. Tolerances: 1 % up to two elements
-/// inside the edge. The peak is found within one element, h = 1/8, of the edge, and smoothed to the value one element inside, 1 -
-/// h. The peak is lowered by another 5 %, because the adjacent element cannot represent the kink of the strain.
+/// along the sliding direction is ∓π (4 + ν) x / 8 (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31). It is antisymmetric, and a
+/// quarter of the block suffices. Tolerances: 1 % up to two elements inside the edge. The peak is found within one element, h =
+/// 1/8, of the edge, and smoothed to the value one element inside, 1 - h. It is lowered by another 5 %, because the adjacent
+/// element cannot represent the kink of the strain.
 #[test]
 fn sliding_stress_at_the_trailing_edge() {
-    // Tractions on body 2 oppose its motion along +x. Body 1 is dragged along.
+    // Tractions on body 2 oppose its motion along +x.
     let grid = quarter([[false, true, true], [false, true, false]], |r| [-(1.0 - r * r).sqrt(), 0.0, 0.0]);
     let exact = -PI * 4.3 / 8.0;
     let found: Vec<f64> = (0..=12).map(|i| at(&grid, i as f64 / 8.0)[0]).collect();

@@ -13,8 +13,7 @@ use crate::observed::{audit, follow, pull};
 const APPROACH: f64 = 0.02;
 
 /// Truth: the force decreases if the gap grows anywhere, because the pressure under a flat punch is positive everywhere. With noise
-/// up to e the force lies between the forces at approaches smaller and larger by e, to 1e-7. e goes from an ulp to 1e-3 of the
-/// approach. With friction the state passes the audit cell by cell.
+/// up to e the force lies between the forces at approaches smaller and larger by e, to 1e-7.
 #[test]
 fn noise_in_the_gap() {
     for share in [0.0, f64::EPSILON, 1e-12, 1e-9, 1e-6, 1e-3] {
@@ -45,8 +44,8 @@ fn noise_in_the_gap() {
     }
 }
 
-/// Truth: case `str-zero-load`. Scenes refuse the smallest doubles, but the library accepts them. All results are finite. Converged
-/// states carry the force to 1e-10 and shear within the friction limit (1e-7). Pressures whose squares underflow are refused.
+/// Truth: case `str-zero-load`. Converged states carry the force to 1e-10 and shear within the friction limit (1e-7). Pressures
+/// whose squares underflow are refused.
 #[test]
 fn the_smallest_doubles() {
     let model = sphere_on_frp(30.0, 1.2, 12);

@@ -1,6 +1,5 @@
 //! Random numbers that are the same on every machine.
 
-/// A linear congruential generator.
 pub struct Random(pub u64);
 
 impl Random {
@@ -20,7 +19,6 @@ impl Random {
         10f64.powf(self.between(low, high))
     }
 
-    /// An integer below `n`.
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() * n as f64) as usize
     }

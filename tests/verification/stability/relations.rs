@@ -7,10 +7,9 @@ use crate::common::relative;
 
 /// Truth: case `str-near-incompressible`. The force on a half-space without friction is proportional to E* = E / (1 - nu^2), to
 /// 1e-7 (residual 1e-8). With friction, the force on a block of mean-dilatation elements grows with nu as the force on the
-/// half-space does, to 5 %. (The block is clamped, 12 wide and 6 high.) `coupling::catalogue` compares these elements with an
-/// integral equation. For other elements, the force grows with nu as for mean-dilatation elements, to 2 %, or the run has a locking
-/// warning. Standard hexahedra and tetrahedra have the warning from nu = 0.45 on, enhanced hexahedra from 0.499 on. Elements with a
-/// warning are more than 5 % off at 0.4999. nu = 0.5 and -1 are refused.
+/// half-space does, to 5 %. (The block is clamped, 12 wide and 6 high.) For other elements, the force grows as for these elements,
+/// to 2 %, or the run has a locking warning. Standard hexahedra and tetrahedra have the warning from nu = 0.45 on, enhanced
+/// hexahedra from 0.499 on. Elements with a warning are more than 5 % off at 0.4999.
 #[test]
 fn nearly_incompressible() {
     let scaled = POISSON.map(|nu| {
@@ -53,9 +52,8 @@ fn nearly_incompressible() {
     }
 }
 
-/// Truth: a fibre is a line without orientation. Tilt 30 at azimuth 180 is tilt -30 at azimuth 0, and tilt -90 is tilt 90. Forces
-/// are continuous: angles that differ by 1e-12 degrees give the same result. Tolerance 1e-6 of the normal force (residuals of
-/// 1e-8). All other cases are certified, and tilts beyond 90 degrees are refused.
+/// Truth: a fibre is a line without orientation. Forces are continuous: angles that differ by 1e-12 degrees give the same result.
+/// Tolerance 1e-6 of the normal force (residuals of 1e-8). Tilts beyond 90 degrees are refused.
 #[test]
 fn fibres_at_any_angle() {
     let cases = sweeps::tilts();
@@ -82,8 +80,7 @@ fn fibres_at_any_angle() {
 }
 
 /// Truth: dimensional analysis (case `str-units-scale`). The same contact in other units has the same dimensionless forces,
-/// displacements and areas, to 1e-9 with the same number of iterations. Lengths and stresses differ by factors from 1e-9 to 1e9.
-/// Cases are frictional with tilted fibres, under prescribed displacements and then forces, on a half-space and on finite elements.
+/// displacements and areas, to 1e-9 with the same number of iterations.
 #[test]
 fn units_and_sizes() {
     let cases = sweeps::units();
@@ -103,7 +100,7 @@ fn units_and_sizes() {
         for ((value, run), scale) in runs.iter().zip(SCALES) {
             let found = dimensionless(run, scale);
             for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
-                // Components across the load are sums that cancel. Their tolerance refers to the size of the forces (100) and
+                // Components across the load are sums that cancel: their tolerance refers to the size of the forces (100) and
                 // displacements (0.01).
                 let size = wanted.abs().max(if i % 7 < 3 { 100.0 } else { 0.0 }).max(if i % 7 < 5 {
                     0.01

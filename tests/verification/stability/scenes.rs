@@ -10,7 +10,6 @@ use crate::structured::{BlockElements, GradedBlock};
 pub const CFRP: &str = "model = \"orthotropic\"\nE1 = 167230.0\nE2 = 9544.0\nE3 = 9544.0\nG12 = 5292.0\nG13 = 5292.0\nG23 = 3483.0\n\
                         nu12 = 0.272\nnu13 = 0.272\nnu23 = 0.369";
 
-/// Text of a scene with a field for each part that the sweeps change.
 #[derive(Clone)]
 pub struct SceneText {
     pub material: String,
@@ -20,12 +19,11 @@ pub struct SceneText {
     pub gap: String,
     pub friction: String,
     pub steps: String,
-    /// Keys of `[solver]`.
     pub solver: String,
 }
 
 impl SceneText {
-    /// A rigid sphere of radius 10 on a half-space of `material`, pressed and displaced obliquely under Coulomb friction, mu = 0.3.
+    /// A rigid sphere of radius 10, pressed and displaced obliquely under Coulomb friction, mu = 0.3.
     pub fn half_space(material: &str) -> Self {
         Self {
             material: material.to_owned(),
@@ -39,12 +37,10 @@ impl SceneText {
         }
     }
 
-    /// The same contact on the finite-element block of [`block`].
     pub fn block(material: &str, more: &str) -> Self {
         Self { body1: finite_elements(more), cells: [8; 2], ..Self::half_space(material) }
     }
 
-    /// The text of the scene file.
     pub fn text(&self) -> String {
         let Self { material, body1, half_width: [x, y], cells, gap, friction, steps, solver } = self;
         format!(
@@ -69,7 +65,6 @@ pub fn with_ratio(ratio: f64) -> String {
     )
 }
 
-/// Keys of a half-space and additional ones.
 pub fn half_space(more: &str) -> String {
     format!("kind = \"half-space\"\n{more}")
 }
@@ -79,7 +74,7 @@ pub fn fibre(tilt: f64, azimuth: f64) -> String {
     format!("fibre = {{ tilt = {tilt:?}, azimuth = {azimuth:?} }}")
 }
 
-/// Keys of the block, clamped at its base, and additional ones.
+/// Clamped at its base.
 pub fn finite_elements(more: &str) -> String {
     format!(
         "kind = \"fe\"\nmesh = \"block.msh\"\ncontact = \"contact\"\nfixed = [{{ group = \"base\" }}]\nnear_field = \"mesh\"\n{more}"
@@ -103,10 +98,8 @@ pub fn elliptic(mu: [f64; 2], angle: f64) -> String {
     format!("law = \"elliptic\"\nmu1 = {:?}\nmu2 = {:?}\nangle = {angle:?}", mu[0], mu[1])
 }
 
-/// Friction law of a fibre-reinforced polymer.
 pub const FRP: &str = "law = \"frp\"\nmu_L = 0.4\nmu_T = 0.5\nmu_N = 0.55";
 
-/// Steps that press by `approach` and then displace by `distance` along `angle` degrees.
 pub fn moved(approach: f64, distance: f64, angle: f64) -> String {
     format!(
         "[[steps]]\nname = \"indent\"\napproach = {approach:?}\n[[steps]]\nname = \"shift\"\n\
@@ -114,20 +107,18 @@ pub fn moved(approach: f64, distance: f64, angle: f64) -> String {
     )
 }
 
-/// Steps that press with `force` and then pull with `pull` along x.
 pub fn forced(force: f64, pull: f64) -> String {
     format!(
         "[[steps]]\nname = \"press\"\nnormal_force = {force:?}\n[[steps]]\nname = \"pull\"\ntangential_force = [{pull:?}, 0.0]\n"
     )
 }
 
-/// A mesh file with a block 12 x 12 x 6 times `unit`. The contact patch 2.4 x 2.4 has 12 x 12 hexahedra of 0.2. All lengths along y
-/// are divided by `slender`, the height of the uppermost elements by `flat`.
+/// A mesh file with a block 12 x 12 x 6 times `unit`. The contact patch 2.4 x 2.4 has 12 x 12 hexahedra. All lengths along y are
+/// divided by `slender`, the height of the uppermost elements by `flat`.
 pub fn block(unit: f64, slender: f64, flat: f64) -> Vec<u8> {
     block_of(BlockElements::Hex8, [unit, slender, flat])
 }
 
-/// As [`block`], with other solids.
 pub fn block_of(solids: BlockElements, [unit, slender, flat]: [f64; 3]) -> Vec<u8> {
     let graded = GradedBlock {
         half_width: [6.0 * unit, 6.0 * unit / slender],

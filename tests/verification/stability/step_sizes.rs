@@ -1,7 +1,6 @@
-//! Case `str-penalty-choice`. Neither scenes nor the library have a penalty or a step size. Steps follow from the operator (its
-//! diagonal, a power iteration), and constraints hold exactly. The compliances of single cells play the part of the normal and
-//! tangential penalty parameters r_n and r_t. They scale the natural residual, local steps, and the criteria for contact, stick and
-//! slip.
+//! Case `str-penalty-choice`. There is no penalty, and step sizes follow from the operator. The compliances of single cells play
+//! the part of the normal and tangential penalty parameters r_n and r_t. They scale the natural residual, local steps, and the
+//! criteria for contact, stick and slip.
 
 use std::sync::Arc;
 
@@ -13,7 +12,7 @@ use orthowear::flexibility::per_cell::PerCell;
 
 use crate::common::{indent, shift, solve_with, sphere_on_frp};
 
-/// An operator with compliances of cells that are wrong by the factors `normal` and `tangential`.
+/// Compliances of cells are wrong by the factors `normal` and `tangential`.
 struct Misjudged {
     operator: Arc<dyn Flexibility>,
     normal: f64,
@@ -40,10 +39,10 @@ impl Flexibility for Misjudged {
     }
 }
 
-/// Truth: case `str-penalty-choice`. r_n and r_t are up to a thousand times too large or too small, together or one alone. The
-/// solution is the same (tractions to 1e-6 of the largest pressure), or the run reports no convergence. The library's own choice
-/// takes at most three times the operator applications of the best choice. Too large compliances reduce the residual by their
-/// factor, and the tolerance is reduced by this factor, too.
+/// Truth: case `str-penalty-choice`. With r_n and r_t up to a thousand times too large or too small, the solution is the same
+/// (tractions to 1e-6 of the largest pressure), or the run reports no convergence. The library's own choice takes at most three
+/// times the operator applications of the best choice. Too large compliances reduce the residual by their factor, so the tolerance
+/// is reduced by this factor, too.
 #[test]
 fn step_sizes_a_thousand_times_off() {
     for method in [Method::Newton, Method::BarzilaiBorwein] {

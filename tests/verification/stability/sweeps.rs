@@ -8,18 +8,15 @@ use super::scenes::{
 
 use crate::structured::BlockElements;
 
-/// Required outcome of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// Converged with a certificate.
     Certified,
     /// Certified, or not converged with a reason.
     Honest,
-    /// Refused with a message.
     Refused,
 }
 
-/// One value of a sweep.
 pub struct Case {
     pub sweep: &'static str,
     pub value: String,
@@ -41,13 +38,12 @@ impl Case {
         Self { end, ..self }
     }
 
-    /// Name in messages.
     pub fn name(&self) -> String {
         format!("{} {}", self.sweep, self.value)
     }
 }
 
-/// Case `str-modulus-ratio`, on a half-space and on finite elements.
+/// Case `str-modulus-ratio`.
 pub fn modulus_ratio() -> Vec<Case> {
     let mesh = block(1.0, 1.0, 1.0);
     let ratios = [1.0, 10.0, 100.0, 1e3, 1e4];
@@ -62,7 +58,7 @@ pub fn modulus_ratio() -> Vec<Case> {
 
 pub const POISSON: [f64; 5] = [0.3, 0.45, 0.49, 0.499, 0.4999];
 
-/// Case `str-near-incompressible`: Poisson's ratio on a half-space and on elements of several formulations.
+/// Case `str-near-incompressible`.
 pub fn poisson() -> Vec<Case> {
     let mesh = block(1.0, 1.0, 1.0);
     let half_spaces =
@@ -84,14 +80,13 @@ pub fn poisson() -> Vec<Case> {
     half_spaces.chain(blocks).chain(tetrahedra).chain(beyond).collect()
 }
 
-/// A half-space of CFRP with its friction law and the fibre at `tilt` and `azimuth`, degrees.
+/// The fibre lies at `tilt` and `azimuth`, degrees.
 pub fn tilted(tilt: f64, azimuth: f64) -> SceneText {
     let scene = SceneText::half_space(CFRP);
     SceneText { body1: half_space(&fibre(tilt, azimuth)), friction: FRP.to_owned(), ..scene }
 }
 
-/// Case `str-near-degenerate-roots` in whole runs: fibres at and near all angles where Stroh's roots coincide, and at random
-/// angles.
+/// Case `str-near-degenerate-roots`: fibres at and near all angles where Stroh's roots coincide, and at random angles.
 pub fn tilts() -> Vec<Case> {
     let tilts =
         [0.0, 1e-12, -1e-12, 1e-6, 30.0, 45.0, 60.0, -30.0, -45.0, 89.999_999, 90.0 - 1e-12, 90.0, -90.0];
@@ -110,7 +105,7 @@ pub fn tilts() -> Vec<Case> {
     cases.chain(beyond).collect()
 }
 
-/// Case `str-friction-large` in whole runs: friction circles and ellipses on tilted fibres.
+/// Case `str-friction-large`.
 pub fn coefficients() -> Vec<Case> {
     let mesh = block(1.0, 1.0, 1.0);
     let scene = |friction: String| SceneText { friction, ..tilted(30.0, 0.0) };
@@ -136,7 +131,7 @@ pub fn coefficients() -> Vec<Case> {
     cases
 }
 
-/// Case `str-aspect-ratio` in contact: flat elements, slender elements, and slender cells of a grid.
+/// Case `str-aspect-ratio`.
 pub fn aspect_ratios() -> Vec<Case> {
     let mut cases = Vec::new();
     for ratio in [1.0, 10.0, 100.0, 1000.0] {
@@ -162,7 +157,6 @@ pub fn aspect_ratios() -> Vec<Case> {
     cases
 }
 
-/// Frames of a single cell, of two cells, of 3 x 3 cells, and of two long rows.
 pub fn frames() -> Vec<Case> {
     let cells = [[1, 1], [1, 2], [2, 1], [3, 3], [2048, 2], [2, 2048]];
     let on = |cells: [usize; 2], gap: String| SceneText { cells, gap, ..tilted(30.0, 0.0) };
@@ -176,7 +170,7 @@ pub fn frames() -> Vec<Case> {
     round.chain(flat).chain([none.ends(End::Refused)]).collect()
 }
 
-/// Case `str-zero-load` in whole runs: zero loads and the smallest loads that a scene may prescribe.
+/// Case `str-zero-load`: zero loads and the smallest loads that a scene may prescribe.
 pub fn nothing() -> Vec<Case> {
     let mut cases = Vec::new();
     let scene = |steps: String| SceneText { steps, ..tilted(30.0, 0.0) };
@@ -186,7 +180,7 @@ pub fn nothing() -> Vec<Case> {
         cases.push(Case::new("approach, shift", &text, &scene(moved(value, value, 0.0))));
         cases.push(Case::new("shift", &text, &scene(moved(0.02, value, 0.0))));
     }
-    // The smallest double is below the limit. The scene is refused with a proposal for the units.
+    // The smallest double is below the limit.
     let least = 5e-324;
     let value = format!("{least:?}");
     cases.push(Case::new("force, pull", &value, &scene(forced(least, least))).ends(End::Refused));
@@ -196,8 +190,7 @@ pub fn nothing() -> Vec<Case> {
     cases
 }
 
-/// The scene in another system of units, or of another size and stiffness. Lengths are multiplied by `length`, stresses by
-/// `stress`.
+/// The scene with all lengths multiplied by `length` and all stresses by `stress`.
 pub fn scaled(length: f64, stress: f64, meshed: bool) -> Case {
     let moduli = [167_230.0, 9544.0, 5292.0, 3483.0].map(|modulus| modulus * stress);
     let [e1, e2, g12, g23] = moduli;
@@ -230,20 +223,18 @@ pub fn scaled(length: f64, stress: f64, meshed: bool) -> Case {
 pub const SCALES: [[f64; 2]; 8] =
     [[1.0, 1.0], [1e-3, 1e6], [1e3, 1.0], [1e6, 1e-3], [1e-9, 1.0], [1e9, 1e-9], [1.0, 1e9], [1e-9, 1e9]];
 
-/// Case `str-units-scale` with friction, under prescribed displacements and forces.
+/// Case `str-units-scale`.
 pub fn units() -> Vec<Case> {
     let half_spaces = SCALES.iter().map(|&[length, stress]| scaled(length, stress, false));
     half_spaces.chain(SCALES.iter().map(|&[length, stress]| scaled(length, stress, true))).collect()
 }
 
-/// Random combinations of materials, fibres, friction, frames, sizes and paths.
 pub fn drawn() -> Vec<Case> {
     let mut random = Random(2024);
     (0..60).map(|k| draw(&mut random, k)).collect()
 }
 
-/// A random scene. The ratio of the friction coefficients is at most 30: at 1000 many ellipses do not converge within the iteration
-/// limit.
+/// The ratio of the friction coefficients is at most 30: at 1000 many ellipses do not converge within the iteration limit.
 fn draw(random: &mut Random, k: usize) -> Case {
     let length = random.power(-6.0, 6.0);
     let e2 = random.power(0.0, 6.0);

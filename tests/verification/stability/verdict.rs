@@ -1,4 +1,4 @@
-//! Runs a scene from its text to its end and classifies the outcome. Converged states are audited from their fields alone.
+//! Runs a scene and classifies the outcome. Converged states are audited from their fields alone.
 
 use std::fs;
 use std::sync::atomic::AtomicBool;
@@ -12,17 +12,14 @@ use orthowear::simulation::build;
 
 use super::audit::audit;
 
-/// Outcome of a run.
 pub enum Verdict {
     /// All steps converged and passed the audit.
     Certified(Run),
     /// The run reports a reason for no convergence. Its converged steps passed the audit.
     NotConverged(Divergence, Run),
-    /// The scene is refused, or the run failed with a message.
     Refused(String),
 }
 
-/// Results of a run.
 pub struct Run {
     pub records: Vec<IncrementRecord>,
     pub warnings: Vec<String>,
@@ -30,7 +27,6 @@ pub struct Run {
     pub tractions: Vec<f64>,
 }
 
-/// Keeps the fields of every increment.
 #[derive(Default)]
 struct Kept(Vec<FrameState>);
 
@@ -43,7 +39,6 @@ impl Observer for Kept {
     }
 }
 
-/// Runs the scene in a folder with the mesh file `block.msh`, if there is one.
 pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
@@ -90,7 +85,7 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
     }
 }
 
-/// Asserts that all numbers are finite, also those of steps that did not converge.
+/// Also in steps that did not converge.
 fn finite(name: &str, record: &IncrementRecord, state: &FrameState) {
     // JSON writes non-finite numbers as null.
     let json = serde_json::to_string(record).expect("a record has a form");
@@ -99,7 +94,6 @@ fn finite(name: &str, record: &IncrementRecord, state: &FrameState) {
     assert!(fields.into_iter().flatten().all(|value| value.is_finite()), "{name}: {}", record.name);
 }
 
-/// Checks the contact and friction laws of a state, and that its gap follows from its tractions.
 fn check(name: &str, (model, tolerance): (&Model, f64), record: &IncrementRecord, state: &FrameState) {
     let n = model.frame.n_cells();
     let place = format!("{name}, {} {}", record.name, record.increment);
@@ -127,7 +121,7 @@ fn check(name: &str, (model, tolerance): (&Model, f64), record: &IncrementRecord
         residual = residual.max((pressure[i] - star).abs() / p_max);
     }
     assert!(defect <= 1e-11 * size, "{place}: the gap is not that of the tractions: {defect:e} of {size:e}");
-    // Gaps much larger than the displacements leave rounding in the difference.
+    // Gaps much larger than the displacements leave rounding.
     let unit = blocks[0][(2, 2)];
     let rounding = 1e-13 * size / (unit * p_max);
     assert!(residual <= 1.01 * tolerance + rounding, "{place}: residual {residual:e}");

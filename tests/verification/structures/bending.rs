@@ -26,7 +26,6 @@ fn bar(kind: ElementKind) -> Mesh {
     block(kind, [4, 2, 2], [10.0, 2.0, 2.0], |[x, y, z]| [x, y - 1.0, z - 1.0])
 }
 
-/// A bar with distorted inner corners and straight edges.
 fn uneven_bar(kind: ElementKind) -> Mesh {
     let linear = crate::fem_meshes::linear(kind);
     let mesh = block(linear, [4, 2, 2], [10.0, 2.0, 2.0], |[x, y, z]| {
@@ -41,7 +40,6 @@ fn uneven_bar(kind: ElementKind) -> Mesh {
     between_corners(kind, &corners)
 }
 
-/// Solves with the bending field prescribed on the whole boundary.
 fn solve_bent(mut mesh: Mesh, formulation: HexFormulation) -> CondensedBody {
     let boundary = boundary_nodes(&mesh);
     let supports = prescribe(&mut mesh, &boundary, ALL, bent);
@@ -66,9 +64,8 @@ fn assert_bent(mesh: Mesh) {
 }
 
 /// Truth: pure bending has quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (Timoshenko and Goodier).
-/// Every second-order element with straight edges represents these displacements on parallelepipeds. Tetrahedra represent them on
-/// any shape, and so do hexahedra and wedges that are complete in each direction (27 and 18 nodes). Tolerance: the catalogue's
-/// 1e-9.
+/// Every second-order element with straight edges represents them on parallelepipeds. Tetrahedra represent them on any shape, and
+/// so do hexahedra and wedges of 27 and 18 nodes. Tolerance: the catalogue's 1e-9.
 #[test]
 fn pure_bending_is_exact_for_elements_of_second_order() {
     assert!((bent([10.0, 0.0, 0.0])[2] + 0.05).abs() < 1e-15);
@@ -76,7 +73,7 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
         println!("{}", kind.name());
         assert_bent(bar(kind));
         let skewed = |[x, y, z]: [f64; 3]| [x, y - 1.0 + 0.1 * (x - 5.0), z - 1.0 + 0.2 * (y - 1.0)];
-        // The displacements are exact on a skewed box, too. The energy 1.4 holds only for the original box.
+        // The energy 1.4 holds only for the original box.
         let body = solve_bent(block(kind, [3, 2, 2], [10.0, 2.0, 2.0], skewed), HexFormulation::Enhanced);
         let exact: Vec<[f64; 3]> = body.model().mesh().points.iter().map(|&x| bent(x)).collect();
         assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
@@ -87,9 +84,9 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
 }
 
 /// Truth: the trilinear element with exact displacement at all nodes of boxes h_x x h_y x h_z locks. Its parasitic strains are (x -
-/// x_m)/R in gamma_xz, -nu (y - y_m)/R in gamma_yz and nu (z - z_m)/R in eps_zz for the box centre (x_m, y_m, z_m). The energy of
-/// these strains in the volume V is V/(24 R²) [(lambda + 2 mu) nu² h_z² + mu (h_x² + nu² h_y²)]. The enhanced modes contain just
-/// these strains and give the exact energy 1.4 (Taylor, Beresford and Wilson 1976). The tolerance covers rounding.
+/// x_m)/R in gamma_xz, -nu (y - y_m)/R in gamma_yz and nu (z - z_m)/R in eps_zz for the box centre (x_m, y_m, z_m). Their energy in
+/// the volume V is V/(24 R²) [(lambda + 2 mu) nu² h_z² + mu (h_x² + nu² h_y²)]. The enhanced modes contain just these strains and
+/// give the exact energy 1.4 (Taylor, Beresford and Wilson 1976). The tolerance covers rounding.
 #[test]
 fn pure_bending_of_hexahedra_locks_as_it_must() {
     let (lambda, mu) = (210e3 * NU / ((1.0 + NU) * (1.0 - 2.0 * NU)), 210e3 / (2.0 * (1.0 + NU)));
@@ -110,7 +107,7 @@ fn pure_bending_of_hexahedra_locks_as_it_must() {
     assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
 }
 
-/// End deflection of the catalogue's cantilever with `n` cells across and 10 n along. Checks the reactions.
+/// With `n` cells across and 10 n along. Checks the reactions.
 fn cantilever(kind: ElementKind, n: usize) -> f64 {
     let mesh = block(kind, [10 * n, n, n], [100.0, 10.0, 10.0], |x| x);
     let end = mesh.points.iter().position(|x| *x == [100.0, 5.0, 5.0]).unwrap();
@@ -122,16 +119,15 @@ fn cantilever(kind: ElementKind, n: usize) -> f64 {
     let sum = |f: &dyn Fn(&[f64; 3], &[f64; 3]) -> f64| -> f64 {
         reactions.iter().zip(&body.model().mesh().points).map(|(r, x)| f(r, x)).sum()
     };
-    // The tolerances cover rounding: the last bits of displacements (1e-16 x 2 mm) times the axial stiffness of an element (1e7
-    // N/mm).
+    // Rounding: the last bits of displacements (1e-16 x 2 mm) times the axial stiffness of an element (1e7 N/mm).
     assert!((sum(&|r, _| r[2]) + 1000.0).abs() < 1e-9 * 1000.0);
     assert!((sum(&|r, x| r[0] * x[2]).abs() / 1e5 - 1.0).abs() < 1e-9);
     u[end][2]
 }
 
-/// Truth: the end deflection of the clamped cantilever is 1.9066 ± 0.0002 mm (three-dimensional solution). Beam theory with shear
-/// gives 1.919333 (Timoshenko, Cowper 1966). Tolerances: the catalogue's 0.3 % and 1 % on 4 x 4 x 40 cells. Displacement methods
-/// converge from below, monotonically on nested meshes. For 27 nodes the catalogue gives 1.9050, to half its last digit.
+/// Truth: the end deflection of the clamped cantilever is 1.9066 ± 0.0002 mm (three-dimensional solution). Tolerances: the
+/// catalogue's 0.3 % and 1 % on 4 x 4 x 40 cells. Displacement methods converge from below, monotonically on nested meshes. For 27
+/// nodes the catalogue gives 1.9050, to half its last digit.
 #[test]
 fn cantilever_of_second_order() {
     for kind in [Hex20, Hex27, Tet10, Wedge15] {
@@ -146,9 +142,9 @@ fn cantilever_of_second_order() {
     }
 }
 
-/// Truth: for nu = 0 a column of height L moves by w = -rho g (L z - z²/2) / E under its weight. The base stress is -rho g L =
-/// -0.1, and the reactions sum to 0.1. Second-order elements represent this field. Extruded linear elements (hexahedra, wedges) are
-/// exact at their nodes. Tolerance: the catalogue's 1e-10, 1e-12 for the reactions.
+/// Truth: for nu = 0 a column of height L moves by w = -rho g (L z - z²/2) / E under its weight. Second-order elements represent
+/// this field. Extruded linear elements (hexahedra, wedges) are exact at their nodes. Tolerance: the catalogue's 1e-10, 1e-12 for
+/// the reactions.
 #[test]
 fn column_under_its_weight() {
     let exact_at_nodes = |kind: ElementKind| degree(kind) == 2 || matches!(kind, Hex8 | Wedge6);

@@ -16,8 +16,7 @@ use crate::fem_bodies::{ALL, largest_difference, rotated_orthotropic, spec};
 use crate::fem_meshes::{add_cells, prescribe};
 use crate::mesh::tools;
 
-/// A quarter of a cylinder of radius 2 and height 2. The lower half has hexahedra and, at remaining triangles, wedges. The upper
-/// half has pyramids on the hexahedra, and tetrahedra.
+/// A quarter of a cylinder of radius 2 and height 2: hexahedra and wedges below, pyramids and tetrahedra above.
 const QUARTER: &str = r#"
 Point(1) = {0, 0, 0, 0.7}; Point(2) = {2, 0, 0, 0.7}; Point(3) = {0, 2, 0, 0.7};
 Line(1) = {1, 2}; Circle(2) = {2, 1, 3}; Line(3) = {3, 1};
@@ -46,8 +45,7 @@ fn quarter(order: &str, incomplete: &str, kinds: &[ElementKind]) -> Option<Mesh>
     Some(mesh)
 }
 
-/// Solves the quarter under the pressure 7 on its whole surface with statically determinate supports. The normal stresses are -7
-/// everywhere, and reactions vanish.
+/// Solves the quarter under the pressure 7 on its whole surface. The normal stresses are -7 everywhere, and reactions vanish.
 fn assert_hydrostatic(mut mesh: Mesh) {
     for face in outer_faces(&mesh) {
         let name = format!("skin {}", face.kind.name());
@@ -83,10 +81,9 @@ fn assert_hydrostatic(mut mesh: Mesh) {
     assert!(largest_difference(&reactions, &vec![[0.0; 3]; reactions.len()]) < 1e-9);
 }
 
-/// Truth: our elements use gmsh's node order. The volume is 2 pi, a quarter of a cylinder. Constant strain passes the patch test on
-/// the curved mixed mesh. Pressure on the whole surface, curved faces included, gives a hydrostatic stress. The tolerance of the
-/// volume is twice the loss by chords or parabolas instead of arcs. Other tolerances cover rounding of a mesh of some thousand
-/// unknowns.
+/// Truth: our elements use gmsh's node order. The volume is 2 pi. Constant strain passes the patch test on the curved mixed mesh.
+/// The tolerance of the volume is twice the loss by chords or parabolas instead of arcs. Other tolerances cover rounding of a mesh
+/// of some thousand unknowns.
 #[test]
 fn every_solid_that_gmsh_writes_is_solved() {
     let strain = [0.001, 0.0005, -0.0003, 0.0004, -0.0002, 0.0005];

@@ -9,12 +9,11 @@ use orthowear::mesh::Mesh;
 use crate::by_kind;
 use crate::fem_meshes::{add_cells, block, linear, macneal_harder};
 
-/// Shape functions of the linear element at a reference point.
 fn values<S: ShapeFunctions<N, 3>, const N: usize>(xi: [f64; 3]) -> Vec<f64> {
     S::values(xi).to_vec()
 }
 
-/// Numbers points. Points at the same position (to 1e-9) have the same number.
+/// Points at the same position (to 1e-9) have the same number.
 #[derive(Default)]
 struct Places {
     known: HashMap<[i64; 3], usize>,
@@ -30,7 +29,7 @@ impl Places {
     }
 }
 
-/// Elements of `kind` in the volume group "body", with straight edges between corners and coincident nodes merged.
+/// Elements of `kind` in the volume group "body", with coincident nodes merged.
 pub fn between_corners(kind: ElementKind, cells: &[Vec<[f64; 3]>]) -> Mesh {
     let mut places = Places::default();
     let mut nodes = Vec::new();
@@ -46,7 +45,7 @@ pub fn between_corners(kind: ElementKind, cells: &[Vec<[f64; 3]>]) -> Mesh {
     mesh
 }
 
-/// Joins adjacent meshes. Coincident nodes are merged, and groups of the same name are united.
+/// Coincident nodes are merged, and groups of the same name are united.
 pub fn joined(meshes: &[Mesh]) -> Mesh {
     let mut places = Places::default();
     let mut groups: Vec<(ElementKind, String, Vec<usize>)> = Vec::new();
@@ -84,9 +83,8 @@ fn tetrahedra(pyramid: &[usize]) -> [Vec<usize>; 2] {
     [vec![a, b, c, pyramid[4]], vec![a, c, d, pyramid[4]]]
 }
 
-/// The two wedges of each of the seven hexahedra. The inner hexahedron and its neighbours below and above are cut along a diagonal
-/// of their lower and upper faces. The four neighbours around the inner hexahedron are cut along the diagonals from its lower nodes
-/// to the upper outer nodes.
+/// Two wedges for each of the seven hexahedra. The inner hexahedron and its neighbours below and above are cut along a diagonal of
+/// their lower and upper faces. The other four are cut along the diagonals from the lower inner nodes to the upper outer nodes.
 fn wedges_of_the_seven() -> Vec<Vec<usize>> {
     let inner = [8, 9, 10, 11, 12, 13, 14, 15];
     let mut hexahedra = vec![inner.to_vec()];
@@ -101,8 +99,7 @@ fn wedges_of_the_seven() -> Vec<Vec<usize>> {
     hexahedra.into_iter().flat_map(halves).collect()
 }
 
-/// The seven hexahedra of MacNeal and Harder (1985) in elements of `kind`. Other elements are cut from them: two wedges, six
-/// pyramids or twelve tetrahedra each.
+/// The seven hexahedra of MacNeal and Harder (1985), cut into two wedges, six pyramids or twelve tetrahedra each.
 pub fn seven_hexahedra(kind: ElementKind) -> Mesh {
     let hexahedra = macneal_harder();
     let mut points = hexahedra.points.clone();
@@ -121,8 +118,8 @@ pub fn seven_hexahedra(kind: ElementKind) -> Mesh {
     between_corners(kind, &corners)
 }
 
-/// A quarter of the plate of NAFEMS LE1 and LE10, with a thickness along z. It lies between the ellipses x²/2² + y²/1² = 1 and
-/// x²/3.25² + y²/2.75² = 1. Cells run from the inner ellipse "x0" to the outer "x1", and from the axis y = 0 "y0" to x = 0 "y1".
+/// A quarter of the plate of NAFEMS LE1 and LE10, between the ellipses x²/2² + y²/1² = 1 ("x0") and x²/3.25² + y²/2.75² = 1 ("x1").
+/// Cells also run from the axis y = 0 "y0" to x = 0 "y1".
 pub fn ellipses(kind: ElementKind, cells: [usize; 3], thickness: f64) -> Mesh {
     block(kind, cells, [1.0, 1.0, thickness], |[s, t, z]| {
         // The cosine of a right angle is not zero in floating point, but the axis has to be a plane.

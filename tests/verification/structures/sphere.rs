@@ -23,12 +23,12 @@ fn radial(r: f64) -> f64 {
     SCALE / E * ((1.0 - 2.0 * NU) * r + (1.0 + NU) * 8.0 / (2.0 * r * r))
 }
 
-/// An eighth of the sphere, 1 < r < 2: three blocks of n x n x n cells over the three squares at a cube's corner. Groups are "z0"
-/// inside, "z1" outside, "x0" and "y0" on the planes of symmetry.
+/// An eighth of the sphere: three blocks of n x n x n cells over the three squares at a cube's corner. Groups are "z0" inside, "z1"
+/// outside, "x0" and "y0" on the planes of symmetry.
 fn eighth(kind: ElementKind, n: usize) -> Mesh {
     let part = |turn: usize| {
         let onto_sphere = |[s, t, layer]: [f64; 3]| {
-            // The tangent puts the cells at equal angles along the square. The slope is exactly 1 on the edges that blocks share.
+            // The tangent puts the cells at equal angles. Blocks share edges, where the slope has to be exactly 1.
             let slope = |c: f64| if c == 1.0 { 1.0 } else { (c * std::f64::consts::FRAC_PI_4).tan() };
             let direction = [slope(s), slope(t), 1.0];
             let r = (1.0 + layer) / direction.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -39,7 +39,6 @@ fn eighth(kind: ElementKind, n: usize) -> Mesh {
     joined(&[part(0), part(1), part(2)])
 }
 
-/// L2 norms of the displacement error and of the exact displacement.
 fn l2_error<S: ShapeFunctions<N, 3>, const N: usize>(mesh: &Mesh, u: &[[f64; 3]]) -> (f64, f64) {
     let rule: Vec<RulePoint<3>> = match linear(mesh.kind(mesh.volume_cells().next().unwrap())) {
         Hex8 => hexahedron(4),
@@ -65,11 +64,10 @@ fn l2_error<S: ShapeFunctions<N, 3>, const N: usize>(mesh: &Mesh, u: &[[f64; 3]]
     (error.sqrt(), norm.sqrt())
 }
 
-/// Relative errors of the displacement in L2, then of displacement (2 values) and hoop stress (2 values) at the inner and outer
-/// sphere.
+/// Relative errors: of the displacement in L2, of displacement and of hoop stress at the inner and outer sphere.
 fn errors(kind: ElementKind, n: usize) -> [f64; 5] {
     let mut mesh = eighth(kind, n);
-    // Each plane of symmetry is a side of two of the blocks. Its nodes are found by position.
+    // Each plane of symmetry is a side of two of the blocks.
     let supports = [0, 1, 2].map(|k| {
         let nodes = (0..mesh.n_points()).filter(|&node| mesh.points[node][k].abs() < 1e-12).collect();
         let group = format!("plane {k}");
@@ -100,8 +98,8 @@ fn errors(kind: ElementKind, n: usize) -> [f64; 5] {
 
 /// Truth: Lamé's solution (1852). The inner and outer displacements are u_a = 3.809524e-4 and u_b = 1.428571e-4, the hoop stresses
 /// 71.42857 and 21.42857 (catalogue lame-thick-sphere). For elements of degree p the L2 error of u has order p + 1 on curved
-/// boundaries. On the finer pair of meshes the order may be 0.2 too low. Coarse meshes may give higher orders. On the finest mesh,
-/// displacements of second-order elements agree to 0.5 % and hoop stresses to 3 %.
+/// boundaries. On the finer pair of meshes the order may be 0.2 too low. On the finest mesh, displacements of second-order elements
+/// agree to 0.5 % and hoop stresses to 3 %.
 #[test]
 fn thick_sphere_under_inner_pressure() {
     assert!((radial(1.0) - 0.000380952381).abs() < 1e-13 && (radial(2.0) - 0.0001428571429).abs() < 1e-13);

@@ -16,7 +16,7 @@ use crate::observed::{audit, follow, pull};
 
 const COEFFICIENTS: [f64; 7] = [0.0, 1e-12, 0.1, 0.5, 1.0, 1.5, 2.0];
 
-/// Runs and audits every converged state. A run that does not converge has to give a reason.
+/// Audits every converged state. A run that does not converge has to give a reason.
 fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
     let unit = model.flexibility.diagonal_blocks()[0][(2, 2)];
     let ellipse = (mu > 0.0).then_some(FrictionEllipse { mu: [mu; 2], angle: 0.0 });
@@ -37,10 +37,9 @@ fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
     result
 }
 
-/// Truth: `str-friction-large`. Contact and friction laws hold cell by cell in every converged state (1e-6). With mu = 0 there is
-/// no tangential traction, and the force is the frictionless force to 1e-10 (mu = 1e-12: to 1e-7). Cases are a sphere pressed in
-/// five increments (the case of Spence) and tilted fibres under a displacement, where coupling is strongest. Up to mu = 1 both
-/// cases converge.
+/// Truth: `str-friction-large`. Contact and friction laws hold cell by cell in every converged state (1e-6). With mu = 0 the force
+/// is the frictionless force to 1e-10 (mu = 1e-12: to 1e-7). Cases are the case of Spence, and tilted fibres under a displacement,
+/// where coupling is strongest. Up to mu = 1 both cases converge.
 #[test]
 fn any_coefficient_is_certified_or_refused() {
     let steel = steel();
@@ -55,7 +54,7 @@ fn any_coefficient_is_certified_or_refused() {
         assert!(mu > 1.0 || result.outcome == Outcome::Converged, "mu {mu}: {:?}", result.outcome);
         if mu <= 1e-12 {
             let found = result.records[4].normal_force;
-            // mu = 0 uses the frictionless solver. The smallest positive mu uses another solver, with a residual of 1e-8.
+            // The smallest positive mu uses another solver than mu = 0, with a residual of 1e-8.
             let tolerance = if mu == 0.0 { 1e-10 } else { 1e-7 };
             assert!(relative(found, wanted) < tolerance, "mu {mu}: {found} {wanted}");
         }
@@ -73,7 +72,7 @@ fn any_coefficient_is_certified_or_refused() {
 }
 
 /// Truth: `str-friction-large` on Cattaneo and Mindlin's spheres, nu = 0. Without coupling there is a solution for every mu. The
-/// displacement for Q = 0.3 mu P agrees with the closed form to 5e-3 at 40 cells per diameter.
+/// displacement for Q = 0.3 mu P agrees to 5e-3 at 40 cells per diameter.
 #[test]
 fn uncoupled_bodies_have_an_answer_for_every_coefficient() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
@@ -93,9 +92,8 @@ fn uncoupled_bodies_have_an_answer_for_every_coefficient() {
     }
 }
 
-/// Truth: `str-friction-large` on a finite-element block of CFRP with tilted fibres (12 mm, clamped at its base) under a steel
-/// sphere. The block is pressed in two increments and sheared. The laws hold cell by cell in every converged state (1e-6). mu = 0
-/// gives the frictionless force to 1e-10, mu = 1e-12 to 1e-7. Up to mu = 0.5 all runs converge.
+/// Truth: `str-friction-large` on a finite-element block of CFRP with tilted fibres. The laws hold cell by cell in every converged
+/// state (1e-6). mu = 0 gives the frictionless force to 1e-10, mu = 1e-12 to 1e-7. Up to mu = 0.5 all runs converge.
 #[test]
 fn any_coefficient_on_finite_elements() {
     let frame = ContactFrame::grid([1.2; 2], [12; 2], [0.0; 2], 0.0).expect("a grid");

@@ -15,8 +15,7 @@ const MU: f64 = 0.3;
 /// Increments per quarter of a loop, as in the catalogue.
 const QUARTER: usize = 40;
 
-/// Contact radius, displacement D0 at full sliding and tangential compliance S = 2 (2 - nu) / G of two bodies with Poisson's ratio
-/// `nu`.
+/// Contact radius, displacement D0 at full sliding and tangential compliance S = 2 (2 - nu) / G.
 fn scales(nu: f64) -> (f64, f64, f64) {
     let reduced = 210e3 / (1.0 - nu * nu) / 2.0;
     let a = (3.0 * LOAD * 10.0 / (4.0 * reduced)).cbrt();
@@ -43,7 +42,7 @@ fn loops(model: &Model, to: &dyn Fn(f64) -> Step, loops: usize) -> (RunResult, V
     (result, fields)
 }
 
-/// Area of the loop of displacement and force between two increments, by the trapezoidal rule.
+/// By the trapezoidal rule.
 fn area(result: &RunResult, from: usize, to: usize) -> f64 {
     (from..to)
         .map(|k| (&result.records[k], &result.records[k + 1]))
@@ -51,7 +50,6 @@ fn area(result: &RunResult, from: usize, to: usize) -> f64 {
         .sum()
 }
 
-/// Work of the mean traction of each increment on its slip, summed over cells.
 fn dissipated(model: &Model, fields: &[FrameState], from: usize, to: usize) -> f64 {
     let n = model.frame.n_cells();
     let increment = |k: usize| -> f64 {
@@ -73,7 +71,7 @@ fn dissipation(nu: f64, z: f64) -> f64 {
 
 /// Truth: `mindlin-deresiewicz-loop`, exact for nu = 0, under a force up to 0.6 mu P. The dissipation of a cycle, the largest
 /// displacement and the displacement at Q = 0 on the way back agree to 1e-2. The second loop equals the first one to 1e-6. The work
-/// of tractions on slip is the area of the loop to 1e-6.
+/// of tractions on slip equals the area of the loop to 1e-6.
 #[test]
 fn loops_under_a_force() {
     let model = spheres(0.0);
@@ -93,13 +91,12 @@ fn loops_under_a_force() {
     for k in 0..=cycle {
         let (first, second) =
             (result.records[start + k].shift[0], result.records[start + cycle + k].shift[0]);
-        // The first loop starts at the end of the virgin curve and closes when it returns to this point.
+        // The first loop closes at the end of the virgin curve.
         assert!((first - second).abs() < 1e-6 * largest, "{k}: {first} {second}");
     }
 }
 
-/// Truth: case `mindlin-deresiewicz-loop` under a displacement between ±D0, at the onset of full sliding (z = 1). The dissipation
-/// agrees to 1e-2.
+/// Truth: case `mindlin-deresiewicz-loop` under a displacement between ±D0, at the onset of full sliding (z = 1), to 1e-2.
 #[test]
 fn loops_to_the_verge_of_sliding() {
     let model = spheres(0.0);
@@ -114,8 +111,7 @@ fn loops_to_the_verge_of_sliding() {
     assert!(relative(result.records[start].tangential_force[0], MU * LOAD) < 1e-2);
 }
 
-/// Truth: dissipation and largest displacement equal the catalogue's values for nu = 0.3, to 3 %. The classical solution neglects
-/// slip across the force.
+/// Truth: the catalogue's values for nu = 0.3, to 3 %. The classical solution neglects slip across the force.
 #[test]
 fn loops_with_lateral_contraction() {
     let model = spheres(0.3);
@@ -126,8 +122,7 @@ fn loops_with_lateral_contraction() {
     assert!(relative(result.records[start].shift[0], 0.002692017759) < 3e-2);
 }
 
-/// Truth: the catalogue's values for nu = 0.3 under a displacement between ±D0 (z = 1), to 3 %. At the onset of sliding the force
-/// is within 3 % of mu P, too.
+/// Truth: the catalogue's values for nu = 0.3 under a displacement between ±D0 (z = 1), to 3 %.
 #[test]
 fn loops_to_the_verge_of_sliding_with_lateral_contraction() {
     let model = spheres(0.3);
@@ -139,7 +134,7 @@ fn loops_to_the_verge_of_sliding_with_lateral_contraction() {
     let work = area(&result, start, start + cycle);
     assert!(relative(work, 1.413391) < 3e-2, "{work}");
     assert!(relative(result.records[start].tangential_force[0], MU * LOAD) < 3e-2);
-    // On the way back the force vanishes at D0 - 2 D0 (1 - 2^(-2/3)), between two increments of D0 / 40.
+    // The force vanishes at D0 - 2 D0 (1 - 2^(-2/3)), between two increments of D0 / 40.
     let back = &result.records[start..=start + 2 * QUARTER];
     let crossing = back.windows(2).find(|pair| pair[1].tangential_force[0] <= 0.0).expect("the force turns");
     let [(x0, q0), (x1, q1)] = [0, 1].map(|k| (crossing[k].shift[0], crossing[k].tangential_force[0]));

@@ -8,11 +8,10 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, press, relative, solve, sphere};
 use crate::observed::{press_and_pull, pull, radius};
 
-/// Truth: `oblique-proportional-loading` (Mindlin and Deresiewicz 1953). Q = q0 P with q0 = 0.2 grows with P from zero, such that
-/// the contact radius grows uniformly. Only the outermost ring of cells, whose gaps close in the increment, slips. For nu = 0 the
-/// tractions are q0 p (2e-2 of the peak). With 100 increments the ratio of displacement to approach is q0 (2 - nu) / (2 (1 - nu))
-/// to 5e-3. New cells are dragged in the increment of their closure. With 25 increments the error is therefore more than twice as
-/// large.
+/// Truth: `oblique-proportional-loading` (Mindlin and Deresiewicz 1953). Q = q0 P with q0 = 0.2 grows with P from zero. Only the
+/// outermost ring of cells, whose gaps close in the increment, slips. For nu = 0 the tractions are q0 p (2e-2 of the peak). With
+/// 100 increments the ratio of displacement to approach is q0 (2 - nu) / (2 (1 - nu)) to 5e-3. New cells are dragged in the
+/// increment of their closure, so 25 increments more than double the error.
 #[test]
 fn forces_of_constant_direction_below_the_cone_do_not_slip() {
     for nu in [0.0, 0.3] {
@@ -53,8 +52,7 @@ fn cone_in_partial_slip() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
     let (reduced, shear) = (105e3, 105e3);
     let slope = 5f64.to_radians().tan();
-    // Sneddon: P = (pi/2) E* a² tan b, delta = (pi/2) a tan b for the slope b. The reduced shear modulus is 1/G* = 2 (2 - nu) / (4
-    // G).
+    // Sneddon: P = (pi/2) E* a² tan b, delta = (pi/2) a tan b for the slope b. 1/G* = 2 (2 - nu) / (4 G).
     let a = 1.0;
     let load = 0.5 * std::f64::consts::PI * reduced * a * a * slope;
     let (cells, half_width, mu) = (64, 1.15, 0.3);

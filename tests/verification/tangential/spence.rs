@@ -17,8 +17,8 @@ const CASES: [[f64; 5]; 4] = [
     [0.3, 0.3, 0.89596, 1.0243, 1.01948],
 ];
 
-/// Truth: a flat punch keeps its contact area, and a single increment is the whole history. c / a agrees to one cell. The ratio
-/// kappa of the forces with and without friction agrees to 3e-3, because the edge error is the same on the same cells and cancels.
+/// Truth: a flat punch keeps its contact area, and a single increment is the whole history. c / a agrees to one cell. kappa agrees
+/// to 3e-3, because the edge error is the same on the same cells and cancels.
 #[test]
 fn flat_punch() {
     for [nu, mu, ratio, kappa, _] in CASES {
@@ -42,9 +42,8 @@ fn flat_punch() {
     }
 }
 
-/// Truth: a sphere pressed in increments. The contact spreads to new cells, which have moved before they stick. c / a agrees to one
-/// cell of 36 along the contact. The force is kappa DR (4/3) E* a³ / R with a² = R delta / DR, to 3e-3. Half the approach has the
-/// same c / a.
+/// Truth: a sphere pressed in increments. c / a agrees to one cell of 36 along the contact. The force is kappa DR (4/3) E* a³ / R
+/// with a² = R delta / DR, to 3e-3. Half the approach has the same c / a.
 #[test]
 fn sphere_in_increments() {
     for [nu, mu, ratio, kappa, dr] in CASES {

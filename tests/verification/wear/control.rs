@@ -9,7 +9,6 @@ use crate::common::{
     fretting, frp_wear, indent, path_of, reference, relative, solve, solve_with, sphere_on_frp,
 };
 
-/// Cycles of the reference scene in jumps with error control.
 fn controlled(tolerance: f64) -> Step {
     let mut step = fretting(100_000, 0.08, 1, Integrator::Sdirk2);
     step.kind.cycles_mut().expect("cycles").jumps = JumpPolicy::Tolerance(tolerance);
@@ -23,8 +22,7 @@ fn reference_scene(tilt: f64, cells: usize, cycles: Step) -> RunResult {
 }
 
 /// Truth: an independent program with incremental slip and one increment per stroke. Volume, load and largest depth after 100 000
-/// cycles agree to 2e-3 at the default tolerance, with at most 40 contact solves. The volume by the friction energy equals the
-/// volume by the wear depth.
+/// cycles agree to 2e-3 at the default tolerance, with at most 40 contact solves.
 #[test]
 fn default_tolerance_meets_the_reference() {
     let data = reference();
@@ -47,14 +45,14 @@ fn default_tolerance_meets_the_reference() {
     }
 }
 
-/// Root-mean-square difference of two fields over the cells where the second one is positive.
+/// Over the cells where `b` is positive.
 fn mean_square(a: &[f64], b: &[f64]) -> f64 {
     let worn: Vec<f64> = a.iter().zip(b).filter(|(_, b)| **b > 0.0).map(|(a, b)| (a - b).powi(2)).collect();
     (worn.iter().sum::<f64>() / worn.len() as f64).sqrt()
 }
 
-/// Truth: the wear depth of a run with 96 jumps counts as exact. The root-mean-square error is below the tolerance times the
-/// largest depth. The estimate of this error is within a factor of 5.
+/// Truth: a run with 96 jumps. The root-mean-square error is below the tolerance times the largest depth. Its estimate is within a
+/// factor of 5.
 #[test]
 fn estimates_are_near_the_errors() {
     for tilt in [0.0, 90.0] {
@@ -87,7 +85,7 @@ fn jumps_fill_the_cycles() {
     assert!(jumps.iter().all(|jump| jump.length <= critical), "{jumps:?}");
 }
 
-/// Truth: contacts are solved to 1e-8. A finer tolerance for jumps gives a warning.
+/// Truth: contacts are solved to 1e-8 only.
 #[test]
 fn tolerances_finer_than_contacts_are_solved() {
     for (tolerance, warned) in [(1e-12, true), (1e-2, false)] {
@@ -103,8 +101,8 @@ fn tolerances_finer_than_contacts_are_solved() {
 }
 
 /// Truth: docs/theory-wear.md. Jumps longer than 2 λ_min(S_nn) / D are refused, with the normal flexibility S_nn and the wear D per
-/// pressure and cycle. For D = 1.6e-10 mm/MPa this limit is 39 500 cycles in the reference scene at tilt 0 with cells of 0.06 mm.
-/// (The actual D is smaller by the elastic part of the stroke.)
+/// pressure and cycle. For D = 1.6e-10 mm/MPa this limit is 39 500 cycles. (The actual D is smaller by the elastic part of the
+/// stroke.)
 #[test]
 fn explicit_jumps_have_a_critical_length() {
     let explicit = |count: u64, jumps: usize| fretting(count, 0.08, jumps, Integrator::Explicit);

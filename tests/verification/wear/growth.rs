@@ -12,13 +12,11 @@ use serde_json::Value;
 use super::sliding::{half_space, last, press, slide_to};
 use crate::common::{Silent, fretting, frp_wear, indent, relative, shift, solve, sphere, sphere_on_frp};
 
-/// Indices of the cells of `model` in a larger one.
 fn places(model: &Model, larger: &Model) -> Vec<usize> {
     model.frame.grid.expect("a grid").indices_in(&larger.frame.grid.expect("a grid"))
 }
 
-/// Runs on the first model and continues on the next one each time the contact reaches the edge of the frame. Returns the result
-/// and the number of models.
+/// Continues on the next model each time the contact reaches the edge of the frame. Returns also the number of models.
 fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     let options = SolverOptions::default();
     let mut result = solve(&models[0], steps);
@@ -35,7 +33,7 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
 
 /// Truth: `wear-sphere-elastic` gives contact radius, approach, and pressure and depth at the centre, at the dimensionless sliding
 /// distances τ = 1 and 10. The initial half-width of the frame is 1.35 times the unworn contact radius a0. The contact reaches the
-/// edge of the frame once before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
+/// edge once before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
 #[test]
 fn elastic_sphere() {
     let (radius, e_star) = (100.0, 1e5);
@@ -65,8 +63,7 @@ fn elastic_sphere() {
     }
 }
 
-/// A sphere on a fibre-reinforced half-space, with a small and a larger frame. The steps are an indentation, fretting until the
-/// contact outgrows the small frame, and a tangential displacement along y.
+/// The steps are an indentation, fretting until the contact outgrows the small frame, and a tangential displacement along y.
 fn fretted(amplitude: f64, cycles: u64) -> ([Model; 2], [Step; 3]) {
     let models = [(1.2, 16), (1.8, 24)].map(|(half_width, cells)| {
         let mut model = sphere_on_frp(30.0, half_width, cells);
@@ -77,7 +74,6 @@ fn fretted(amplitude: f64, cycles: u64) -> ([Model; 2], [Step; 3]) {
     (models, [indent(0.02), fretting(cycles, amplitude, 8, Integrator::Sdirk2), across])
 }
 
-/// Largest difference of two fields on the same frame, relative to the largest value.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let largest = b.iter().fold(0.0_f64, |largest, b| largest.max(b.abs()));
@@ -87,9 +83,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 /// Tolerance of the strokes that determine the stick zone. It limits the accuracy of fields in partial slip.
 const STROKES: f64 = 1e-6;
 
-/// Truth: a run continued on the large frame equals the run on this frame from the start, jump by jump. Cases are partial slip and
-/// gross slip, with a step after the cycles. Resultants and worn volume agree to 1e-7, fields to 1e-7 or to the tolerance of
-/// strokes.
+/// Truth: a run continued on the large frame equals the run on this frame from the start, jump by jump. Resultants and worn volume
+/// agree to 1e-7, fields in gross slip to 1e-7 and in partial slip to the tolerance of strokes.
 #[test]
 fn as_on_the_large_frame_from_the_start() {
     // In the last case the contact reaches the edge in the first jump.
@@ -121,7 +116,6 @@ fn as_on_the_large_frame_from_the_start() {
     }
 }
 
-/// Keeps the checkpoint after each entry.
 struct States(Vec<RunCheckpoint>);
 
 impl Observer for States {
@@ -209,7 +203,6 @@ fn states_are_carried_over() {
     assert!(larger_misfits(&models, &steps), "a state of another frame");
 }
 
-/// Returns whether frames that do not match the checkpoint are refused.
 fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
     let snapshot = solve(&models[0], steps).suspended.expect("a state").into_checkpoint();
     let short = vec![0; 10];
@@ -218,8 +211,8 @@ fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
         && snapshot.transfer_to(&beyond, &models[1], steps, None).is_err()
 }
 
-/// Truth: the computational work of a discarded jump (solves, iterations, operator applications) is added once to the next entry.
-/// Each repeated attempt on the small frame adds the same work, also if the discarded jump is the first of the step.
+/// Truth: each discarded jump adds its computational work (solves, iterations, operator applications) once to the next entry, also
+/// as the first jump of the step.
 #[test]
 fn each_jump_tried_again_adds_its_work_once() {
     let options = SolverOptions::default();

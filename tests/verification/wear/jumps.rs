@@ -17,7 +17,7 @@ use crate::common::{Silent, fretting, indent, relative, solve, sphere, step};
 
 const MU: f64 = 0.4;
 
-/// Keeps records and warnings. Ends the run with an error after `entries` entries.
+/// Ends the run with an error after `entries` entries.
 #[derive(Default)]
 struct Kept {
     entries: usize,
@@ -37,7 +37,6 @@ impl Observer for Kept {
     }
 }
 
-/// A rigid sphere on a half-space with friction and wear.
 fn rubbed_sphere(i: f64, frame: (f64, usize), radius: f64) -> Model {
     let mut model = half_space(1e5, frame, sphere(radius));
     (model.friction, model.wear) = (FrictionLaw::Coulomb { mu: MU }, WearLaw::Archard { i });
@@ -50,8 +49,7 @@ fn controlled(count: u64, amplitude: f64, tolerance: f64) -> Step {
     step
 }
 
-/// Truth: a step computes all of its cycles in jumps of at least one cycle. This includes a sphere with contact at zero approach
-/// after a rotation about the centre of the frame.
+/// Truth: a step computes all of its cycles in jumps of at least one cycle, also with contact at zero approach.
 #[test]
 fn contact_at_an_approach_of_zero_wears_through_all_cycles() {
     let model = rubbed_sphere(1e-8, (0.6, 16), 20.0);
@@ -68,7 +66,7 @@ fn contact_at_an_approach_of_zero_wears_through_all_cycles() {
     assert!(result.records.iter().filter_map(|record| record.jump).all(|jump| jump.length >= 1.0));
 }
 
-/// Truth: without contact there is no wear. Each note is given once.
+/// Truth: without contact there is no wear.
 #[test]
 fn fretting_without_contact_converges_without_wear() {
     for jumps in [JumpPolicy::Tolerance(1e-3), JumpPolicy::Number(2)] {
@@ -109,7 +107,7 @@ fn steps_in_the_air_are_noted_once() {
 }
 
 /// Truth: docs/theory-wear.md. Explicit jumps are stable up to 2 λ_min(S_nn) / D, with the normal flexibility S_nn and the wear D
-/// per pressure and cycle. With i = 1e-3 this is less than a cycle, and no number of jumps is sufficient.
+/// per pressure and cycle. With i = 1e-3 this is less than a cycle.
 #[test]
 fn a_cycle_may_be_too_long_for_an_explicit_jump() {
     let run_with = |jumps: JumpPolicy| {
@@ -128,14 +126,13 @@ fn a_cycle_may_be_too_long_for_an_explicit_jump() {
     assert!(result.warnings.iter().any(|note| unstable(&note)), "{:?}", result.warnings);
 }
 
-/// Truth: docs/theory-wear.md. A jump is repeated with a shorter length while its error exceeds the tolerance. If the trials run
-/// out, a single warning gives the ratio of error and tolerance. A tolerance of 1e-25 is below the rounding of the rates.
+/// Truth: docs/theory-wear.md. A jump is repeated with a shorter length while its error exceeds the tolerance. A tolerance of 1e-25
+/// is below the rounding of the rates.
 #[test]
 fn jumps_above_the_tolerance_are_warned_of() {
     let warned = |tolerance: f64| {
         let steps = [indent(0.005), controlled(1_000_000_000_000_000, 0.02, tolerance)];
         let mut kept = Kept { entries: 5, ..Kept::default() };
-        // The run ends with the observer's error or earlier.
         let _ =
             run(&rubbed_sphere(1e-20, (0.6, 12), 20.0), &steps, &SolverOptions::default(), None, &mut kept);
         let jumps = kept.records.iter().filter_map(|record| record.jump);
@@ -149,7 +146,7 @@ fn jumps_above_the_tolerance_are_warned_of() {
     assert!(rejected < Some(12) && count == 0, "{rejected:?} {count}");
 }
 
-/// Truth: the weight of a body that is unconstrained along n acts as a prescribed force of the same size. The jumps are the same.
+/// Truth: the weight of a body that is unconstrained along n acts as a prescribed force of the same size.
 #[test]
 fn own_loads_and_prescribed_forces_take_the_same_jumps() {
     let force = 200.0;

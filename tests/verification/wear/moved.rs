@@ -30,11 +30,9 @@ use crate::coupling::grids::{boxes, full, raise, serendipity, steps, wedges};
 use crate::fem_bodies::{clamp, isotropic, rotated_orthotropic, spec};
 use crate::structured::{BlockElements, GradedBlock};
 
-/// Depth of the blocks, mm.
 const DEPTH: f64 = 1.2;
 
-/// Blocks below or above z = 0 with sides of 2 mm and the given thickness. The element kinds cover all kinds of faces and both
-/// orders.
+/// Blocks below or above z = 0. They cover all kinds of faces and both orders.
 fn blocks(side: Side, thickness: f64) -> Vec<(&'static str, Mesh)> {
     let z = match side {
         Side::Lower => steps(-DEPTH, thickness - DEPTH, 3),
@@ -68,7 +66,7 @@ fn worn(spec: &FeSpec, side: Side, frame: &ContactFrame, depth: &[f64]) -> Resul
     worn_mesh(spec, contact(side), side, frame, depth, &MemoryLimit::of_machine())
 }
 
-/// A wear depth that reaches the edge of the frame on one side.
+/// The wear reaches the edge of the frame on one side.
 fn bump(frame: &ContactFrame) -> Vec<f64> {
     let at = |cell: usize| {
         let [x, y] = frame.plane_coordinates(cell);
@@ -78,7 +76,7 @@ fn bump(frame: &ContactFrame) -> Vec<f64> {
 }
 
 /// Truth: the mesh loses the volume Σ A w (cell areas A, wear depths w), also where cells and faces do not match. Nodes keep their
-/// x and y and do not move outward. Nodes of the base do not move.
+/// x and y and do not move outward.
 #[test]
 fn volumes_are_conserved() {
     let frame = frame(0.9, [7, 6]);
@@ -123,7 +121,6 @@ fn rollers(side: Side) -> Vec<Support> {
     vec![clamp(base), along("low0", 0), along("high0", 0), along("low1", 1), along("high1", 1)]
 }
 
-/// Largest difference between two flexibilities under some tractions, relative to the largest value.
 fn difference(bodies: [FeBody; 2], n: usize) -> f64 {
     let tractions: Vec<f64> = (0..3 * n).map(|k| ((k * k + 3 * k) as f64).sin()).collect();
     let [a, b] = bodies.map(|mut body| {
@@ -136,8 +133,7 @@ fn difference(bodies: [FeBody; 2], n: usize) -> f64 {
     a.iter().zip(&b).fold(0.0_f64, |apart, (a, b)| apart.max((a - b).abs())) / largest
 }
 
-/// Truth: a layer with uniform wear is uniformly thinner. Its flexibility equals the flexibility of a layer made with this
-/// thickness.
+/// Truth: a layer with uniform wear has the flexibility of a layer made with the smaller thickness.
 #[test]
 fn even_wear_gives_the_thinner_layer() {
     let (frame, lost) = (frame(1.0, [4, 3]), 0.5);
@@ -160,8 +156,7 @@ fn even_wear_gives_the_thinner_layer() {
     }
 }
 
-/// Truth: by symmetry, uniform wear widens the hole of a ring. The nodes of the hole move along their radii by the wear depth. The
-/// ring is fixed outside and keeps its height.
+/// Truth: by symmetry, the nodes of the hole of a ring move along their radii by a uniform wear depth.
 #[test]
 fn holes_get_wider() {
     let (inner, outer, lost) = (2.0, 3.0, 0.07);
@@ -185,8 +180,7 @@ fn holes_get_wider() {
     }
 }
 
-/// Truth: a quarter of the ring of [`holes_get_wider`] between planes of symmetry moves as the ring does. Its nodes move along
-/// their radii. Nodes on the planes stay in them.
+/// Truth: a quarter of the ring of [`holes_get_wider`] between planes of symmetry moves as the ring does.
 #[test]
 fn quarters_move_as_the_whole() {
     let lost = 0.07;
@@ -298,7 +292,7 @@ fn field(state: &Value, name: &str) -> Vec<f64> {
 }
 
 /// Truth: while body 2 is at rest, rebuilding body 1 causes no slip. In sticking contact the slip reference changes by the
-/// difference of the elastic gaps under the same tractions. Tractions stay bit-identical, and a step without motion has no slip.
+/// difference of the elastic gaps under the same tractions. Tractions stay bit-identical.
 #[test]
 fn no_cell_slips_by_a_move() {
     let frame = frame(0.8, [4, 3]);

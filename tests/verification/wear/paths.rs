@@ -13,7 +13,7 @@ use crate::common::{fretting, half_spaces, indent, path_of, press, relative, sol
 
 /// Truth: around a circle of radius A much larger than all elastic displacements, each cell slips along a polygon of 2K sides, with
 /// K increments per half circle. The load P and the specific wear rate i give V = i P 2K 2A sin(π/2K) per cycle for any starting
-/// point. The volume by the friction energy is the same.
+/// point.
 #[test]
 fn circles_in_gross_slip() {
     let (force, amplitude, intensity) = (100.0, 2.0, 1e-10);
@@ -53,7 +53,6 @@ fn ellipses_may_begin_anywhere() {
     assert!(relative(one, other) < 1e-3, "{one} {other}");
 }
 
-/// Asks for fretting loops and discards the records.
 struct Loops;
 
 impl Observer for Loops {
@@ -70,7 +69,7 @@ impl Observer for Loops {
 
 /// Truth: Mindlin, Deresiewicz 1953. Energy of a cycle of equal spheres under ±Q is (24/5) K μP {1 - (1-x)^(5/3) - (5x/6) [1 +
 /// (1-x)^(2/3)]}, x = Q/(μP). K is the displacement at full sliding. The amplitude of the displacement is K [1 - (1-x)^(2/3)]. The
-/// loop is closed and symmetric, and its area is this energy.
+/// area of the loop is this energy.
 #[test]
 fn loops_dissipate_what_they_enclose() {
     let (radius, a, e_star, nu, mu, x) = (100.0, 1.0, 1e5, 0.0, 0.5, 0.6_f64);
@@ -109,7 +108,7 @@ fn loops_dissipate_what_they_enclose() {
 }
 
 /// Truth: `fretting-limit-profile`. Under a constant amplitude of the tangential force the stick zone does not change. The contact
-/// outside it wears until its pressure is zero. Approach, volume and pressure at the centre are compared with their limits.
+/// outside it wears until its pressure is zero.
 #[test]
 fn limit_of_fretting_under_force() {
     let (radius, a0, e_star, cells) = (100.0, 1.0, 1e5, 40);
@@ -139,8 +138,7 @@ fn limit_of_fretting_under_force() {
 }
 
 /// Truth: method of dimensionality reduction (Popov 2014). Springs at x stick under ±u where G* u < μ E* (δ - x²/R). A shrinking
-/// stick zone in unworn cells thus has the squared radius R (δ - u G* / (μ E*)), independent of the wear outside. Cells that stick
-/// to the end do not wear.
+/// stick zone thus has the squared radius R (δ - u G* / (μ E*)), independent of the wear outside.
 #[test]
 fn stick_zone_that_moves() {
     let (radius, e_star, mu, amplitude, cells) = (100.0, 1e5, 0.5, 0.0018, 48);
@@ -168,7 +166,7 @@ fn stick_zone_that_moves() {
     let place = |k: usize| (k as f64 + 0.5) * side - 1.2;
     let distance = |i: usize| place(i / cells).hypot(place(i % cells));
     let deepest = worn.iter().copied().fold(0.0, f64::max);
-    // At least a twentieth of the approach has worn, which unloads the annulus.
+    // At least a twentieth of the approach has worn.
     assert!(deepest > 5e-4, "{deepest}");
     let inside =
         (0..cells * cells).filter(|&i| distance(i) < last - side).map(|i| worn[i]).fold(0.0, f64::max);

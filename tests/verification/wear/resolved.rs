@@ -15,7 +15,6 @@ use crate::common::{
     sphere_on_frp, steel, step, usual_or_finest,
 };
 
-/// Resolved cycles that correct the wear everywhere.
 fn always(tolerance: f64) -> Option<ResolvedCycleSettings> {
     Some(ResolvedCycleSettings { tolerance, correction: Correction::Always, error_warning: f64::INFINITY })
 }
@@ -37,8 +36,8 @@ fn reference_scene(
 }
 
 /// Truth: a run that solves all path points of 16 increments per stroke together in every stage, and the volume by the friction
-/// energy. Resolved cycles agree with both to about the tolerance. The wear is 0.25 % less than with single increments at tilt 90
-/// and the same at tilt 0.
+/// energy. Both agree to about the tolerance. The wear is 0.25 % less than with single increments at tilt 90 and the same at
+/// tilt 0.
 #[test]
 #[ignore = "10 s; usual: controlled_jumps_with_resolved_cycles"]
 fn factors_stand_for_ends_between() {
@@ -69,7 +68,7 @@ fn rate_of_resolved_strokes() {
 }
 
 /// Truth: one resolved cycle is enough where the slip between reversal points does not change, under a constant force and with
-/// little wear. It is not enough at tilt 90, where wear reduces the load. A resolved stroke has at least two increments.
+/// little wear. It is not enough at tilt 90, where wear reduces the load.
 #[test]
 fn a_cycle_is_resolved_where_slip_has_changed() {
     let resolved = |first: Step, count: u64| -> Vec<Option<usize>> {
@@ -88,8 +87,8 @@ fn a_cycle_is_resolved_where_slip_has_changed() {
     assert!(moving.iter().all(Option::is_some), "{moving:?}");
 }
 
-/// Truth: the drift of the correction factors is part of the estimated error of the worn volume. The estimate for few jumps is
-/// within a factor of 5 of the difference from many jumps.
+/// Truth: the drift of the correction factors is part of the estimated error. The estimate for few jumps is within a factor of 5 of
+/// the difference from many jumps.
 #[test]
 fn drift_is_in_the_estimated_error() {
     let run = |jumps: usize| {
@@ -101,7 +100,7 @@ fn drift_is_in_the_estimated_error() {
     assert!((0.2..5.0).contains(&(few.worn_volume_error / error)), "{} {error}", few.worn_volume_error);
 }
 
-/// Truth: without wear no cycle is resolved, and the settings of resolved cycles change no bit of the results.
+/// Truth: without wear, the settings of resolved cycles change no bit of the results.
 #[test]
 fn nothing_is_resolved_without_wear() {
     let run = |resolve: Option<ResolvedCycleSettings>| {
@@ -115,8 +114,7 @@ fn nothing_is_resolved_without_wear() {
     assert_eq!(run(always(1e-3)), run(None));
 }
 
-/// Truth: controlled jumps with resolved cycles converge. Their volume agrees to 2e-3 with a run of 16 jumps that solves all path
-/// points together.
+/// Truth: a run of 16 jumps that solves all path points together gives the same volume to 2e-3.
 #[test]
 fn controlled_jumps_with_resolved_cycles() {
     let mut cycles = fretting(100_000, 0.08, 1, Integrator::Sdirk2);
@@ -138,7 +136,7 @@ struct PartialSlip {
 }
 
 impl PartialSlip {
-    /// The random scenes of benchmarks/fretting that settle within ten cycles.
+    /// Random scenes of benchmarks/fretting that settle within ten cycles.
     const SCENES: [Self; 3] = [
         Self { fibre: [-75.9, 97.5], angle: 338.1, mu: 0.66, drive: Drive::Force, amplitude: 67.8 },
         // No cell sticks at a reversal point, but slip is far from uniform along the stroke.
@@ -146,7 +144,7 @@ impl PartialSlip {
         Self { fibre: [-12.5, 149.4], angle: 241.3, mu: 0.58, drive: Drive::Shift, amplitude: 0.00538 },
     ];
 
-    /// The model, with wear so small that the shape does not change.
+    /// Wear is so small that the shape does not change.
     fn model(&self) -> Model {
         let [tilt, azimuth] = self.fibre.map(f64::to_radians);
         let cfrp = im7(0.0).rotated(&fibre_axes(tilt, azimuth));
@@ -161,7 +159,7 @@ impl PartialSlip {
         Step { tangential, increments: 4, wear: false, ..press(200.0) }
     }
 
-    /// Wear volume of the last of ten cycles, computed stroke after stroke with `increments` each.
+    /// Wear volume of the last of ten cycles, computed stroke after stroke.
     fn marched(&self, increments: usize) -> f64 {
         let (sin, cos) = self.angle.to_radians().sin_cos();
         let to = |sign: f64| {
@@ -182,7 +180,6 @@ impl PartialSlip {
         worn(0) - worn(2)
     }
 
-    /// One cycle computed from its reversal points.
     fn cycle(&self, increments: usize, correction: Option<Correction>) -> (IncrementRecord, RunResult) {
         let mut cycles = fretting(1, self.amplitude, 1, Integrator::Sdirk2);
         let path = path_of(&mut cycles);
@@ -201,7 +198,7 @@ impl PartialSlip {
 /// Truth: strokes in 16 and 32 increments one after the other until they settle, extrapolated with first order. By default the wear
 /// of a cycle is within 1.5 %, while the error of single increments exceeds 2 %. The estimate is at least a third of the error in
 /// both cases, and at most three times the error of single increments. [`Correction::Never`] leaves the wear of single increments
-/// unchanged, with a warning.
+/// unchanged.
 #[test]
 fn wear_in_partial_slip_by_default() {
     for scene in PartialSlip::SCENES.into_iter().take(usual_or_finest(2, 3)) {
@@ -223,8 +220,8 @@ fn wear_in_partial_slip_by_default() {
     }
 }
 
-/// Truth: if the whole contact slides far, wear and tractions equal the results of single increments, bit by bit. No correction is
-/// reported. The error estimate grows by the difference found in a resolved cycle.
+/// Truth: if the whole contact slides far, wear and tractions equal the results of single increments, bit by bit. The error
+/// estimate grows by the difference found in a resolved cycle.
 #[test]
 fn gross_slip_keeps_single_increments() {
     let run = |correction: Option<Correction>| {
@@ -244,7 +241,7 @@ fn gross_slip_keeps_single_increments() {
 }
 
 /// Truth: the perimeter of a regular 16-gon is 16 sin(π/16) / π times the circumference of its circle. In gross slip a path of 16
-/// chords therefore wears 0.64 % less than the circle. By default ellipses are corrected for this difference.
+/// chords therefore wears 0.64 % less than the circle.
 #[test]
 fn ellipses_in_gross_slip_are_corrected() {
     let volume = |resolve: Option<ResolvedCycleSettings>| {

@@ -16,7 +16,7 @@ use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, relative, solve, sphere, step};
 
-/// Sliding along a direction in degrees.
+/// The direction is in degrees.
 fn slide(distance: f64, angle: f64, jumps: JumpPolicy, integrator: Integrator) -> Step {
     let cycles = Cycles { count: distance, jumps, integrator };
     Step { kind: StepKind::Sliding { angle: angle.to_radians(), cycles }, ..step("slide") }
@@ -26,13 +26,12 @@ pub(super) fn slide_to(distance: f64, tolerance: f64) -> Step {
     slide(distance, 0.0, JumpPolicy::Tolerance(tolerance), Integrator::Sdirk2)
 }
 
-/// A half-space of reduced modulus E* under a rigid body.
 pub(super) fn half_space(e_star: f64, frame: (f64, usize), gap: impl Fn(f64, f64) -> f64) -> Model {
     let material = Stiffness::isotropic(0.91 * e_star, 0.3).expect("an admissible material");
     half_spaces(&material, None, frame, gap)
 }
 
-/// A normal force without wear. Wear is off, because pressures alone can cause tangential slip.
+/// Wear is off, because pressures alone can cause tangential slip.
 pub(super) fn press(force: f64) -> Step {
     Step { wear: false, ..crate::common::press(force) }
 }
@@ -61,7 +60,6 @@ fn volume_is_that_of_archard() {
         let record = last(&run);
         assert!(relative(record.worn_volume, 0.1) < 1e-10, "{name}: {}", record.worn_volume);
         assert_eq!(record.distance_slid, 10_000.0);
-        // Dissipation = mu V / k.
         assert!(
             relative(record.dissipation - run.records[0].dissipation, 3e6) < 1e-8,
             "{name}: {}",
@@ -84,7 +82,6 @@ fn forces_change_along_the_way() {
     let wanted = 1e-8 * 500.0 * 600.0;
     assert!(relative(run.records[3].worn_volume, wanted) < 1e-9, "{}", run.records[3].worn_volume);
     assert!(relative(run.records[3].normal_force, 1000.0) < 1e-9);
-    // The force keeps its value in the next step.
     assert!(relative(last(&run).worn_volume, wanted + 1e-8 * 100.0 * 1000.0) < 1e-9);
 }
 
@@ -120,8 +117,7 @@ fn flat_of_a_sphere() {
     assert!(relative(record.worn_volume, 1.0) < 1e-9);
 }
 
-/// Truth: `wear-sphere-elastic`. Contact radius, approach, and pressure and depth at the centre are compared at τ = k p0 s / δ0 = 1
-/// and 10. p0 and δ0 are the peak pressure and the approach before wear.
+/// Truth: `wear-sphere-elastic` at τ = k p0 s / δ0 = 1 and 10. p0 and δ0 are the peak pressure and the approach before wear.
 #[test]
 fn elastic_sphere() {
     let (radius, a0, e_star) = (100.0, 1.0, 1e5);
@@ -146,7 +142,7 @@ fn elastic_sphere() {
 }
 
 /// Truth: `wear-flat-punch-steady`. Deviations from the mean pressure decay as exp(-2.06065 k s E* / a) after faster modes have
-/// decayed. k is the specific wear rate, s the distance, a the radius. Finally the deviations vanish.
+/// decayed. k is the specific wear rate, s the distance, a the radius.
 #[test]
 fn flat_punch_runs_in() {
     let cells = 42;
@@ -169,7 +165,6 @@ fn flat_punch_runs_in() {
     }
 }
 
-/// Independent columns of equal stiffness.
 struct Columns(usize, f64);
 
 impl Flexibility for Columns {
@@ -209,8 +204,8 @@ fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step
     (model, [press(2.5), slide(distance, 0.0, JumpPolicy::Number(jumps), integrator)])
 }
 
-/// Truth: `wear-winkler-exponential`. p(t) = p̄ + (p(0) - p̄) exp(-λt) at the sliding distance t, λ = 0.8. Each integrator has its
-/// order of convergence. Explicit jumps beyond 2 / λ are refused.
+/// Truth: `wear-winkler-exponential`. p(t) = p̄ + (p(0) - p̄) exp(-λt) at the sliding distance t, λ = 0.8. Explicit jumps beyond 2 /
+/// λ are refused.
 #[test]
 fn columns_run_in() {
     for (integrator, order) in
