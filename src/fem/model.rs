@@ -21,7 +21,7 @@ use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::two_level::NodalUnknowns;
 use crate::mesh::{CellRef, Mesh};
 
-/// Bytes per unknown for the mesh, the elements and the assembly, without the matrix. Small bodies need most.
+/// Bytes per unknown for the mesh, the elements and the assembly, without the matrix. Small bodies need most per unknown.
 const ASSEMBLY_BYTES_PER_DOF: usize = 1500;
 
 /// Bytes per unknown for the mesh and the elements after assembly.
@@ -141,7 +141,7 @@ impl FeModel {
         self.dof_map.prescribed(3 * node + component)
     }
 
-    /// Rigid-body modes that the supports leave free, with mean square displacement 1 each.
+    /// Rigid-body modes that supports and foundations leave free, with mean square displacement 1 each; `None` if there are none.
     pub fn rigid_body_modes(&self) -> Option<&RigidBodyModes> {
         self.generalised_inverse.as_ref().map(|floating| &floating.modes)
     }
@@ -163,7 +163,7 @@ impl FeModel {
         rows.map(|(&dof, supports)| self.external_forces[dof / 3][dof % 3] + supports).collect()
     }
 
-    /// Whether the body has loads other than contact forces, or nonzero prescribed displacements.
+    /// Whether loads other than contact forces act on free dofs, or prescribed displacements are nonzero.
     pub fn has_own_loads(&self) -> bool {
         self.load_vector().iter().any(|&f| f != 0.0)
             || self.prescribed_dofs().iter().any(|&dof| self.dof_map.prescribed(dof) != Some(0.0))
@@ -236,7 +236,7 @@ impl FeModel {
         Ok(())
     }
 
-    /// Node and component of each row of the system, with the coordinates of the nodes.
+    /// Node and component of each row of the system; nodes are indices into the returned `points`.
     pub fn unknowns(&self) -> NodalUnknowns {
         let mut place = vec![usize::MAX; self.mesh.n_points()];
         let mut points = Vec::new();

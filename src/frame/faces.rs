@@ -15,10 +15,11 @@ use crate::mesh::faces::group_faces;
 impl ContactFrame {
     /// One cell per face of the physical group `group` of the mesh of body `side`, in the group's order.
     ///
-    /// A cell is the projection of a face along its mean normal. A curved edge of order 2 becomes two straight ones through its
-    /// middle node. The cell normal is the outward normal of the face on body 1, and its opposite on body 2. The local x follows
-    /// the direction `azimuth` (radians from global x). `center` is the origin of gap shapes and moments in global x, y; the z of
-    /// this origin is the mean height of the cells. The frame's own n is vertical until [`ContactFrame::with_normal`] replaces it.
+    /// A cell is the outline of a face, projected along its mean normal for area and centre. A curved edge of order 2 becomes two
+    /// straight ones through its middle node. The cell normal is the outward normal of the face on body 1, and its opposite on
+    /// body 2. The local x follows the direction `azimuth` (radians from global x). `center` is the origin of gap shapes and
+    /// moments in global x, y; the z of this origin is the mean height of the cells. The frame's own n is vertical until
+    /// [`ContactFrame::with_normal`] replaces it.
     ///
     /// # Errors
     /// If the group is missing, empty or not made of outer faces, or a face has no area.
@@ -56,7 +57,7 @@ impl ContactFrame {
         self.select(kept)
     }
 
-    /// Retains the cells for which `kept` holds, and all data by grid position.
+    /// Retains the cells for which `kept` holds; `grid` and `grid_indices` stay unchanged.
     pub(super) fn select(mut self, kept: &[bool]) -> Self {
         fn only<T>(values: &mut Vec<T>, kept: &[bool]) {
             let mut flags = kept.iter();
@@ -91,8 +92,8 @@ impl FrameBuilder {
         self.push_part(corners, false, [false; 3], toward)
     }
 
-    /// Adds a cell that symmetry planes cut, by the `corners` of its part in the model ([`reflect_cell`]). Axes and centre are
-    /// those of the whole cell.
+    /// Adds a cell that symmetry planes may cut, by the `corners` of its part in the model ([`reflect_cell`]). Axes and centre are
+    /// those of the whole cell, the area is that of the part.
     pub(super) fn push_part(
         &mut self,
         corners: Vec<Point>,

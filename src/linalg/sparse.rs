@@ -10,7 +10,7 @@ pub struct SymmetricSparse {
 
 /// Triplets (column, row, value) of a small symmetric matrix that are summed up by [`Self::build`].
 ///
-/// For a large matrix, [`SymmetricSparse::from_pattern`] needs a third of the memory.
+/// For a large matrix, [`SymmetricSparse::from_pattern`] needs about a third of the memory, or less if entries repeat.
 #[derive(Debug, Clone)]
 pub struct SymmetricTriplets {
     n: usize,
@@ -23,7 +23,8 @@ impl SymmetricTriplets {
         Self { n, entries: Vec::new() }
     }
 
-    /// Adds `value` to the entry (i, j) and its mirror image (j, i). Call it once per unordered pair.
+    /// Adds `value` to the entry (i, j) and its mirror image (j, i). Add each contribution for one order of the indices
+    /// only, (i, j) or (j, i).
     ///
     /// # Panics
     /// If an index is out of range.

@@ -23,7 +23,7 @@ pub enum DiagnosticKind {
 pub struct Diagnostic {
     /// The kind of error.
     pub kind: DiagnosticKind,
-    /// Dotted key as in `--set` ("body1.fibre.tilt"); empty for the whole scene.
+    /// Dotted key as in `--set` ("body1.fibre.tilt"); may be empty, e.g. for syntax errors.
     pub key: String,
     /// The error and its reason.
     pub message: String,
@@ -100,7 +100,7 @@ impl Diagnostics {
         }
     }
 
-    /// Diagnostics of a single error at `key`, without the key in its context, which is shown anyway.
+    /// Diagnostics of a single error at `key`. Removes `key` as outermost context of the error, because it is shown anyway.
     pub fn from_error(document: &Document, key: &str, error: &Error) -> Self {
         let message = error.clone().without_context(key).to_string();
         Self::new(document, vec![Diagnostic::at(document, key, message)])

@@ -1,4 +1,4 @@
-//! Meshes for the finite-element tests: mapped boxes of solid elements with named faces and nodes.
+//! Meshes for tests: mapped boxes with groups of faces, the mesh of MacNeal and Harder, and supports of single nodes.
 
 use std::collections::HashMap;
 
@@ -177,7 +177,7 @@ pub fn prescribe(
         .collect()
 }
 
-/// The catalogue's smooth distortion of the unit cube. The boundary does not change.
+/// A smooth distortion of the unit cube along x. The boundary does not change.
 pub fn wavy([x, y, z]: [f64; 3]) -> [f64; 3] {
     let bump: f64 = [x, y, z].iter().map(|c| (2.0 * std::f64::consts::PI * c).sin()).product();
     [x + 0.1 * bump, y, z]

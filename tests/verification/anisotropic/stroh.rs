@@ -17,8 +17,8 @@ fn contract(c: &Matrix6<f64>, a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> 
     })
 }
 
-/// Admittance H = i A B⁻¹ of the solid x3 > 0 for waves along (cos w, sin w, 0) (Ting 1996). Stroh's matrix [N1 N2; N3 N1ᵀ] has
-/// three eigenvalues p with Im p > 0. A and B are the upper and lower halves of the three eigenvectors.
+/// Admittance W = i A B⁻¹ of the solid x3 > 0 for tractions harmonic along (cos w, sin w, 0) (Ting 1996). Stroh's matrix
+/// [N1 N2; N3 N1ᵀ] has three eigenvalues p with Im p > 0. A and B are the upper and lower halves of the three eigenvectors.
 fn admittance(stiffness: &Stiffness, w: f64) -> Matrix3<C> {
     let scale = stiffness.voigt().amax();
     let c = stiffness.voigt() / scale;
@@ -54,8 +54,8 @@ fn distance(a: &Matrix3<C>, b: &Matrix3<C>) -> f64 {
     (a - b).map(|x| x.norm()).amax() / b.map(|x| x.norm()).amax()
 }
 
-/// Truth: case `barnett-lothe-identities`, the admittance from Stroh's eigenvectors, to 1e-9. As in the catalogue, no direction is
-/// close to degenerate roots.
+/// Truth: case `barnett-lothe-identities`, the admittance from Stroh's eigenvectors, to 1e-9. No direction is close to
+/// degenerate roots, where the eigenvectors would lose accuracy.
 #[test]
 fn eigenvectors_agree_with_the_integrals() {
     let materials = [

@@ -47,14 +47,15 @@ impl ComponentSet {
 pub(in crate::bem::half_space) struct SpectralFilter {
     convolution: PaddedGridPlan<f32>,
     parts: ComponentSet,
-    /// `[k_y][planes][padded_x]`, divided by `size`.
+    /// `[k_y][planes][padded_x]`, divided by its largest magnitude `size`.
     symbol: Vec<f32>,
     size: f64,
     buffers: Mutex<PaddedGridBuffers<f32>>,
 }
 
 impl SpectralFilter {
-    /// Joins symbols `[k_y][planes][padded_x]`, each with some of the planes and with the factor 1/(padded size).
+    /// Joins the planes of `symbols`, each `[k_y][planes][padded_x]`, in this order.
+    /// The symbols contain the factor 1/(number of padded cells).
     pub(super) fn new(convolution: PaddedGridPlan<f32>, parts: ComponentSet, symbols: &[&[f64]]) -> Self {
         let size = symbols.iter().map(|symbol| max_abs(symbol)).fold(0.0, f64::max);
         let half = convolution.half_spectrum();
