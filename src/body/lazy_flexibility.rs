@@ -12,6 +12,7 @@ use super::condensed_flexibility::CondensedFlexibility;
 use crate::error::Result;
 use crate::fem::CondensedBody;
 use crate::flexibility::Flexibility;
+use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 use crate::frame::FaceMap;
@@ -113,6 +114,14 @@ impl Flexibility for LazyFlexibility {
         let mean = blocks.iter().sum::<Matrix3<f64>>() / count as f64;
         blocks.iter_mut().zip(&formed.cells).filter(|(_, is)| !**is).for_each(|(block, _)| *block = mean);
         PerCell::Each(blocks)
+    }
+
+    fn is_condensed(&self) -> bool {
+        true
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
+        self.formed().flexibility.add_entries(cells, matrix)
     }
 
     fn unformed_cells(&self) -> Vec<usize> {

@@ -6,6 +6,7 @@ use nalgebra::Matrix3;
 
 use crate::error::Result;
 use crate::flexibility::Flexibility;
+use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 
@@ -74,6 +75,14 @@ impl Flexibility for SumFlexibility {
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         self.parts.iter().any(|part| part.precondition(gap, tractions))
+    }
+
+    fn is_condensed(&self) -> bool {
+        self.parts.iter().any(|part| part.is_condensed())
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
+        self.parts.iter().all(|part| part.add_entries(cells, matrix))
     }
 
     /// Sums over the parts. Parts without a direct sum contribute their products, which are then not verified. `None` if no part

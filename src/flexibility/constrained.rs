@@ -6,6 +6,7 @@ use nalgebra::Matrix3;
 
 use crate::error::Result;
 use crate::flexibility::Flexibility;
+use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 
@@ -133,6 +134,28 @@ impl Flexibility for ConstrainedFlexibility {
         if found {
             self.replace_across(gap, tractions, f64::recip);
         }
+        found
+    }
+
+    fn is_condensed(&self) -> bool {
+        self.inner.is_condensed()
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
+        let Ok(mut inner) = CellMatrix::zeros(cells.len()) else { return false };
+        let found = self.inner.add_entries(cells, &mut inner);
+        let held = |cell: &usize| {
+            let index = self.cells.binary_search_by_key(cell, |held| held.cell).ok()?;
+            Some(&self.cells[index])
+        };
+        let held: Vec<_> = cells.iter().map(held).collect();
+        let projected = |i: usize, k: usize| {
+            let block = inner.block(i, k);
+            let block = held[i].map_or(block, |held| held.projector * block);
+            let block = held[k].map_or(block, |held| block * held.projector);
+            held[i].filter(|_| i == k).map_or(block, |held| block + held.across * held.compliance)
+        };
+        matrix.add_columns(|k| move |i| projected(i, k));
         found
     }
 

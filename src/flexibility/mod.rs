@@ -4,6 +4,7 @@
 //! Vectors over a frame of N cells, `[3, N]`, are stored component by component: the x, then the y, then the n of all cells. The
 //! components belong to the local axes (x, y, n) of each cell.
 
+pub mod cell_matrix;
 pub mod composed;
 pub mod constrained;
 pub mod operator_history;
@@ -15,6 +16,7 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use crate::error::Result;
+use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::operator_history::OperatorHistory;
 use crate::flexibility::per_cell::PerCell;
 
@@ -59,6 +61,18 @@ pub trait Flexibility: Send + Sync {
 
     /// As [`Self::precondition_normal`] for all components, both `[3, N]`.
     fn precondition(&self, _gap: &[f64], _tractions: &mut [f64]) -> bool {
+        false
+    }
+
+    /// Whether the operator contains the condensed matrix of a meshed body. Its condition may be far worse than that of a
+    /// half-space: thin bodies bend.
+    fn is_condensed(&self) -> bool {
+        false
+    }
+
+    /// Adds S between the formed cells `cells` to `matrix`. Returns false if the operator has no entries; `matrix` is then
+    /// undefined.
+    fn add_entries(&self, _cells: &[usize], _matrix: &mut CellMatrix) -> bool {
         false
     }
 

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Mutex;
 
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::memory::handling_allocation_failure;
@@ -65,6 +66,16 @@ impl PackedSymmetric {
     /// Entry (i, j).
     pub fn at(&self, i: usize, j: usize) -> f64 {
         self.lower[start(i.max(j)) + i.min(j)]
+    }
+
+    /// Block of three rows and columns: entries (3 i + a, 3 j + b).
+    pub fn block(&self, i: usize, j: usize) -> Matrix3<f64> {
+        if i == j {
+            return Matrix3::from_fn(|a, b| self.at(3 * i + a, 3 * i + b));
+        }
+        let (below, right) = (i.max(j), 3 * i.min(j));
+        let block = Matrix3::from_fn(|a, b| self.lower[start(3 * below + a) + right + b]);
+        if i > j { block } else { block.transpose() }
     }
 
     /// Computes `y = A x`; overwrites `y`. The bits are the same for any number of threads. Does not allocate.

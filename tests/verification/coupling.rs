@@ -6,6 +6,7 @@ mod candidates;
 mod catalogue;
 mod curved;
 mod curved_pairs;
+mod entries;
 pub mod finite_block;
 mod finite_elements;
 mod floating;

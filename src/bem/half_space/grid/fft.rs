@@ -12,8 +12,10 @@ use crate::bem::half_space::grid::kernel_table::KernelTable;
 use crate::bem::half_space::grid::preconditioner::inverse_filter;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 use crate::bem::half_space::grid::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
+use crate::bem::half_space::grid::toeplitz::ToeplitzBlocks;
 use crate::cancel;
 use crate::error::{Error, Result};
+use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::{Flexibility, TangentialFlexibility};
 use crate::linalg::memory;
@@ -137,6 +139,15 @@ impl Flexibility for FftFlexibility {
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         PerCell::Same(self.symbol.table.self_influence() * self.symbol.coarsening as f64, self.n_cells())
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
+        let blocks = ToeplitzBlocks::new(self, self.cells());
+        matrix.add_columns(|k| {
+            let blocks = &blocks;
+            move |i| blocks.block(cells[i], cells[k])
+        });
+        true
     }
 
     fn couples_normal_tangential(&self) -> bool {

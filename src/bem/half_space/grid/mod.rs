@@ -7,3 +7,4 @@ mod kernel_table;
 pub(super) mod preconditioner;
 pub(super) mod spectral_filter;
 pub(super) mod symbol;
+pub(super) mod toeplitz;

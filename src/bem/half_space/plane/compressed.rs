@@ -13,6 +13,7 @@ use crate::bem::half_space::integrals::patch::PatchIntegrator;
 use crate::bem::half_space::plane::dense::validate_cells;
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
+use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
 use crate::linalg::additive_schwarz::AdditiveSchwarz;
 use crate::linalg::hierarchical::{
@@ -249,6 +250,12 @@ impl Flexibility for CompressedFlexibility {
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         self.place_and_area.iter().map(|&(place, _)| self.pairs.matrix(place, place)).collect()
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
+        let place = |cell: usize| self.place_and_area[cell].0;
+        matrix.add_columns(|k| move |i| self.pairs.matrix(place(cells[i]), place(cells[k])));
+        true
     }
 
     fn couples_normal_tangential(&self) -> bool {

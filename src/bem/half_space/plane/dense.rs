@@ -8,6 +8,7 @@ use crate::bem::half_space::integrals::patch::PatchIntegrator;
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
+use crate::flexibility::cell_matrix::CellMatrix;
 use crate::flexibility::per_cell::PerCell;
 use crate::linalg::memory;
 use crate::linalg::vector::dot8;
@@ -108,6 +109,11 @@ impl Flexibility for DenseFlexibility {
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         (0..self.n).map(|i| self.block(i, i)).collect()
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
+        matrix.add_columns(|k| move |i| self.block(cells[i], cells[k]));
+        true
     }
 
     fn couples_normal_tangential(&self) -> bool {
