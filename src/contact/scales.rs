@@ -2,6 +2,8 @@
 
 use std::sync::OnceLock;
 
+use nalgebra::{Matrix2, Matrix3};
+
 use crate::contact::friction_scaling::FrictionScaling;
 use crate::flexibility::Flexibility;
 use crate::laws::friction::FrictionEllipse;
@@ -13,11 +15,17 @@ pub struct ContactScales {
     pub c_normal: Vec<f64>,
     /// c_t = 1 / sqrt(Ŝ11 Ŝ22) of each cell, MPa/mm, with Ŝ = M Rᵀ S_tt R M; empty without friction.
     pub c_tangential: Vec<f64>,
+    /// Orthogonal projectors on the scaled tangential directions without compliance, `[N]`. Supports fix both bodies along these
+    /// directions. Empty if there are none.
+    pub fixed_directions: Vec<Matrix2<f64>>,
     normal: OnceLock<f64>,
     tangential: OnceLock<f64>,
 }
 
 const POWER_ITERATIONS: usize = 12;
+
+/// Supports fix a direction if its compliance is at most this share of the largest of Ŝ11, Ŝ22 and μ1 μ2 S_nn.
+const MAX_FIXED_COMPLIANCE_SHARE: f64 = 1e-10;
 
 /// Lower bound on Ŝ11 and Ŝ22 of a cell, relative to the largest of Ŝ11, Ŝ22 and μ1 μ2 S_nn.
 const MIN_COMPLIANCE_SHARE: f64 = 1e-2;
@@ -28,26 +36,30 @@ impl ContactScales {
         let blocks = operator.diagonal_blocks();
         let c_normal = blocks.map(|s| 1.0 / s[(2, 2)]).into_vec();
         let Some(ellipse) = friction else {
-            return Self::of_cells(c_normal, Vec::new());
+            return Self::of_cells(c_normal, Vec::new(), Vec::new());
         };
         let hat = FrictionScaling::new(ellipse);
         let c_tangential = blocks
             .map(|s| {
-                let diagonal = |axis: [f64; 2]| {
-                    let q = hat.physical_traction(axis);
-                    q[0] * q[0] * s[(0, 0)] + q[0] * q[1] * (s[(0, 1)] + s[(1, 0)]) + q[1] * q[1] * s[(1, 1)]
-                };
                 // A direction that is fixed everywhere by supports (plane strain) has no compliance.
-                let (first, second) = (diagonal([1.0, 0.0]), diagonal([0.0, 1.0]));
+                let (first, second) = (compliance(s, &hat, [1.0, 0.0]), compliance(s, &hat, [0.0, 1.0]));
                 let least = MIN_COMPLIANCE_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
                 1.0 / mean(first.max(least), second.max(least))
             })
             .into_vec();
-        Self::of_cells(c_normal, c_tangential)
+        let fixed_directions = blocks.map(|s| fixed_directions(s, &hat)).into_vec();
+        let none = fixed_directions.iter().all(|fixed| *fixed == Matrix2::zeros());
+        Self::of_cells(c_normal, c_tangential, if none { Vec::new() } else { fixed_directions })
     }
 
-    fn of_cells(c_normal: Vec<f64>, c_tangential: Vec<f64>) -> Self {
-        Self { c_normal, c_tangential, normal: OnceLock::new(), tangential: OnceLock::new() }
+    fn of_cells(c_normal: Vec<f64>, c_tangential: Vec<f64>, fixed_directions: Vec<Matrix2<f64>>) -> Self {
+        Self {
+            c_normal,
+            c_tangential,
+            fixed_directions,
+            normal: OnceLock::new(),
+            tangential: OnceLock::new(),
+        }
     }
 
     /// Largest eigenvalue of S_nn, mm/MPa, from a few power iterations on the first call.
@@ -64,6 +76,22 @@ impl ContactScales {
     ) -> f64 {
         *self.tangential.get_or_init(|| largest_tangential(operator, areas, hat))
     }
+}
+
+/// Compliance êᵀ Ŝ ê of a cell along the scaled vector ê, with Ŝ = M Rᵀ S_tt R M and the diagonal block `s` of S.
+fn compliance(s: &Matrix3<f64>, hat: &FrictionScaling, axis: [f64; 2]) -> f64 {
+    let q = hat.physical_traction(axis);
+    q[0] * q[0] * s[(0, 0)] + q[0] * q[1] * (s[(0, 1)] + s[(1, 0)]) + q[1] * q[1] * s[(1, 1)]
+}
+
+/// Projector on the directions in which Ŝ has no compliance.
+fn fixed_directions(s: &Matrix3<f64>, hat: &FrictionScaling) -> Matrix2<f64> {
+    let [first, second, both] = [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|axis| compliance(s, hat, axis));
+    let cross = 0.5 * (both - first - second);
+    let most = MAX_FIXED_COMPLIANCE_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
+    let eigen = Matrix2::new(first, cross, cross, second).symmetric_eigen();
+    let vectors = eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter());
+    vectors.filter(|(_, value)| **value <= most).map(|(v, _)| v * v.transpose()).sum()
 }
 
 /// Fixed start vector with a pseudo-random part, near the smooth eigenvector of the largest eigenvalue.

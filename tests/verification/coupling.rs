@@ -12,6 +12,7 @@ mod finite_elements;
 mod floating;
 pub mod grids;
 mod half_spaces;
+mod lap_joint;
 mod maps;
 mod nodes;
 mod order_two;

@@ -10,8 +10,10 @@
 //! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods". Hüeber,
 //! Stadler and Wohlmuth 2008: the bound β <= 1 on the factor of the radial return.
 
+mod factorised_systems;
 mod preconditioner;
 mod rolling;
+mod system_matrix;
 mod tangent;
 mod unknowns;
 
@@ -50,6 +52,9 @@ const FINAL_STEP_TOLERANCE_SHARE: f64 = 0.3;
 /// Smallest relative linear residual for which [`FINAL_STEP_TOLERANCE_SHARE`] is used.
 const MIN_FINAL_LINEAR_TOLERANCE: f64 = 1e-6;
 
+/// Largest relative residual of a factorised linear system.
+const FACTORISED_LINEAR_TOLERANCE: f64 = 1e-9;
+
 /// Natural residual below which most cells no longer change their state.
 const TIGHT_SOLVE_RESIDUAL: f64 = 1e-3;
 
@@ -57,6 +62,14 @@ const TIGHT_SOLVE_RESIDUAL: f64 = 1e-3;
 const NONMONOTONE_STEPS: usize = 1;
 /// Bound on the residual of a step without a new best residual, relative to the best residual.
 const NONMONOTONE_FACTOR: f64 = 3.0;
+
+/// Number of steps with iterative solutions of the linear systems, after which systems of meshed bodies are factorised. A failed
+/// step has the same effect.
+const MAX_ITERATIVE_STEPS: usize = 10;
+
+/// Largest number of consecutive factorised steps without a new best residual. Cells may change state for several steps before the
+/// residual falls to rounding.
+const FACTORISED_STEPS_WITHOUT_GAIN: usize = 10;
 
 /// Bound on the residual after the first step of a solve; with a larger residual the step fails. A failed step with a residual
 /// below this bound is the start of the Barzilai-Borwein steps.
@@ -81,6 +94,8 @@ struct NewtonSolve<'s, 'p> {
     krylov: Gmres,
     linear: LinearModel<'p>,
     workspace: Workspace,
+    /// Whether linear systems are factorised.
+    factorise: bool,
     /// Unknowns at the start of the solve.
     start: Unknowns,
 }
@@ -101,47 +116,85 @@ pub(super) fn solve(
     let workspace = Workspace::new(problem);
     let krylov = Gmres::default();
     let (options, start) = (control.options, Unknowns::from_state(it));
-    let solve = NewtonSolve { problem, options, report, krylov, linear, workspace, start };
+    let factorise = false;
+    let solve = NewtonSolve { problem, options, report, krylov, linear, workspace, factorise, start };
     if rolls { solve.run_rolling(it, control, frictionless_solver) } else { solve.run(it, control) }
+}
+
+/// Judges the steps of a solve by their natural residuals.
+struct Progress {
+    /// Whether no step was taken.
+    first: bool,
+    best: f64,
+    /// Number of consecutive steps without a new best residual.
+    worse: usize,
+    /// State before the first factorised step.
+    kept: Option<Unknowns>,
+}
+
+impl Progress {
+    /// Returns whether a step to the residual `after` is accepted.
+    fn accepts(&mut self, after: f64, factorised: bool) -> bool {
+        // The residual of a warm start reflects only the change of load and does not bound the residual of the first step.
+        let (most, bound) = match (factorised, self.first) {
+            (true, _) => (FACTORISED_STEPS_WITHOUT_GAIN, f64::INFINITY),
+            (false, true) => (NONMONOTONE_STEPS, FIRST_STEP_LIMIT),
+            (false, false) => (NONMONOTONE_STEPS, NONMONOTONE_FACTOR * self.best),
+        };
+        self.worse = if after < self.best { 0 } else { self.worse + 1 };
+        self.best = self.best.min(after);
+        self.first = false;
+        self.worse <= most && after < bound
+    }
 }
 
 impl NewtonSolve<'_, '_> {
     fn run(mut self, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         let mut trial = it.clone();
         let (mut failures, mut repair, mut near) = (0, FALLBACK_STEPS, FIRST_STEP_START_RESIDUAL);
-        let (mut first, mut best, mut worse) = (true, f64::INFINITY, 0);
-        let mut may_start = true;
+        let mut progress = Progress { first: true, best: f64::INFINITY, worse: 0, kept: None };
+        let (mut may_start, mut steps) = (true, 0);
         loop {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
             let iterations = self.report.iterations;
             let exhausted = iterations >= self.options.max_iterations || failures >= MAX_NEWTON_FAILURES;
             if let Some(stop) = control.stop_reason(iterations, residual, exhausted) {
+                if self.factorise && stop != StopReason::Converged {
+                    it.project_to_cone();
+                    self.problem.evaluate(it);
+                }
                 self.report.stop = stop;
                 return self.report;
             }
-            if residual > near && (first || failures > 0) && std::mem::take(&mut may_start) {
+            if residual > near && (progress.first || failures > 0) && std::mem::take(&mut may_start) {
                 if self.fall_back_to_gradient(it, RESTART_RESIDUAL, MAX_START_STEPS, control) {
                     return self.report;
                 }
                 continue;
             }
-            self.step(it, &mut trial);
-            let after = self.problem.natural_residual(&trial);
-            // The residual of a warm start reflects only the change of load and does not bound the residual of the first step.
-            let bound = if first { FIRST_STEP_LIMIT } else { NONMONOTONE_FACTOR * best };
-            worse = if after < best { 0 } else { worse + 1 };
-            best = best.min(after);
-            first = false;
-            if worse <= NONMONOTONE_STEPS && after < bound {
+            steps += 1;
+            self.factorise |= steps > MAX_ITERATIVE_STEPS && factorised_systems::are_applicable(self.problem);
+            let factorised = self.step(it, &mut trial);
+            let mut after = self.problem.natural_residual(&trial);
+            if factorised {
+                progress.kept.get_or_insert_with(|| Unknowns::from_state(it));
+                after = self.project_solution(&mut trial, after);
+            }
+            if progress.accepts(after, factorised) {
                 std::mem::swap(it, &mut trial);
                 continue;
             }
-            worse = 0;
+            progress.worse = 0;
+            if !self.factorise && factorised_systems::follow_failure(self.problem, failures) {
+                self.factorise = true;
+                continue;
+            }
             failures += 1;
-            may_start = true;
-            near = RESTART_RESIDUAL;
-            if after < FIRST_STEP_LIMIT {
+            (may_start, near) = (true, RESTART_RESIDUAL);
+            if let Some(kept) = progress.kept.take() {
+                kept.restore_into(it);
+            } else if after < FIRST_STEP_LIMIT {
                 std::mem::swap(it, &mut trial);
             }
             if self.fall_back_to_gradient(it, self.options.tolerance, repair, control) {
@@ -149,6 +202,17 @@ impl NewtonSolve<'_, '_> {
             }
             repair *= 2;
         }
+    }
+
+    /// Projects the tractions of a factorised step if its residual `after` meets the tolerance. Returns the residual.
+    fn project_solution(&mut self, trial: &mut ContactState, after: f64) -> f64 {
+        if after.is_nan() || after > self.options.tolerance {
+            return after;
+        }
+        trial.project_to_cone();
+        self.problem.evaluate(trial);
+        self.report.applications += self.problem.applications();
+        self.problem.natural_residual(trial)
     }
 
     /// Takes Barzilai-Borwein steps until the residual meets `tolerance`: at most `most` steps, unless equilibrium seems lost.
@@ -183,20 +247,25 @@ impl NewtonSolve<'_, '_> {
         }
     }
 
-    /// Takes a Newton step from `it` to `trial`.
-    fn step(&mut self, it: &ContactState, trial: &mut ContactState) {
+    /// Takes a Newton step from `it` to `trial`. Returns whether the linear system was factorised. Tractions are then not projected.
+    fn step(&mut self, it: &ContactState, trial: &mut ContactState) -> bool {
         trial.copy_unknowns(it);
         let mut tangent = NewtonSystem::new(self.problem, it, &self.linear, &mut self.workspace);
+        if self.factorise {
+            tangent.factorise();
+        }
         let rhs = tangent.rhs(it);
         let mut x = vec![0.0; rhs.len()];
         let residual = self.report.residual;
-        let options = KrylovOptions {
-            tolerance: linear_tolerance(residual, self.options.tolerance),
-            max_products: MAX_GMRES_PRODUCTS,
-            restart: GMRES_RESTART,
+        let tolerance = if tangent.is_factorised() {
+            FACTORISED_LINEAR_TOLERANCE
+        } else {
+            linear_tolerance(residual, self.options.tolerance)
         };
+        let options = KrylovOptions { tolerance, max_products: MAX_GMRES_PRODUCTS, restart: GMRES_RESTART };
         // If GMRES has no memory for its vectors or is cancelled, the step uses the result of the last completed restart.
         // Barzilai-Borwein steps or the end of the solve follow.
+        let factorised = tangent.is_factorised();
         let solved = self.krylov.solve(&mut tangent, &rhs, &mut x, 1, options);
         tangent.restore_prescribed_forces(&rhs, &mut x);
         tangent.advance(&x, trial);
@@ -204,5 +273,6 @@ impl NewtonSolve<'_, '_> {
         self.report.iterations += 1;
         let n_products = solved.map_or(0, |reports| reports[0].n_products);
         self.report.applications += (n_products + 2) * self.problem.applications();
+        factorised
     }
 }

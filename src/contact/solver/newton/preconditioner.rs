@@ -32,6 +32,11 @@ impl ActiveSetInverse {
             if !self.invert(problem) {
                 // Use the inverse of the diagonal: the rows contain it as a factor already.
                 x.copy_from_slice(rows);
+                for active in active {
+                    if let CellStatus::Slip { beta_ratio, .. } = active.state {
+                        x[active.tangential_row] /= 1.0 + beta_ratio;
+                    }
+                }
                 return;
             }
             self.gather(problem, active, rows, x, end);

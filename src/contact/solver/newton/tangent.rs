@@ -3,30 +3,39 @@
 //!
 //! Rows are multiplied by the local stiffness c, so that all rows have the unit of a traction.
 
+use faer::Par;
+
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::{ContactState, Increment, Pressures};
+use super::factorised_systems::Entries;
 use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
 use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions, perpendicular};
 use crate::contact::friction_scaling::FrictionScaling;
 use crate::flexibility::Flexibility;
+use crate::linalg::dense_lu::DenseLu;
+use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::gmres::LinearSystem;
 
 /// Linear system of a Newton step.
 pub(super) struct NewtonSystem<'s, 'p> {
-    problem: &'s Increment<'p>,
-    hat: Option<FrictionScaling>,
-    active: Vec<ActiveCell>,
+    pub(super) problem: &'s Increment<'p>,
+    pub(super) hat: Option<FrictionScaling>,
+    pub(super) active: Vec<ActiveCell>,
     free: Vec<FreeMotion>,
     /// Number of unknown tractions. The unknown motions follow them.
-    tractions: usize,
+    pub(super) tractions: usize,
     /// Scale of the unknown motions relative to the tractions: the inverse of the mean normal stiffness, mm/MPa.
     motion_unit: f64,
     /// Change of the state: change of the tractions, and change of the gradient by the equations `linear`.
-    change: &'s mut ContactState,
+    pub(super) change: &'s mut ContactState,
     /// Equations for the changes: without initial gap, wear and constant terms of the slip.
     linear: Increment<'s>,
     inverse: &'s mut ActiveSetInverse,
     bordered: MotionSchurComplement,
+    /// Flexibility between the cells in contact, for several steps.
+    pub(super) entries: &'s mut Option<Entries>,
+    /// Factors of the whole system.
+    pub(super) factors: Option<DenseLu>,
 }
 
 /// Operator and zero fields of the linear equations.
@@ -41,12 +50,14 @@ pub(super) struct LinearModel<'p> {
 pub(super) struct Workspace {
     change: ContactState,
     inverse: ActiveSetInverse,
+    entries: Option<Entries>,
 }
 
 impl Workspace {
     pub fn new(problem: &Increment) -> Self {
         let (n, ends) = (problem.n(), problem.path_points.len());
-        Self { change: ContactState::new(n, vec![[0.0; 3]; ends]), inverse: ActiveSetInverse::new(n) }
+        let change = ContactState::new(n, vec![[0.0; 3]; ends]);
+        Self { change, inverse: ActiveSetInverse::new(n), entries: None }
     }
 }
 
@@ -77,6 +88,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
             linear: problem.linearised(given.flexibility, &given.zeros),
             inverse: &mut workspace.inverse,
             bordered: MotionSchurComplement::new(Vec::new(), Vec::new()),
+            entries: &mut workspace.entries,
+            factors: None,
         };
         tangent.bordered = tangent.border();
         tangent.keep_wear(it);
@@ -88,7 +101,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
     }
 
     /// Number of unknowns.
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.tractions + self.free.len()
     }
 
@@ -172,7 +185,32 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                         beta_ratio * sideways + c * product(perpendicular(direction), slip);
                 }
             }
+            if !x.is_empty() {
+                let first = active.tangential_row;
+                for (i, j, factor) in self.fixed_entries(active) {
+                    rows[first + i] += factor * x[first + j];
+                }
+            }
         }
+    }
+
+    /// Entries (row, column, value) that are added to the tangential block of a cell along its fixed directions. They stand for the
+    /// missing compliance, so that the equations determine the tractions. A state without slip along these directions stays a
+    /// solution.
+    pub(super) fn fixed_entries(
+        &self,
+        active: &ActiveCell,
+    ) -> impl Iterator<Item = (usize, usize, f64)> + use<> {
+        let fixed = self.problem.scales.fixed_directions.get(active.cell).copied().unwrap_or_default();
+        let (size, block) = match active.state {
+            CellStatus::PressureOnly => (0, fixed),
+            CellStatus::Stick => (2, fixed),
+            CellStatus::Slip { direction, .. } => {
+                let e = nalgebra::Vector2::from(perpendicular(direction));
+                (1, nalgebra::Matrix2::from_element(e.dot(&(fixed * e))))
+            }
+        };
+        (0..size).flat_map(move |i| (0..size).map(move |j| (i, j, block[(i, j)])))
     }
 
     /// Right-hand side of the step from the evaluated state `it`. It includes the known part of the step: open cells lose their
@@ -262,19 +300,31 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         for (free, amount) in self.free.iter().zip(&x[self.tractions..]) {
             add_motion(it, free.end, &free.motion, amount * self.motion_unit);
         }
-        it.project_to_cone();
+        if !self.is_factorised() {
+            it.project_to_cone();
+        }
     }
 
     /// Computes the Schur complement of the free motions, for the preconditioner.
     fn border(&mut self) -> MotionSchurComplement {
-        let m = self.free.len();
+        let (mut columns, mut constraints) = (Vec::new(), Vec::new());
+        for (rows, work) in self.border_vectors() {
+            let mut solved = vec![0.0; self.tractions];
+            self.inverse.apply(self.problem, &self.active, &rows, &mut solved);
+            columns.push(solved);
+            constraints.push(work);
+        }
+        MotionSchurComplement::new(columns, constraints)
+    }
+
+    /// For each free motion: values of the rows per unit of its amount, and work of a unit of each traction, divided by the total
+    /// cell area.
+    pub(super) fn border_vectors(&self) -> Vec<(Vec<f64>, Vec<f64>)> {
         let total: f64 = self.problem.areas.iter().sum();
-        let (mut columns, mut constraints) = (Vec::with_capacity(m), Vec::with_capacity(m));
-        for k in 0..m {
-            let free = self.free[k];
+        let vectors = |free: &FreeMotion| {
             let (mut rows, mut work) = (vec![0.0; self.tractions], vec![0.0; self.tractions]);
             for active in self.active.iter().filter(|active| active.end == free.end) {
-                let [x, y, normal] = self.column(&free, active.cell);
+                let [x, y, normal] = self.column(free, active.cell);
                 let (c, share) =
                     (self.problem.scales.c_normal[active.cell], self.problem.areas[active.cell] / total);
                 if let Some(k) = active.pressure_row {
@@ -299,12 +349,14 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                     }
                 }
             }
-            let mut solved = vec![0.0; self.tractions];
-            self.inverse.apply(self.problem, &self.active, &rows, &mut solved);
-            columns.push(solved);
-            constraints.push(work);
-        }
-        MotionSchurComplement::new(columns, constraints)
+            (rows, work)
+        };
+        self.free.iter().map(vectors).collect()
+    }
+
+    /// Whether the system is factorised. Steps are then exact, and tractions need not be admissible between steps.
+    pub fn is_factorised(&self) -> bool {
+        self.factors.is_some()
     }
 }
 
@@ -318,6 +370,13 @@ impl LinearSystem for NewtonSystem<'_, '_> {
     }
 
     fn precondition(&mut self, image: &[f64], x: &mut [f64]) {
+        if let Some(factors) = &self.factors {
+            let mut column = DenseMatrix::from_values(image.len(), 1, image.to_vec());
+            if factors.solve_in_place(&mut column, Par::rayon(0)).is_ok() {
+                x.copy_from_slice(column.values());
+                return;
+            }
+        }
         let (rows, motions) = image.split_at(self.tractions);
         let (tractions, amounts) = x.split_at_mut(self.tractions);
         self.inverse.apply(self.problem, &self.active, rows, tractions);

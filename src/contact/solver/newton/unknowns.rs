@@ -1,11 +1,16 @@
 //! Unknowns of a Newton step: the states of the cells in contact, and the rigid motions that follow from prescribed forces.
 
+use nalgebra::{Matrix2, Vector2};
+
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::{ContactState, Increment, NormalControl, Pressures, TangentialControl};
 
 /// Lower bound on the factor β of the radial return in a slipping cell. β is the pressure divided by the magnitude of the augmented
 /// tangential traction.
 const MIN_BETA: f64 = 1e-3;
+
+/// Slip along a fixed direction is rounding if it is at most this share of the slip.
+const MAX_FIXED_SLIP_SHARE: f64 = 1e-9;
 
 /// State of a cell in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +93,20 @@ fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Opt
         return Some(CellStatus::Stick);
     }
     let beta = (p / size).clamp(MIN_BETA, 1.0);
-    Some(CellStatus::Slip { direction: [y[0] / size, y[1] / size], beta_ratio: (1.0 - beta) / beta })
+    let slip = [it.gradient[base], it.gradient[base + n]];
+    let direction = slip_direction(problem.scales.fixed_directions.get(cell), y, slip);
+    Some(CellStatus::Slip { direction, beta_ratio: (1.0 - beta) / beta })
+}
+
+/// Direction of the augmented tangential traction `y`. Along directions that supports fix, `fixed`, tractions have no effect on the
+/// slip, and only rounding would turn the direction; `y` loses these components unless the bodies slip along them.
+fn slip_direction(fixed: Option<&Matrix2<f64>>, y: [f64; 2], slip: [f64; 2]) -> [f64; 2] {
+    let (mut y, slip) = (Vector2::from(y), Vector2::from(slip));
+    if let Some(fixed) = fixed.filter(|fixed| (*fixed * slip).norm() <= MAX_FIXED_SLIP_SHARE * slip.norm()) {
+        let free = y - fixed * y;
+        y = if free.norm() > 0.0 { free } else { y };
+    }
+    (y / y.norm()).into()
 }
 
 /// Unknown rigid motions of a path point, with the works that its controls or its balance prescribe.

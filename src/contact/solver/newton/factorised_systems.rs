@@ -1,0 +1,52 @@
+//! Which linear systems of Newton steps are factorised, and the flexibility entries for their matrices.
+//!
+//! Thin bodies bend, and their flexibilities have a condition that no local approximate inverse improves.
+
+use crate::contact::{Increment, Pressures, SlipReference};
+use crate::flexibility::Flexibility;
+use crate::flexibility::cell_matrix::CellMatrix;
+
+/// Largest number of unknowns of a dense matrix: 128 MB, and 2 s for its factorisation on two cores.
+pub(super) const MAX_UNKNOWNS: usize = 4000;
+
+/// Whether systems of `problem` may be factorised.
+pub(super) fn are_applicable(problem: &Increment) -> bool {
+    let depends_on_gap = |reference: &SlipReference| match reference {
+        SlipReference::Previous(_) | SlipReference::PreviousPoint { .. } => true,
+        SlipReference::Prescribed(_) => problem.friction.is_none(),
+        SlipReference::Upstream(_) => false,
+    };
+    problem.flexibility.is_condensed()
+        && problem.pressures == Pressures::Unknown
+        && problem.path_points.iter().all(|point| depends_on_gap(&point.reference))
+}
+
+/// Whether systems of `problem` are factorised after a failed iterative step with `failures` failures before. With an approximate
+/// inverse of the flexibility, the first failure is left to Barzilai-Borwein steps.
+pub(super) fn follow_failure(problem: &Increment, failures: usize) -> bool {
+    let has_inverse = || {
+        let nothing = vec![0.0; 3 * problem.n()];
+        problem.flexibility.precondition(&nothing, &mut nothing.clone())
+    };
+    are_applicable(problem) && (failures > 0 || !has_inverse())
+}
+
+/// Flexibility between some cells, for several steps.
+pub(super) struct Entries {
+    /// Cells, ascending.
+    pub cells: Vec<usize>,
+    pub matrix: CellMatrix,
+}
+
+impl Entries {
+    /// Computes the entries between `cells`, ascending. `None` if the operator has none, or memory does not suffice.
+    pub fn new(flexibility: &dyn Flexibility, cells: Vec<usize>) -> Option<Self> {
+        let mut matrix = CellMatrix::zeros(cells.len()).ok()?;
+        flexibility.add_entries(&cells, &mut matrix).then_some(Self { cells, matrix })
+    }
+
+    /// Index of a cell.
+    pub fn place(&self, cell: usize) -> Option<usize> {
+        self.cells.binary_search(&cell).ok()
+    }
+}

@@ -1,0 +1,273 @@
+//! Dense matrix of a Newton step and its factorisation.
+
+use faer::Par;
+use rayon::prelude::*;
+
+use super::factorised_systems::{Entries, MAX_UNKNOWNS};
+use super::tangent::NewtonSystem;
+use super::unknowns::{ActiveCell, CellStatus, perpendicular};
+use crate::contact::SlipReference;
+use crate::error::Result;
+use crate::linalg::dense_lu::DenseLu;
+use crate::linalg::dense_matrix::DenseMatrix;
+
+/// Unknown traction or equation of a cell. The traction is `vector` times the unknown, the row is `vector` · gap.
+struct CellVector {
+    /// Index of the active cell.
+    active: usize,
+    vector: [f64; 3],
+    /// Whether the row is an equation of slip, or the unknown a tangential traction.
+    tangential: bool,
+}
+
+impl NewtonSystem<'_, '_> {
+    /// Factorises the matrix of the system, unless it is singular, too large or without entries.
+    pub(super) fn factorise(&mut self) {
+        self.factors = self.factors();
+    }
+
+    fn factors(&mut self) -> Option<DenseLu> {
+        let mut cells: Vec<usize> = self.active.iter().map(|active| active.cell).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        if self.len().max(3 * cells.len()) > MAX_UNKNOWNS {
+            return None;
+        }
+        let known = self.entries.take().filter(|known| cells.iter().all(|&cell| known.place(cell).is_some()));
+        *self.entries = known.or_else(|| Entries::new(self.problem.flexibility, cells));
+        DenseLu::new(self.matrix(self.entries.as_ref()?).ok()?, Par::rayon(0)).ok()
+    }
+
+    /// Matrix of the system from the flexibility between the cells.
+    fn matrix(&self, entries: &Entries) -> Result<DenseMatrix> {
+        let place =
+            |active: &ActiveCell| entries.place(active.cell).expect("entries of all cells in contact");
+        let place: Vec<usize> = self.active.iter().map(place).collect();
+        let (columns, rows) = (self.cell_vectors(false), self.cell_vectors(true));
+        let (n, m) = (self.len(), entries.cells.len());
+        let mut matrix = DenseMatrix::zeros(n, n)?;
+        let parts = matrix.values_mut().par_chunks_exact_mut(n.max(1));
+        parts.zip(&columns).for_each_init(
+            || vec![0.0; 3 * m],
+            |gap, (values, column)| {
+                entries.matrix.gap_of(place[column.active], column.vector, gap);
+                for (value, row) in values.iter_mut().zip(&rows) {
+                    let factor = self.coupling(row, column);
+                    if factor != 0.0 {
+                        let i = place[row.active];
+                        let [x, y, z] = row.vector;
+                        *value = factor * (x * gap[i] + y * gap[m + i] + z * gap[2 * m + i]);
+                    }
+                    *value += self.wear_term(row, column);
+                }
+            },
+        );
+        for active in &self.active {
+            if let CellStatus::Slip { beta_ratio, .. } = active.state {
+                matrix.column_mut(active.tangential_row)[active.tangential_row] += beta_ratio;
+            }
+            let first = active.tangential_row;
+            for (i, j, factor) in self.fixed_entries(active) {
+                matrix.column_mut(first + j)[first + i] += factor;
+            }
+        }
+        for (k, (gaps, works)) in self.border_vectors().into_iter().enumerate() {
+            matrix.column_mut(self.tractions + k)[..self.tractions].copy_from_slice(&gaps);
+            for (j, work) in works.into_iter().enumerate() {
+                matrix.column_mut(j)[self.tractions + k] = work;
+            }
+        }
+        Ok(matrix)
+    }
+
+    /// Vectors of the unknown tractions, or of the rows, in their order.
+    fn cell_vectors(&self, rows: bool) -> Vec<CellVector> {
+        let hat = self.hat;
+        let tangential = |e: [f64; 2]| {
+            let q = hat.map_or([0.0; 2], |hat| hat.physical_traction(e));
+            [q[0], q[1], 0.0]
+        };
+        let mut vectors = Vec::with_capacity(self.tractions);
+        for (active, cell) in self.active.iter().enumerate() {
+            let scale = |c: &[f64], v: [f64; 3]| if rows { v.map(|x| c[cell.cell] * x) } else { v };
+            let mut push = |vector: [f64; 3], tangential: bool| {
+                let c = if tangential {
+                    &self.problem.scales.c_tangential
+                } else {
+                    &self.problem.scales.c_normal
+                };
+                vectors.push(CellVector { active, vector: scale(c, vector), tangential });
+            };
+            let mut pressure = [0.0, 0.0, 1.0];
+            match cell.state {
+                CellStatus::PressureOnly => {}
+                CellStatus::Stick => {
+                    push(tangential([1.0, 0.0]), true);
+                    push(tangential([0.0, 1.0]), true);
+                }
+                CellStatus::Slip { direction, .. } => {
+                    push(tangential(perpendicular(direction)), true);
+                    if !rows {
+                        pressure[..2].copy_from_slice(&tangential(direction)[..2]);
+                    }
+                }
+            }
+            push(pressure, false);
+        }
+        vectors
+    }
+
+    /// Factor on the gap in `row` that the traction `column` causes: slip is a difference of gaps of two path points.
+    fn coupling(&self, row: &CellVector, column: &CellVector) -> f64 {
+        let (to, from) = (&self.active[row.active], &self.active[column.active]);
+        let same = if to.end == from.end { 1.0 } else { 0.0 };
+        match &self.problem.path_points[to.end].reference {
+            SlipReference::PreviousPoint { stick_mask, .. }
+                if row.tangential
+                    && !stick_mask[to.cell]
+                    && self.problem.previous_path_point(to.end) == from.end =>
+            {
+                same - 1.0
+            }
+            _ => same,
+        }
+    }
+
+    /// Wear depth in `row` per pressure of `column`, where both belong to one cell.
+    fn wear_term(&self, row: &CellVector, column: &CellVector) -> f64 {
+        let (to, from) = (&self.active[row.active], &self.active[column.active]);
+        if row.tangential || column.tangential || to.cell != from.cell || self.problem.wear.is_none() {
+            return 0.0;
+        }
+        let path = self.change.wear_path[from.end * self.problem.n() + from.cell];
+        row.vector[2] * self.problem.implicit_passes * path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nalgebra::{DMatrix, DVector, Matrix3};
+
+    use super::super::tangent::{LinearModel, Workspace};
+    use super::*;
+    use crate::contact::{
+        ContactScales, ContactState, Increment, NormalControl, PathPoint, Pressures, TangentialControl,
+    };
+    use crate::flexibility::Flexibility;
+    use crate::flexibility::cell_matrix::CellMatrix;
+    use crate::flexibility::per_cell::PerCell;
+    use crate::laws::friction::FrictionEllipse;
+    use crate::laws::wear::SpecificWearRate;
+    use crate::linalg::gmres::LinearSystem;
+    use crate::omitted::AllowedOmissions;
+
+    /// Full matrix between cells of equal areas, `[3 N, 3 N]`.
+    struct Dense(DMatrix<f64>);
+
+    impl Flexibility for Dense {
+        fn n_cells(&self) -> usize {
+            self.0.nrows() / 3
+        }
+
+        fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+            gap.copy_from_slice((&self.0 * DVector::from_column_slice(tractions)).as_slice());
+        }
+
+        fn apply_normal(&self, _: &[f64], _: &mut [f64]) {
+            unreachable!("there is friction");
+        }
+
+        fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+            let n = self.n_cells();
+            (0..n).map(|i| Matrix3::from_fn(|a, b| self.0[(a * n + i, b * n + i)])).collect()
+        }
+
+        fn is_condensed(&self) -> bool {
+            true
+        }
+
+        fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
+            let n = self.n_cells();
+            let block =
+                |i: usize, k: usize| Matrix3::from_fn(|a, b| self.0[(a * n + cells[i], b * n + cells[k])]);
+            matrix.add_columns(|k| move |i| block(i, k));
+            true
+        }
+    }
+
+    fn wave(k: usize) -> f64 {
+        (1.7 * k as f64).sin()
+    }
+
+    /// S = B Bᵀ + 1 of `n` cells. Supports fix the cell 1 along y.
+    fn flexibility(n: usize) -> Dense {
+        let factor = DMatrix::from_fn(3 * n, 3 * n, |i, j| if i == n + 1 { 0.0 } else { wave(i + 7 * j) });
+        let mut matrix = &factor * factor.transpose() + DMatrix::identity(3 * n, 3 * n);
+        matrix[(n + 1, n + 1)] = 0.0;
+        Dense(matrix)
+    }
+
+    /// Truth: the columns of the matrix are the products of the system with unit vectors. The two path points of a cycle have cells
+    /// that are open, stick, slip or stick through the whole cycle, implicit wear, and one has an unknown normal motion. Tolerance
+    /// 1e-12: rounding of entries up to 100.
+    #[test]
+    fn columns_are_products() {
+        let n = 6;
+        let operator = flexibility(n);
+        let ellipse = FrictionEllipse { mu: [0.3, 0.5], angle: 0.4 };
+        let reference = SlipReference::PreviousPoint {
+            stick_mask: (0..n).map(|i| i == 2).collect(),
+            stick_gap: vec![0.0; 2 * n],
+        };
+        let point = |normal: NormalControl| PathPoint {
+            normal,
+            tangential: TangentialControl::Shift,
+            balance: None,
+            reference: reference.clone(),
+        };
+        let initial_gap: Vec<f64> = (0..3 * n).map(wave).collect();
+        let (areas, wear_depth) = (vec![0.5; n], vec![0.0; n]);
+        let problem = Increment {
+            flexibility: &operator,
+            areas: &areas,
+            initial_gap: &initial_gap,
+            rigid_axes: None,
+            mode_gaps: &[],
+            friction: Some(ellipse),
+            wear: Some(SpecificWearRate { i: [1e-3; 2], angle: 0.0 }),
+            wear_path_factors: None,
+            scales: Arc::new(ContactScales::new(&operator, Some(&ellipse))),
+            wear_depth: &wear_depth,
+            implicit_passes: 50.0,
+            pressures: Pressures::Unknown,
+            skip: AllowedOmissions::NONE,
+            path_points: vec![point(NormalControl::Approach), point(NormalControl::Force(2.0))],
+        };
+        let mut it = ContactState::new(n, vec![[0.0; 3]; 2]);
+        it.scaled.iter_mut().enumerate().for_each(|(k, t)| *t = wave(3 * k));
+        it.project_to_cone();
+        problem.evaluate(&mut it);
+        let model = LinearModel { flexibility: &operator, zeros: vec![0.0; 3 * n] };
+        let mut workspace = Workspace::new(&problem);
+        let mut system = NewtonSystem::new(&problem, &it, &model, &mut workspace);
+        let states = |wanted: fn(&CellStatus) -> bool| {
+            system.active.iter().filter(|active| wanted(&active.state)).count()
+        };
+        assert!(states(|state| matches!(state, CellStatus::Stick)) > 1);
+        assert!(states(|state| matches!(state, CellStatus::Slip { .. })) > 1);
+        assert!(system.active.len() < 2 * n, "no open cell");
+        let entries = Entries::new(&operator, (0..n).collect()).expect("entries");
+        let matrix = system.matrix(&entries).expect("memory");
+        for j in 0..system.len() {
+            let (mut unit, mut column) = (vec![0.0; system.len()], vec![0.0; system.len()]);
+            unit[j] = 1.0;
+            system.apply(&unit, &mut column);
+            let defect = column.iter().zip(matrix.column(j)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(defect < 1e-12, "column {j}: {defect:e}");
+        }
+        system.factorise();
+        assert!(system.is_factorised(), "a direction without compliance makes the matrix singular");
+    }
+}
