@@ -21,21 +21,28 @@ WITH_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swif
 WITHOUT_WEBGL = ["--disable-gpu", "--disable-3d-apis"]
 
 
+# A loaded machine may take long to start a browser.
+START_SECONDS, START_ATTEMPTS = 60, 3
+
+
 class Browser:
     """A browser with one page."""
 
     def __init__(self, flags):
         self.folder = tempfile.TemporaryDirectory(prefix="orthowear-browser-", ignore_cleanup_errors=True)
-        self.process = subprocess.Popen(
-            ["chromium", *FLAGS, *flags, f"--user-data-dir={self.folder.name}", "about:blank"],
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": self.folder.name},
-        )
         port_file = Path(self.folder.name) / "DevToolsActivePort"
-        deadline = time.monotonic() + 30
-        while not (port_file.exists() and port_file.read_text().count("\n") >= 1):
-            if time.monotonic() > deadline or self.process.poll() is not None:
-                raise RuntimeError("chromium does not start")
-            time.sleep(0.05)
+        for _ in range(START_ATTEMPTS):
+            port_file.unlink(missing_ok=True)
+            self.process = subprocess.Popen(
+                ["chromium", *FLAGS, *flags, f"--user-data-dir={self.folder.name}", "about:blank"],
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": self.folder.name},
+            )
+            if self.listens(port_file):
+                break
+            self.process.kill()
+            self.process.wait()
+        else:
+            raise RuntimeError(f"chromium does not start (exit code {self.process.returncode})")
         port, path = port_file.read_text().split("\n")[:2]
         self.socket = websocket.create_connection(f"ws://127.0.0.1:{port}{path}", timeout=40, max_size=None)
         self.number, self.session, self.logged, self.asked = 0, None, [], []
@@ -55,6 +62,15 @@ class Browser:
         except subprocess.TimeoutExpired:
             self.process.kill()
         self.folder.cleanup()
+
+    def listens(self, port_file):
+        """Whether the process writes its port in time."""
+        deadline = time.monotonic() + START_SECONDS
+        while time.monotonic() < deadline and self.process.poll() is None:
+            if port_file.exists() and port_file.read_text().count("\n") >= 1:
+                return True
+            time.sleep(0.05)
+        return False
 
     def call(self, method, **parameters):
         self.number += 1
