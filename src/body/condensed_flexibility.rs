@@ -140,6 +140,10 @@ impl Flexibility for CondensedFlexibility {
         (0..self.n_cells()).map(|cell| self.diagonal_block(cell)).collect()
     }
 
+    fn is_condensed(&self) -> bool {
+        true
+    }
+
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) -> bool {
         let axes = |cell: usize| self.map.triads()[cell].0;
         let touched = self.nodes_of(cells);

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use nalgebra::{Matrix2, Matrix3};
+use nalgebra::{Matrix2, Matrix3, Vector2};
 
 use crate::contact::friction_scaling::FrictionScaling;
 use crate::flexibility::Flexibility;
@@ -24,7 +24,7 @@ pub struct ContactScales {
 
 const POWER_ITERATIONS: usize = 12;
 
-/// Supports fix a direction if its compliance is at most this share of the largest of Ŝ11, Ŝ22 and μ1 μ2 S_nn.
+/// Supports fix a direction if its compliance is at most this share of the largest compliance of the cell.
 const MAX_FIXED_COMPLIANCE_SHARE: f64 = 1e-10;
 
 /// Lower bound on Ŝ11 and Ŝ22 of a cell, relative to the largest of Ŝ11, Ŝ22 and μ1 μ2 S_nn.
@@ -47,9 +47,14 @@ impl ContactScales {
                 1.0 / mean(first.max(least), second.max(least))
             })
             .into_vec();
-        let fixed_directions = blocks.map(|s| fixed_directions(s, &hat)).into_vec();
-        let none = fixed_directions.iter().all(|fixed| *fixed == Matrix2::zeros());
-        Self::of_cells(c_normal, c_tangential, if none { Vec::new() } else { fixed_directions })
+        let mut fixed_directions = Vec::new();
+        if operator.is_condensed() {
+            fixed_directions = blocks.map(|s| projector_on_fixed(s, &hat)).into_vec();
+        }
+        if fixed_directions.iter().all(|fixed| *fixed == Matrix2::zeros()) {
+            fixed_directions.clear();
+        }
+        Self::of_cells(c_normal, c_tangential, fixed_directions)
     }
 
     fn of_cells(c_normal: Vec<f64>, c_tangential: Vec<f64>, fixed_directions: Vec<Matrix2<f64>>) -> Self {
@@ -84,14 +89,20 @@ fn compliance(s: &Matrix3<f64>, hat: &FrictionScaling, axis: [f64; 2]) -> f64 {
     q[0] * q[0] * s[(0, 0)] + q[0] * q[1] * (s[(0, 1)] + s[(1, 0)]) + q[1] * q[1] * s[(1, 1)]
 }
 
-/// Projector on the directions in which Ŝ has no compliance.
-fn fixed_directions(s: &Matrix3<f64>, hat: &FrictionScaling) -> Matrix2<f64> {
-    let [first, second, both] = [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|axis| compliance(s, hat, axis));
-    let cross = 0.5 * (both - first - second);
-    let most = MAX_FIXED_COMPLIANCE_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
-    let eigen = Matrix2::new(first, cross, cross, second).symmetric_eigen();
-    let vectors = eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter());
-    vectors.filter(|(_, value)| **value <= most).map(|(v, _)| v * v.transpose()).sum()
+/// Projector on the scaled tangential directions along which the diagonal block `s` of S has no compliance.
+fn projector_on_fixed(s: &Matrix3<f64>, hat: &FrictionScaling) -> Matrix2<f64> {
+    let eigen = s.fixed_view::<2, 2>(0, 0).into_owned().symmetric_eigen();
+    let most = MAX_FIXED_COMPLIANCE_SHARE * eigen.eigenvalues.max().max(s[(2, 2)]);
+    let fixed: Vec<usize> = (0..2).filter(|&i| eigen.eigenvalues[i] <= most).collect();
+    match fixed[..] {
+        [] => Matrix2::zeros(),
+        [i] => {
+            let v = eigen.eigenvectors.column(i);
+            let v = Vector2::from(hat.scaled_traction([v[0], v[1]])).normalize();
+            v * v.transpose()
+        }
+        _ => Matrix2::identity(),
+    }
 }
 
 /// Fixed start vector with a pseudo-random part, near the smooth eigenvector of the largest eigenvalue.

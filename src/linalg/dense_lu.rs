@@ -57,7 +57,8 @@ impl DenseLu {
         Ok(Self { factors: matrix, forward, backward })
     }
 
-    /// Solves A X = B in place; `columns` is B on entry and X on return.
+    /// Solves A X = B in place; `columns` is B on entry and X on return. The bits for a single column depend on the number of threads
+    /// in `par`.
     ///
     /// # Errors
     /// If memory does not suffice.

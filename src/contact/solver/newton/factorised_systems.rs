@@ -6,7 +6,8 @@ use crate::contact::{Increment, Pressures, SlipReference};
 use crate::flexibility::Flexibility;
 use crate::flexibility::cell_matrix::CellMatrix;
 
-/// Largest number of unknowns of a dense matrix: 128 MB, and 2 s for its factorisation on two cores.
+/// Largest number of unknowns of a system that is factorised, and of tractions of the cells in contact. The matrix and the entries
+/// of the flexibility take up to 128 MB each.
 pub(super) const MAX_UNKNOWNS: usize = 4000;
 
 /// Whether systems of `problem` may be factorised.

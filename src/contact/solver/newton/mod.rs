@@ -21,7 +21,7 @@ use super::super::{ContactState, Increment, SlipReference, Unknowns};
 use super::barzilai_borwein;
 use super::control::{PartSolver, SolveControl, SolverOptions};
 use super::report::{SolveReport, StopReason};
-use crate::linalg::gmres::{Gmres, KrylovOptions};
+use crate::linalg::gmres::{Gmres, KrylovOptions, KrylovReport};
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
 /// Largest natural residual from which the first Newton step of a solve begins.
@@ -64,12 +64,12 @@ const NONMONOTONE_STEPS: usize = 1;
 const NONMONOTONE_FACTOR: f64 = 3.0;
 
 /// Number of steps with iterative solutions of the linear systems, after which systems of meshed bodies are factorised. A failed
-/// step has the same effect.
+/// step may cause this earlier ([`factorised_systems::follow_failure`]).
 const MAX_ITERATIVE_STEPS: usize = 10;
 
-/// Largest number of consecutive factorised steps without a new best residual. Cells may change state for several steps before the
+/// Largest number of consecutive exact steps without a new best residual. Cells may change state for several steps before the
 /// residual falls to rounding.
-const FACTORISED_STEPS_WITHOUT_GAIN: usize = 10;
+const EXACT_STEPS_WITHOUT_GAIN: usize = 10;
 
 /// Bound on the residual after the first step of a solve; with a larger residual the step fails. A failed step with a residual
 /// below this bound is the start of the Barzilai-Borwein steps.
@@ -122,22 +122,21 @@ pub(super) fn solve(
 }
 
 /// Judges the steps of a solve by their natural residuals.
+#[derive(Clone, Copy)]
 struct Progress {
     /// Whether no step was taken.
     first: bool,
     best: f64,
     /// Number of consecutive steps without a new best residual.
     worse: usize,
-    /// State before the first factorised step.
-    kept: Option<Unknowns>,
 }
 
 impl Progress {
     /// Returns whether a step to the residual `after` is accepted.
-    fn accepts(&mut self, after: f64, factorised: bool) -> bool {
+    fn accepts(&mut self, after: f64, exact: bool) -> bool {
         // The residual of a warm start reflects only the change of load and does not bound the residual of the first step.
-        let (most, bound) = match (factorised, self.first) {
-            (true, _) => (FACTORISED_STEPS_WITHOUT_GAIN, f64::INFINITY),
+        let (most, bound) = match (exact, self.first) {
+            (true, _) => (EXACT_STEPS_WITHOUT_GAIN, f64::INFINITY),
             (false, true) => (NONMONOTONE_STEPS, FIRST_STEP_LIMIT),
             (false, false) => (NONMONOTONE_STEPS, NONMONOTONE_FACTOR * self.best),
         };
@@ -152,7 +151,9 @@ impl NewtonSolve<'_, '_> {
     fn run(mut self, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
         let mut trial = it.clone();
         let (mut failures, mut repair, mut near) = (0, FALLBACK_STEPS, FIRST_STEP_START_RESIDUAL);
-        let mut progress = Progress { first: true, best: f64::INFINITY, worse: 0, kept: None };
+        let mut progress = Progress { first: true, best: f64::INFINITY, worse: 0 };
+        // State before the first exact step since the last failure.
+        let mut kept: Option<Unknowns> = None;
         let (mut may_start, mut steps) = (true, 0);
         loop {
             let residual = self.problem.natural_residual(it);
@@ -163,6 +164,8 @@ impl NewtonSolve<'_, '_> {
                 if self.factorise && stop != StopReason::Converged {
                     it.project_to_cone();
                     self.problem.evaluate(it);
+                    self.report.applications += self.problem.applications();
+                    self.report.residual = self.problem.natural_residual(it);
                 }
                 self.report.stop = stop;
                 return self.report;
@@ -175,25 +178,28 @@ impl NewtonSolve<'_, '_> {
             }
             steps += 1;
             self.factorise |= steps > MAX_ITERATIVE_STEPS && factorised_systems::are_applicable(self.problem);
-            let factorised = self.step(it, &mut trial);
+            let exact = self.step(it, &mut trial);
             let mut after = self.problem.natural_residual(&trial);
-            if factorised {
-                progress.kept.get_or_insert_with(|| Unknowns::from_state(it));
+            if exact {
+                kept.get_or_insert_with(|| Unknowns::from_state(it));
                 after = self.project_solution(&mut trial, after);
             }
-            if progress.accepts(after, factorised) {
+            let before = progress;
+            if progress.accepts(after, exact) {
                 std::mem::swap(it, &mut trial);
                 continue;
             }
-            progress.worse = 0;
             if !self.factorise && factorised_systems::follow_failure(self.problem, failures) {
-                self.factorise = true;
+                // Without factors, the same step fails again.
+                (self.factorise, progress) = (true, before);
                 continue;
             }
+            progress.worse = 0;
             failures += 1;
             (may_start, near) = (true, RESTART_RESIDUAL);
-            if let Some(kept) = progress.kept.take() {
+            if let Some(kept) = kept.take() {
                 kept.restore_into(it);
+                progress.best = f64::INFINITY;
             } else if after < FIRST_STEP_LIMIT {
                 std::mem::swap(it, &mut trial);
             }
@@ -204,7 +210,7 @@ impl NewtonSolve<'_, '_> {
         }
     }
 
-    /// Projects the tractions of a factorised step if its residual `after` meets the tolerance. Returns the residual.
+    /// Projects the tractions of an exact step if its residual `after` meets the tolerance. Returns the residual.
     fn project_solution(&mut self, trial: &mut ContactState, after: f64) -> f64 {
         if after.is_nan() || after > self.options.tolerance {
             return after;
@@ -247,7 +253,8 @@ impl NewtonSolve<'_, '_> {
         }
     }
 
-    /// Takes a Newton step from `it` to `trial`. Returns whether the linear system was factorised. Tractions are then not projected.
+    /// Takes a Newton step from `it` to `trial`. Returns whether it is exact: by factors of the linear system, without a projection of
+    /// the tractions.
     fn step(&mut self, it: &ContactState, trial: &mut ContactState) -> bool {
         trial.copy_unknowns(it);
         let mut tangent = NewtonSystem::new(self.problem, it, &self.linear, &mut self.workspace);
@@ -263,16 +270,20 @@ impl NewtonSolve<'_, '_> {
             linear_tolerance(residual, self.options.tolerance)
         };
         let options = KrylovOptions { tolerance, max_products: MAX_GMRES_PRODUCTS, restart: GMRES_RESTART };
-        // If GMRES has no memory for its vectors or is cancelled, the step uses the result of the last completed restart.
-        // Barzilai-Borwein steps or the end of the solve follow.
-        let factorised = tangent.is_factorised();
+        // If GMRES has no memory for its vectors or is cancelled, the step uses the result of the last completed restart. It fails, or
+        // the solve ends.
         let solved = self.krylov.solve(&mut tangent, &rhs, &mut x, 1, options);
+        let report =
+            solved.map_or(KrylovReport { n_products: 0, residual: f64::INFINITY }, |reports| reports[0]);
+        let exact = tangent.is_factorised() && report.residual <= tolerance;
         tangent.restore_prescribed_forces(&rhs, &mut x);
         tangent.advance(&x, trial);
+        if !exact {
+            trial.project_to_cone();
+        }
         self.problem.evaluate(trial);
         self.report.iterations += 1;
-        let n_products = solved.map_or(0, |reports| reports[0].n_products);
-        self.report.applications += (n_products + 2) * self.problem.applications();
-        factorised
+        self.report.applications += (report.n_products + 2) * self.problem.applications();
+        exact
     }
 }

@@ -30,7 +30,9 @@ impl NewtonSystem<'_, '_> {
         let mut cells: Vec<usize> = self.active.iter().map(|active| active.cell).collect();
         cells.sort_unstable();
         cells.dedup();
-        if self.len().max(3 * cells.len()) > MAX_UNKNOWNS {
+        let unformed = self.problem.flexibility.unformed_cells();
+        let formed = cells.iter().all(|cell| unformed.binary_search(cell).is_err());
+        if !formed || self.len().max(3 * cells.len()) > MAX_UNKNOWNS {
             return None;
         }
         let known = self.entries.take().filter(|known| cells.iter().all(|&cell| known.place(cell).is_some()));
@@ -152,6 +154,7 @@ mod tests {
 
     use super::super::tangent::{LinearModel, Workspace};
     use super::*;
+    use crate::contact::friction_scaling::FrictionScaling;
     use crate::contact::{
         ContactScales, ContactState, Increment, NormalControl, PathPoint, Pressures, TangentialControl,
     };
@@ -209,6 +212,37 @@ mod tests {
         Dense(matrix)
     }
 
+    /// Scaled tractions of two path points. Their directions differ slightly. The last cell is open, and three reach the friction
+    /// limit.
+    fn tractions(n: usize) -> Vec<f64> {
+        let mut scaled = vec![0.0; 6 * n];
+        for (end, planes) in scaled.chunks_exact_mut(3 * n).enumerate() {
+            for i in 0..n - 1 {
+                let p = 1.0 + 0.5 * wave(i);
+                let share = if [0, 3, 4].contains(&i) { 1.0 } else { 0.3 };
+                let (sin, cos) = (i as f64 + 1e-3 * end as f64).sin_cos();
+                (planes[i], planes[n + i], planes[2 * n + i]) = (share * p * cos, share * p * sin, p);
+            }
+        }
+        scaled
+    }
+
+    /// Initial gap at which the cells with pressure just touch.
+    fn closing_gap(operator: &Dense, ellipse: &FrictionEllipse, scaled: &[f64]) -> Vec<f64> {
+        let n = operator.n_cells();
+        let hat = FrictionScaling::new(ellipse);
+        let mut physical = scaled.to_vec();
+        for i in 0..n {
+            let q = hat.physical_traction([scaled[i], scaled[n + i]]);
+            (physical[i], physical[n + i]) = (q[0], q[1]);
+        }
+        let mut gap = vec![0.0; 3 * n];
+        operator.apply(&physical, &mut gap);
+        gap.iter_mut().for_each(|gap| *gap = -*gap);
+        gap[3 * n - 1] += 1.0;
+        gap
+    }
+
     /// Truth: the columns of the matrix are the products of the system with unit vectors. The two path points of a cycle have cells
     /// that are open, stick, slip or stick through the whole cycle, implicit wear, and one has an unknown normal motion. Tolerance
     /// 1e-12: rounding of entries up to 100.
@@ -227,7 +261,8 @@ mod tests {
             balance: None,
             reference: reference.clone(),
         };
-        let initial_gap: Vec<f64> = (0..3 * n).map(wave).collect();
+        let scaled = tractions(n);
+        let initial_gap = closing_gap(&operator, &ellipse, &scaled[..3 * n]);
         let (areas, wear_depth) = (vec![0.5; n], vec![0.0; n]);
         let problem = Increment {
             flexibility: &operator,
@@ -246,8 +281,7 @@ mod tests {
             path_points: vec![point(NormalControl::Approach), point(NormalControl::Force(2.0))],
         };
         let mut it = ContactState::new(n, vec![[0.0; 3]; 2]);
-        it.scaled.iter_mut().enumerate().for_each(|(k, t)| *t = wave(3 * k));
-        it.project_to_cone();
+        it.scaled = scaled;
         problem.evaluate(&mut it);
         let model = LinearModel { flexibility: &operator, zeros: vec![0.0; 3 * n] };
         let mut workspace = Workspace::new(&problem);

@@ -291,7 +291,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         self.bordered.restore_work(&rhs[self.tractions..], &mut x[..self.tractions]);
     }
 
-    /// Adds the step with the unknowns `x` to the state `it`, and projects the tractions onto the admissible set.
+    /// Adds the step with the unknowns `x` to the state `it`.
     pub fn advance(&mut self, x: &[f64], it: &mut ContactState) {
         self.apply_known_part(it);
         it.scaled.iter_mut().zip(&self.change.scaled).for_each(|(traction, change)| *traction += change);
@@ -299,9 +299,6 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         it.scaled.iter_mut().zip(&self.change.scaled).for_each(|(traction, change)| *traction += change);
         for (free, amount) in self.free.iter().zip(&x[self.tractions..]) {
             add_motion(it, free.end, &free.motion, amount * self.motion_unit);
-        }
-        if !self.is_factorised() {
-            it.project_to_cone();
         }
     }
 
@@ -372,7 +369,8 @@ impl LinearSystem for NewtonSystem<'_, '_> {
     fn precondition(&mut self, image: &[f64], x: &mut [f64]) {
         if let Some(factors) = &self.factors {
             let mut column = DenseMatrix::from_values(image.len(), 1, image.to_vec());
-            if factors.solve_in_place(&mut column, Par::rayon(0)).is_ok() {
+            // One column in several threads is a sum that depends on their number.
+            if factors.solve_in_place(&mut column, Par::Seq).is_ok() {
                 x.copy_from_slice(column.values());
                 return;
             }

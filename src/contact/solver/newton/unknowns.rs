@@ -104,7 +104,7 @@ fn slip_direction(fixed: Option<&Matrix2<f64>>, y: [f64; 2], slip: [f64; 2]) -> 
     let (mut y, slip) = (Vector2::from(y), Vector2::from(slip));
     if let Some(fixed) = fixed.filter(|fixed| (*fixed * slip).norm() <= MAX_FIXED_SLIP_SHARE * slip.norm()) {
         let free = y - fixed * y;
-        y = if free.norm() > 0.0 { free } else { y };
+        y = if free.norm() > MAX_FIXED_SLIP_SHARE * y.norm() { free } else { y };
     }
     (y / y.norm()).into()
 }
