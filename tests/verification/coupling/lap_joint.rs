@@ -49,7 +49,7 @@ fn strap(x: f64, z: f64) -> Mesh {
     mesh
 }
 
-/// Truth: plane strain by an independent program, on a mesh twice as fine as any here: the clamping force 400.089 N, then pulled by
+/// Truth: plane strain by an independent program, with the uncertainty of the last digit: the clamping force 400.089 N, then pulled by
 /// 0.04 mm in eight increments the friction force 63.132(7) N, the normal force 400.0619 N and the dissipation 7.47e-3(4) N mm.
 /// Elements of 0.5 mm change the forces by less than 1e-3 and the dissipation by less than 1 %. From the second stroke on, the
 /// hysteresis is closed. Each increment dissipates.

@@ -4,7 +4,7 @@
 //! The augmented variables p - c_n g_n and q̂ - c_t Δĝ_t decide whether a cell is open, sticks or slips. g_n is the normal gap, Δĝ_t
 //! the scaled slip; c_n and c_t are local stiffnesses. The equations of these cell states give the step; they are linear except for
 //! the direction of slip. Far from the solution the states alternate. Projected Barzilai-Borwein steps therefore precede the first
-//! Newton step if the residual is large, and follow each failed Newton step.
+//! Newton step if the residual is large, and follow failed Newton steps. Systems of meshed bodies are factorised after a failure.
 //!
 //! # Source
 //! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods". Hüeber,
