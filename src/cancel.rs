@@ -1,7 +1,6 @@
-//! Process-wide cancellation flag, which long computations poll between elements, factorisations and columns.
+//! Process-wide cancellation flag, which long computations poll.
 //!
-//! The flag is global because the signal that sets it concerns the whole process. The program never resets it. A process that
-//! continues with other computations may reset it while nothing is computed.
+//! The flag is global because the signal that sets it concerns the whole process.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,18 +8,18 @@ use crate::error::{Error, Result};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// The flag that a signal sets.
+/// The flag; `true` requests cancellation.
 pub fn flag() -> &'static AtomicBool {
     &REQUESTED
 }
 
-/// Resets the flag. Call it only while nothing is computed, because a running computation with skipped work would not notice the
-/// cancellation.
+/// Resets the flag. Call it only while nothing is computed, because a running computation that has already skipped work would not
+/// notice the cancellation.
 pub fn reset() {
     REQUESTED.store(false, Ordering::Relaxed);
 }
 
-/// Whether cancellation was requested. Results computed after the request may be wrong, so the callers discard them.
+/// Whether cancellation was requested. Results computed after the request may be wrong and must be discarded.
 pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

@@ -1,6 +1,6 @@
 //! Lines and cells of CSV files.
 
-/// Trimmed lines of a table with their numbers from 1, without blank lines and lines that begin with #.
+/// Trimmed lines of a table, each with its line number (from 1) in `text`. Blank lines and lines that begin with # are left out.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
     lines
@@ -9,7 +9,8 @@ pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
-/// Cells of a line, without enclosing quotes. Commas or semicolons separate them, or blanks if the line has neither.
+/// Cells of a line, trimmed and without enclosing double quotes. Commas and semicolons separate cells, even within quotes. If the
+/// line has neither, blanks separate cells.
 pub(crate) fn split_fields(line: &str) -> Vec<&str> {
     if line.contains([',', ';']) {
         // A separator at the end of the line does not start a further cell.
@@ -31,8 +32,8 @@ impl Separators {
     /// Checks a line.
     ///
     /// # Errors
-    /// If the line mixes separators, may contain a decimal comma, or uses another separator than the lines before. The error text
-    /// is a predicate that begins with "has": the caller puts a subject, such as "the row", in front of it.
+    /// If the line contains commas as well as semicolons, a comma that may be a decimal comma, or another separator than an earlier
+    /// line. The error text begins with "has" and needs a subject in front, such as "the row".
     pub(crate) fn check(&mut self, line: &str) -> Result<(), String> {
         let blank = line.split_whitespace().nth(1).map(|_| ' ');
         let separator = line.chars().find(|c| [',', ';'].contains(c)).or(blank);
@@ -55,8 +56,8 @@ impl Separators {
     }
 }
 
-/// Whether a comma of the line may be a decimal comma between values that blanks separate, as in "1 100,5" but not in "0.1,5 of
-/// 10".
+/// Whether the line has a comma that may be a decimal comma, as in "1 100,5", but not in "0.1,5 of 10". Whole numbers stand
+/// directly on both sides of this comma (on the right, an exponent may follow), and a cell beside it has several words.
 fn may_have_decimal_comma(line: &str) -> bool {
     let is_whole = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let cells: Vec<&str> = line.split(',').collect();
@@ -70,7 +71,7 @@ fn may_have_decimal_comma(line: &str) -> bool {
     })
 }
 
-/// Removes the quotes around a cell.
+/// Removes a pair of double quotes around a cell.
 fn unquoted(cell: &str) -> &str {
     cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell)
 }
@@ -80,7 +81,7 @@ mod tests {
     use super::*;
 
     /// Truth: by docs/scene.md, decimal commas together with semicolons, blanks or tabs are refused. Texts, units and dates in
-    /// other columns may hold blanks. A line with another separator than the line before is refused, too.
+    /// other columns may hold blanks. A line with another separator than the line before is refused.
     #[test]
     fn decimal_commas_are_no_separators() {
         for wrong in

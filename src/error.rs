@@ -56,7 +56,7 @@ pub struct Error {
 /// `Result` with the crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Message of a panic.
+/// Text of a panic's payload, or "no message" if the payload is no text.
 pub fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
@@ -67,7 +67,7 @@ impl Error {
         Self { kind, message: message.into(), context: Vec::new(), group: None }
     }
 
-    /// Error in the user's input. The message states the invalid input, the allowed values, and the remedy.
+    /// Error in the user's input. The message should state the invalid input, the allowed values, and the remedy.
     pub fn input(message: impl Into<String>) -> Self {
         Self::new(ErrorKind::Input, message)
     }
@@ -170,7 +170,7 @@ pub enum Severity {
 pub struct Warning {
     /// Severity of the message.
     pub severity: Severity,
-    /// The message, which contains the mark of its severity.
+    /// The message. Warnings other than notes contain a mark of their severity.
     pub text: String,
 }
 
@@ -202,7 +202,7 @@ impl From<Warning> for String {
     }
 }
 
-/// Reads the text of a warning in a file of results or in a checkpoint. Its severity is marked in the text (docs/results.md).
+/// Determines the severity of a warning from the mark in its text (docs/results.md).
 impl From<String> for Warning {
     fn from(text: String) -> Self {
         let severity = match &text {

@@ -1,7 +1,7 @@
 //! Points, orthonormal triads and rotations.
 //!
-//! Global axes are x, y, z. A [`Triad`] holds the local axes (x, y, n) of a frame point, with n the outward normal of body 1.
-//! Components of local vectors are always in this order.
+//! Global axes are x, y, z. A [`Triad`] holds the local axes (x, y, n) of a cell, with n the outward normal of body 1. Components
+//! of local vectors are always in this order.
 
 pub(crate) mod ball_tree;
 

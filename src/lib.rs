@@ -1,9 +1,9 @@
 //! orthowear: three-dimensional frictional contact and wear of orthotropic bodies, in particular fibre-reinforced plastics.
 //!
-//! Two elastic bodies touch on a *contact frame*: N cells with areas and local axes (e1, e2, n), where n is the outward normal of
-//! body 1. The elasticity of a body enters the contact problem only through its *flexibility* on the frame: the surface
-//! displacement due to tractions on the cells. With the gap g, the free gap g_free (initial gap and rigid-body motion), the
-//! tractions P on body 2, the flexibility S of both bodies and the wear depth w,
+//! Two bodies touch on a *contact frame*: N cells with areas and local axes (e1, e2, n), where n is the outward normal of body 1.
+//! The elasticity of a body enters the contact problem only through its *flexibility* on the frame: the surface displacement due to
+//! tractions on the cells. With the gap g, the free gap g_free (initial gap and rigid-body motion), the tractions P on body 2, the
+//! flexibility S of both bodies and the wear depth w,
 //!
 //! ```text
 //! g = g_free + S P + w n

@@ -16,7 +16,7 @@ const ALIGNMENT: usize = 64;
 /// Value type: code in the header, size in bytes, conversion to f64.
 type ValueType = (&'static str, usize, fn(&[u8]) -> f64);
 
-/// Supported types. The header may contain "=" instead of "<" on little-endian machines.
+/// Supported types. In the header of a file, "<" or "=" precedes the code; both stand for little-endian.
 const VALUE_TYPES: [ValueType; 4] = [
     ("f4", 4, |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
     ("f8", 8, |b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])),
@@ -157,7 +157,7 @@ impl NpzWriter {
                 format!("the array {name}: {} values do not fill the shape {shape:?}", values.len());
             return Err(Error::numerical(message));
         }
-        // Files of 4 GiB or more require the ZIP64 format. It is used from 2 GiB on.
+        // ZIP64, with a margin: without it, a file in a ZIP archive must be smaller than 4 GiB.
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .large_file(size_of_val(values) >= 1 << 31);

@@ -59,7 +59,7 @@ impl AllowedOmissions {
         self.0 & (1 << skip as u16) != 0
     }
 
-    /// The same set without `skip`.
+    /// This set without `skip`.
     pub const fn without(self, skip: OmittableWork) -> Self {
         Self(self.0 & !(1 << skip as u16))
     }
@@ -84,7 +84,7 @@ pub struct OmittedWork {
 }
 
 impl OmittedWork {
-    /// Omitted work by its name in `solver.skip`, with a description and the reason.
+    /// Creates a record with the name in `solver.skip`, if there is one, a description and the reason.
     pub fn new(
         skip: impl Into<Option<OmittableWork>>,
         what: impl Into<String>,
@@ -98,7 +98,7 @@ impl OmittedWork {
 mod tests {
     use super::*;
 
-    /// Truth: a set contains exactly the items from which it was built, and `ALL` contains everything.
+    /// Truth: a set contains exactly the kinds from which it was built, and `ALL` contains all kinds.
     #[test]
     fn sets() {
         for (place, skip) in OmittableWork::ALL.into_iter().enumerate() {

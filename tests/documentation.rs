@@ -82,7 +82,7 @@ fn the_book_has_every_page() {
     }
 }
 
-/// The first argument of the script is the program.
+/// Asserts that a script, with the program as its first argument, succeeds.
 fn script(name: &str, arguments: &[PathBuf]) {
     let program = env!("CARGO_BIN_EXE_orthowear");
     let script = root().join("scripts").join(name);

@@ -79,14 +79,14 @@ fn held(case: &str, height: f64, x: &Point, normal: &Point, c: usize) -> bool {
     }
 }
 
-/// MiB.
+/// Peak resident memory of this process, MiB.
 fn peak() -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find(|line| line.starts_with("VmHWM:")).unwrap_or("");
     line.split_whitespace().nth(1).and_then(|kib| kib.parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
 }
 
-/// Summed over all threads.
+/// Processor time of this process in seconds, summed over all threads.
 fn processor() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after = text.rsplit(')').next().unwrap_or("");
@@ -162,7 +162,7 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
     Ok(())
 }
 
-/// By least squares, against value 0.
+/// Slope of value `k` against value 0, by least squares.
 fn slope(points: &[[f64; 3]], k: usize) -> f64 {
     let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
     let [x, y] = [mean(0), mean(k)];

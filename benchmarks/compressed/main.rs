@@ -25,7 +25,7 @@ type Cells = (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>);
 
 /// About `n` quadrilaterals and triangles that fill the unit square, finer in the middle.
 fn cells(n: usize) -> Cells {
-    // A third of the squares is split.
+    // A third of the `m` x `m` squares is split into two triangles.
     let m = (n as f64 * 0.75).sqrt().round() as usize;
     let node = |i: usize, j: usize| {
         let graded = |k: usize| {
@@ -168,7 +168,7 @@ fn main() -> Outcome<()> {
          it, without | error |"
     );
     println!("|{}", "---|".repeat(11));
-    // Memory that another size has freed would hide the growth of the resident memory.
+    // Each size runs in its own process: memory that another size has freed would hide the growth of the resident memory.
     let mut seconds: Vec<[f64; 3]> = Vec::new();
     for size in &settings.sizes {
         let mut command = std::process::Command::new(std::env::current_exe()?);

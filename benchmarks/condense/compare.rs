@@ -14,7 +14,7 @@ use crate::{Outcome, machine};
 
 type Values = BTreeMap<String, f64>;
 
-/// Assembly is the same for all programs.
+/// Compared stages. Assembly is left out, because it is the same for all programs.
 const STAGES: [&str; 4] = ["order", "symbolic", "factor", "flexibility"];
 
 struct Contestant {
@@ -102,7 +102,7 @@ pub fn compare(settings: &Settings) -> Outcome<()> {
     Ok(fs::write(settings.out.join("condense.csv"), table)?)
 }
 
-/// `None` for missing programs.
+/// Least values of each program over the repetitions; `None` for missing programs.
 fn measure(settings: &Settings, name: &str, matrix: &Path) -> Outcome<Vec<Option<Values>>> {
     let mut best: Vec<Option<Values>> = vec![None; CONTESTANTS.len()];
     for _ in 0..settings.repeats {

@@ -10,9 +10,9 @@ use crate::case::{Case, Ordering};
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Route {
-    /// From the trailing block of the factor.
+    /// The flexibility follows from the trailing block of the factor.
     Schur,
-    /// By solving for a unit force on each contact row.
+    /// The flexibility follows from solutions for a unit force on each contact row.
     BackSolve,
 }
 
@@ -77,7 +77,7 @@ pub fn measure(name: &str, ordering: Ordering, route: Route) -> Outcome<()> {
     Ok(())
 }
 
-/// By back-solves in batches.
+/// Trace of the flexibility, by back-solves in batches.
 fn back_solves(factor: &impl SymmetricSolver, contact: &[usize]) -> Outcome<f64> {
     const BATCH: usize = 64;
     let n = factor.n();

@@ -41,7 +41,7 @@ const ELEMENTS: [(&str, ElementKind); 9] = [
 ];
 
 /// Cells of the frame along the patch: one cell per first-order element, two per second-order element. The spacing of surface nodes
-/// is then the same.
+/// is then the same for both orders.
 const CELLS: [usize; 4] = [8, 12, 16, 24];
 
 /// Element whose extrapolated values are the reference, and an additional finer frame for it.

@@ -11,7 +11,7 @@ use super::cases::Case;
 /// Factor between successive trial limits in the search for the least one.
 const STEP: f64 = 1.1;
 
-/// MiB.
+/// Memory of a case, MiB.
 #[derive(Debug, Clone, Copy)]
 pub struct Measured {
     pub estimate: f64,
@@ -54,7 +54,7 @@ pub fn row(program: &Path, case: &Case, threads: usize) -> Outcome<Measured> {
     Ok(Measured { estimate, peak: peak / f64::from(1 << 20) })
 }
 
-/// The least memory that `check` accepts, found by trial.
+/// Option with the least memory that `check` accepts, found by trial.
 fn least(check: &dyn Fn(&[String]) -> Outcome<Output>) -> Outcome<Vec<String>> {
     let mut bytes = 1.2e7;
     loop {
@@ -70,7 +70,7 @@ fn least(check: &dyn Fn(&[String]) -> Outcome<Output>) -> Outcome<Vec<String>> {
     }
 }
 
-/// MiB, from the output of `check`.
+/// Memory in the output of `check`, MiB.
 fn estimate(told: &str) -> Option<f64> {
     let line = told.lines().find(|line| line.starts_with("memory"))?;
     line.split_once("about ")?.1.split_whitespace().next()?.parse().ok()

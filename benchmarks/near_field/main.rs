@@ -312,7 +312,7 @@ fn run(folder: &Path, settings: &[String]) -> Outcome<(f64, f64)> {
     Ok((seconds, load))
 }
 
-/// Three for each node that is not on the base.
+/// Number of unknowns: three for each node that is not on the base.
 fn unknowns(path: &Path) -> Outcome<usize> {
     let mesh = orthowear::mesh::gmsh::read(path)?;
     let held = mesh.group_nodes("base")?.len();

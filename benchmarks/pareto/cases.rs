@@ -58,7 +58,7 @@ pub fn configuration(family: &'static str, label: impl Into<String>, sets: &[Str
     Configuration { family, label: label.into(), sets: sets.to_vec(), mesh: None, asked: None }
 }
 
-/// `table` has further entries of the `accuracy` table.
+/// Configuration with the accuracy `relative`. `table` has further entries of the `accuracy` table.
 fn accuracy(relative: &str, table: &str) -> Configuration {
     let set = format!("accuracy={{ relative = {relative}{table} }}");
     let asked = relative.parse().ok();

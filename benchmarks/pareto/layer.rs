@@ -9,7 +9,7 @@ use super::cases::{CELLS, Case, Configuration, OWN, configuration, sampled, valu
 /// A mesh of the layer, made by gmsh from layer.geo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mesh {
-    /// Along the patch under the frame. It determines the numbers over the depth and beside the patch.
+    /// Number of cells along the patch under the frame. The numbers over the depth and beside the patch follow from it.
     cells: usize,
     nodes: Nodes,
     /// Whether cells have one size from top to base, or are small at the top.
@@ -102,7 +102,7 @@ fn configurations(quick: bool) -> Vec<Configuration> {
             let label = format!("near field, {name} nodes, {n} along the patch");
             let mesh = Some(near(*n, nodes));
             all.push(Configuration { mesh, ..configuration("mesh of the near field", label, &[]) });
-            // The error of the mesh dominates.
+            // With 200 cells along the frame, the error of the mesh dominates.
             if !quick {
                 let set = ["frame.cells=[200, 200]".to_owned()];
                 let label = format!("near field, {name} nodes, {n} along the patch, 200 cells");

@@ -111,7 +111,7 @@ fn row(group: &str, case: &Case, verdict: &Verdict) -> String {
     format!("{group},{sweep},{value},{end},{residual},{iterations},{touching},{message}\n")
 }
 
-/// Hints about units and load paths are the same in every row.
+/// Warnings of a run, shortened. Hints about units and load paths are left out, because they are the same in every row.
 fn warnings(run: &Run) -> String {
     let doubts = run.warnings.iter().filter(|warning| warning.starts_with("WARNING"));
     doubts.map(|warning| short(warning)).collect::<Vec<_>>().join("; ")

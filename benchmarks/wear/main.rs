@@ -66,7 +66,7 @@ fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     Ok(runs[runs.len() / 2].clone())
 }
 
-/// Root mean square over the cells with wear in `b`, divided by its largest depth.
+/// Root mean square of `a` - `b` over the cells with wear in `b`, divided by the largest depth of `b`.
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     let squares: Vec<f64> =
         a.iter().zip(b).filter(|(_, b)| **b > 0.0).map(|(a, b)| (a - b).powi(2)).collect();
@@ -207,7 +207,7 @@ fn main() -> Outcome<()> {
         }
     };
     let (cells, repeats) = (value("--cells", 64)?, value("--repeats", 3)?.max(1));
-    // Otherwise each parallel part would wait for another thread.
+    // With more threads, each parallel part would wait for another thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     if !words.iter().any(|word| word == "--sliding") {
         for tilt in [0.0, 90.0] {

@@ -10,7 +10,7 @@ use crate::errors;
 /// Largest nesting depth of tables and lists. Scenes have fewer than ten levels.
 const DEEPEST: usize = 50;
 
-/// A value of a scene as TOML, `None` for an absent key. `key` is its name in messages.
+/// A value of a scene as TOML; `None` for Python's None, which stands for an absent key. `key` names the value in messages.
 pub fn to_toml(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<Value>> {
     if value.is_none() {
         return Ok(None);

@@ -92,8 +92,8 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
         Ok(Self { messages: Mutex::new(messages), stop, thread: Some(thread) })
     }
 
-    /// The next message, `None` after the last one. A signal stops the computation. Its exception is raised after the computation
-    /// has ended.
+    /// The next message, `None` after the last one. A signal stops the computation. The exception of the signal is raised after the
+    /// computation has ended.
     pub fn next_message(&mut self, py: Python<'_>) -> PyResult<Option<M>> {
         loop {
             let messages = self.messages.get_mut().unwrap_or_else(PoisonError::into_inner);

@@ -102,7 +102,7 @@ pub struct RunRequest {
     pub requests: Option<Receiver<()>>,
 }
 
-/// Runs a plan as the command line does.
+/// Runs a plan, and writes files if `out` is given.
 pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
     let RunRequest { plan, out, progress, requests } = wishes;
     let mut summary = job::new_summary(&plan);
@@ -127,13 +127,12 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
     RunOutput { summary, fields: watcher.fields, failure }
 }
 
-/// Summary and fields of a run, or the exception that ended it.
+/// Summary and fields of a run, or the exception that ended it. A run that did not converge has results and no exception.
 pub fn to_python_result<'py>(
     py: Python<'py>,
     plan: &Plan,
     ended: &RunOutput,
 ) -> PyResult<(Bound<'py, PyAny>, Option<Bound<'py, PyDict>>)> {
-    // A run that does not converge still has results.
     if let Some(failure) =
         ended.failure.as_ref().filter(|failure| failure.error.kind() != ErrorKind::NotConverged)
     {

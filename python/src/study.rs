@@ -114,7 +114,7 @@ impl Study {
     }
 }
 
-/// Results of the study, written if `write`. Returns the first problem as an error if there is one.
+/// Results of the study; writes them if `write` is true. If there are problems, returns the first one as an error.
 fn concluded(
     job: &StudyRunner<'_>,
     ended: StudyOutcome,

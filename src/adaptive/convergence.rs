@@ -29,8 +29,8 @@ pub struct Convergence {
 }
 
 impl Convergence {
-    /// Estimate from at least two values at decreasing sizes. With five or more values, it decreases at most with order 2, because
-    /// smaller estimates are small by chance.
+    /// Estimate from at least two values at decreasing sizes. With five or more values, the estimated error decreases at most with
+    /// order 2 from one size to the next. An estimate that decreases faster is small by chance.
     pub fn estimate(sizes: &[f64], values: &[f64]) -> Self {
         let n = values.len();
         let found = Self::fit(sizes, values);
@@ -42,11 +42,11 @@ impl Convergence {
         Self { constant: found.constant.max(least / sizes[n - 1].powf(found.order)), ..found }
     }
 
-    /// Fits the order p to the last differences; p is 1 if there are too few. If they change steadily, p is limited to [1/2, 2];
-    /// otherwise p is reduced by its standard error and limited to [1, 2].
+    /// Fits the order p to the last differences; p is 1 if there are too few. If the differences change steadily, p is limited to
+    /// [1/2, 2]; otherwise p is reduced by its standard error and limited to [1, 2].
     ///
-    /// C is the largest constant of the last three differences. Contacts end between cells, so that single differences are small by
-    /// chance.
+    /// C is the largest constant of the last three differences. Contacts end between cells, so that a single difference may be
+    /// small by chance.
     fn fit(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
         let first = differences.len().saturating_sub(MAX_FITTED_DIFFERENCES);
@@ -82,7 +82,8 @@ impl Convergence {
     }
 }
 
-/// Extrapolated limit of values at decreasing sizes; `None` unless the last three differences have one sign and about one order.
+/// Extrapolated limit of values at decreasing sizes; `None` unless the last three differences have the same sign and about the same
+/// order.
 ///
 /// # Source
 /// Richardson 1911, "The approximate arithmetical solution by finite differences".

@@ -14,15 +14,16 @@ const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450,
 /// Largest number of cells of a frame.
 const MOST: usize = 1_000_000;
 
-/// Largest number of levels of the increments (`DOUBLINGS`) and of the jumps (`JUMP_LEVELS`). Each level doubles the increments;
-/// for jumps, it divides their tolerance by four or doubles their number.
+/// Largest levels of the increments (`DOUBLINGS`) and of the jumps (`JUMP_LEVELS`). Each level doubles the increments; for jumps,
+/// it divides their tolerance by four or doubles their number.
 const DOUBLINGS: usize = 9;
 const JUMP_LEVELS: usize = 7;
 
 /// Later refinements restart from this level at most, if the finest level of increments or jumps does not reach the accuracy.
 const FALLBACK_LEVEL: usize = 3;
 
-/// Closed paths are refined up to this number of increments per stroke. All path points of a cycle are solved together.
+/// Number of increments per stroke at which the refinement of closed paths ends. The number is small, because all path points of a
+/// cycle are solved together.
 const MAX_INCREMENTS_PER_STROKE: usize = 128;
 
 /// Least number of cells in contact for values to converge, for area contacts and line contacts.

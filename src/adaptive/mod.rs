@@ -41,7 +41,7 @@ struct MeasuredRun {
     seconds: f64,
 }
 
-/// Relative error of the load of a punch, divided by the relative error of its area in cells.
+/// Relative error of the load of a punch, divided by the relative error of the total area of its cells.
 const LOAD_ERROR_PER_AREA_ERROR: f64 = 0.5;
 
 /// A run writes files if its predicted errors are at most this multiple of the allowed ones: files cost less than another run.
@@ -199,7 +199,7 @@ impl<'p> AccuracySearch<'p> {
         )
     }
 
-    /// Message that the search ended at the finest level without the accuracy, if so.
+    /// Message that the search ended at the finest level without reaching the accuracy; `None` otherwise.
     fn finest_level_message(&self) -> Option<String> {
         let knob = self.knobs[self.refinements.len().checked_sub(1)?];
         let last = self.samples.last()?;
@@ -300,7 +300,7 @@ impl<'p> AccuracySearch<'p> {
         }
         let before =
             (0..index).filter_map(|other| self.error_contribution(other)).map(|errors| errors[value]);
-        // The lower bound refines the last parameter even if the others leave too large an error.
+        // The lower bound leaves a tolerance for the last parameter, even if the other parameters have too large errors.
         (whole - before.sum::<f64>())
             .max((1.0 - PATH_TOLERANCE_SHARE * (self.knobs.len() - 1) as f64) * whole)
     }

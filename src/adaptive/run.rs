@@ -120,7 +120,7 @@ impl AccuracyRun<'_, '_, '_> {
         }
     }
 
-    /// Runs a plan with output; its files are the results unless finer runs follow.
+    /// Runs the plan of `levels` with output. Its files are the results unless finer runs follow.
     fn final_run(&mut self, levels: Levels) -> Result<u8, SceneError> {
         let plan = self.search.plan(&levels);
         let output = match (self.output.take(), &self.directory) {

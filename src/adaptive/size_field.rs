@@ -1,4 +1,4 @@
-//! Element sizes of the next mesh of a body, from the estimated stress errors at the ends of the steps.
+//! Element sizes of the next mesh of a body, from estimated stress errors.
 
 use crate::error::{Error, Result};
 use crate::fem::{ErrorEstimate, SIZE_RATIO_BOUNDS, size_ratios};
@@ -25,7 +25,7 @@ pub struct SizeField {
     pub nodal: Vec<f64>,
     /// Target of the relative stress error in the energy norm.
     pub error: f64,
-    /// Whether one round can reach the target within the bounds of the size ratio.
+    /// Whether one round with the smallest admissible size ratio reaches the target.
     pub reaches_target: bool,
     /// Number of elements of the present mesh.
     pub elements: usize,
@@ -35,7 +35,7 @@ pub struct SizeField {
     pub bounds: SizeBounds,
 }
 
-/// Default least and largest size, relative to the present ones.
+/// Default least size relative to the smallest present size, and default largest size relative to the largest present size.
 const BOUNDS: [f64; 2] = [SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1]];
 
 /// Size field that reduces the errors of all `estimates` of a body to the target.

@@ -6,7 +6,7 @@ use crate::laws::wear::WearLaw;
 use crate::scene::plan::Plan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
 
-/// Least reference value, as a fraction of the largest one of the same quantity over all steps.
+/// Least reference value, as a fraction of the largest reference value with the same name over all steps.
 const LEAST: f64 = 0.01;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -20,7 +20,7 @@ pub(super) struct TargetValue {
     pub scale: f64,
     /// Exponent k of a value that is proportional to the k-th power of the area of a punch; 0 if unknown.
     pub area_power: f64,
-    /// Whether contact fills the outline, so that the error of its area matters.
+    /// Whether contact fills the outline, so that the error of the outline area matters.
     pub fills_outline: bool,
 }
 
@@ -57,8 +57,9 @@ impl ForceControls {
     }
 }
 
-/// Least number of cells in contact at the ends of the steps, for cells of the area `cell`. Steps without contact count as 0 under
-/// a positive approach without prescribed normal force; others are skipped.
+/// Least number of cells in contact at the ends of the steps, for cells of the area `cell`. A step without contact counts as 0 if
+/// its approach is positive and its normal force is not prescribed; otherwise it is skipped. [`usize::MAX`] if all steps are
+/// skipped.
 pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
     let mut held = ForceControls::NOTHING;
     let mut fewest = usize::MAX;
@@ -79,7 +80,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
     let mut found: Vec<TargetValue> = Vec::new();
     for step in &plan.steps {
         held = held.after(step);
-        // For load points and steps of the same name, the last one counts.
+        // Of several steps or records with the same name, the last one counts.
         found.retain(|value| value.step != step.name);
         let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
         // If the whole punch is in contact, its outline is the edge of the contact.
@@ -132,7 +133,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             .iter()
             .filter(|value| value.name == name)
             .fold(0.0, |most: f64, value| most.max(value.scale));
-        // Only the wear at the end matters.
+        // The error of the wear volume is relative to the largest wear volume of all steps.
         let least = if quantity == AccuracyQuantity::WornVolume { 1.0 } else { LEAST };
         let of_name = found.iter_mut().filter(|value| value.name == name && value.scale > 0.0);
         of_name.for_each(|value| value.scale = value.scale.max(least * largest));

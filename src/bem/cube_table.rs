@@ -10,7 +10,7 @@ use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CacheLookup};
 use crate::linalg::simd::wide;
 use crate::material::{Stiffness, voigt_to_tensor};
 
-/// Increase with every change of the table's contents or of their arithmetic.
+/// Version of the table's contents. Increase with every change of the contents or of their arithmetic.
 const FORMAT: u64 = 4;
 
 pub(super) const CACHE_EXTENSION: &str = "directions";
@@ -132,7 +132,7 @@ fn node(k: usize) -> f64 {
 }
 
 impl DirectionSymmetry {
-    /// Signs that map a point to its equivalent in the table; `axis` is the axis of its largest coordinate.
+    /// Signs that map the point `x` to its equivalent in the table; `axis` is the axis of the largest coordinate of `x`.
     #[inline]
     fn signs(self, x: &Vector3<f64>, axis: usize) -> Vector3<f64> {
         let sign = |folds: bool, x: f64| if folds { 1.0_f64.copysign(x) } else { 1.0 };
@@ -142,7 +142,7 @@ impl DirectionSymmetry {
         }
     }
 
-    /// Whether a table covers this square, whose side is at most half the side of a face.
+    /// Whether a table covers `square`, which must have at most half the side of a face.
     fn covers(self, square: &FaceSquare) -> bool {
         let x = square.point([0.0; 2]);
         match self {
@@ -231,9 +231,9 @@ impl<const LEN: usize> ChebyshevPatch<LEN> {
 }
 
 impl<const LEN: usize> CubeTable<LEN> {
-    /// Computes a table with an error of about `tolerance`, if the limits on patches and halvings and the integrals allow it. The
-    /// error is measured in evenly spread directions and in `others`. `integral` returns the field and an estimate of its error,
-    /// relative to the largest entries.
+    /// Computes a table with an error of about `tolerance`. The error may be larger because of the limits on patches and halvings,
+    /// or of inaccurate integrals. The error is measured in evenly spread directions and in `others`. `integral` returns the field
+    /// and an estimate of its error, relative to the largest entries.
     ///
     /// # Errors
     /// As the integrals, and if the run is cancelled.
@@ -282,7 +282,8 @@ impl<const LEN: usize> CubeTable<LEN> {
         Ok(table)
     }
 
-    /// Reads the table from a cache, or computes and caches it. Also returns a warning for a damaged entry or a failed write.
+    /// Reads the table from a cache, or computes it and writes it to the cache. Also returns a warning for a damaged entry or a
+    /// failed write.
     ///
     /// # Errors
     /// As `compute`, and if memory does not suffice.

@@ -3,8 +3,8 @@
 //! On a line x(s) = m + s h, -1 ≤ s ≤ 1, a rule with n Gauss points has a relative error of about ρ^(-2n). Here
 //! `ρ + 1/ρ = |z - 1| + |z + 1|` for the nearest complex singularity z of the kernel. With r = x - y, the isotropic kernel of a
 //! point y is singular where r·r = 0. The terms of an anisotropic kernel behave like 1/√(r·A⁻¹r). Here A_jl = C_kjkl (no sum over
-//! k) is the quadratic form of displacements along the material axis k. Displacement directions with much softer shear, such as the
-//! diagonals of cubic crystals, contribute additional forms.
+//! k) is the quadratic form of displacements along the material axis k. Other displacement directions contribute additional forms
+//! if the eigenvalues of these forms differ more, as for the diagonals of cubic crystals.
 
 use std::f64::consts::PI;
 
@@ -46,8 +46,8 @@ impl QuadratureOrder {
             let [aa, ab, bb] =
                 [a.dot(&patch.half_sides[0]), a.dot(&patch.half_sides[1]), b.dot(&patch.half_sides[1])];
             let [ca, cb, cc] = [a.dot(&away), b.dot(&away), (metric * away).dot(&away)];
-            // For each side of the patch, the rule is chosen on one line parallel to it, through the projection of `y` on the other
-            // side.
+            // For each side of the patch, the rule is chosen on one line parallel to this side. The line runs through the
+            // projection of `y` on the centre line along the other side.
             let across = |[aa, ab, bb]: [f64; 3], [ca, cb]: [f64; 2]| {
                 let t = (cb / bb).clamp(-1.0, 1.0);
                 bernstein_semi_axis(aa, ca - t * ab, cc - 2.0 * t * cb + t * t * bb)
@@ -85,7 +85,7 @@ const DIRECTIONS: usize = 200;
 /// Minimum ratio of largest to smallest eigenvalue for the form of an additional direction, relative to the largest ratio of the
 /// material axes.
 const MIN_RATIO_OVER_AXES: f64 = 1.2;
-/// As [`MIN_RATIO_OVER_AXES`], relative to the largest ratio of all sampled directions. The larger minimum counts.
+/// As [`MIN_RATIO_OVER_AXES`], relative to the largest ratio of all sampled directions. The larger of the two minima applies.
 const MIN_RATIO_SHARE: f64 = 0.5;
 
 /// Maximum cosine between additional directions (20 degrees).
@@ -143,8 +143,8 @@ fn directions() -> impl Iterator<Item = Point> {
 mod tests {
     use super::*;
 
-    /// Truth: (|z - 1| + |z + 1|)/2 is 2 for the pole z = 2 of 1/(x - 2), and √(1 + d²) for the poles ± i d of 1/√(s² + d²).
-    /// Distances along the fibre are divided by κ.
+    /// Truth: (|z - 1| + |z + 1|)/2 is 2 for the pole z = 2 of 1/(s - 2), and √(1 + d²) for the poles ± i d of 1/√(s² + d²).
+    /// Distances along the fibre are divided by κ = √(C_1111 / C_1212).
     #[test]
     fn poles() {
         assert!((bernstein_semi_axis(1.0, 2.0, 4.0) - 2.0).abs() < 1e-15);

@@ -1,4 +1,4 @@
-//! Flexibility on the frame of a body that is condensed to its contact nodes.
+//! Flexibility of a body on the frame, condensed to the body's contact nodes.
 
 use std::sync::Mutex;
 
@@ -15,7 +15,7 @@ use crate::linalg::packed::PackedSymmetric;
 /// Operator S = I F Iᵀ A. F gives the displacement of the contact nodes due to nodal forces, I averages nodal displacements over
 /// the cells, and A contains the cell areas.
 ///
-/// S is symmetric in the area-weighted sense, because F is symmetric and the same I serves forces and displacements.
+/// The matrix A S is symmetric, because F is symmetric.
 ///
 /// # Source
 /// docs/theory-coupling.md.
@@ -34,8 +34,8 @@ enum NormalOperator {
 }
 
 impl CondensedFlexibility {
-    /// Creates the operator from `entry(i, j)`, i >= j, the symmetric flexibility of the contact nodes of `map` (dof 3 node +
-    /// component, global axes, mm/N).
+    /// Creates the operator from the symmetric flexibility of the contact nodes of `map`: `entry(i, j)` for i >= j, mm/N. A dof is
+    /// 3 node + component, in global axes.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -64,7 +64,7 @@ impl CondensedFlexibility {
         self.nodal.at(i, j)
     }
 
-    /// Contact nodes with a weight in `cells`, ascending.
+    /// Indices of the contact nodes with a weight in `cells`, ascending.
     fn nodes_of(&self, cells: &[usize]) -> Vec<usize> {
         let mut nodes: Vec<usize> =
             cells.iter().flat_map(|&cell| self.map.row(cell).map(|entry| entry.0)).collect();
@@ -73,7 +73,7 @@ impl CondensedFlexibility {
         nodes
     }
 
-    /// Displacements of `nodes`, global axes, per traction (x, y, n) on one cell, mm/MPa. Zero at the other contact nodes.
+    /// Displacements of `nodes` per traction (x, y, n) on one cell, global axes, mm/MPa; zero at the other contact nodes.
     fn displacement_of(&self, cell: usize, nodes: &[usize]) -> Vec<Matrix3<f64>> {
         let mut displacement = vec![Matrix3::zeros(); self.map.nodes().len()];
         for &i in nodes {

@@ -22,7 +22,7 @@ pub struct FeBody {
     side: Side,
     condensed: Arc<CondensedBody>,
     map: FaceMap,
-    /// Cells on which the flexibility is formed, `[N]`; `None` for all cells.
+    /// Cells whose rows of the flexibility are formed at first, `[N]`; `None` for all cells.
     candidates: Option<Vec<bool>>,
     /// Surface of the initial mesh, which defines the gap.
     surface: MeshedSurface,
@@ -44,8 +44,8 @@ impl FeBody {
         Self::with_worn_mesh(spec, contact, side, frame, &CondensationResources::default(), None)
     }
 
-    /// As [`Self::new`], with the cache and the memory of `resources`. A mesh `worn` gives the stiffness, but gap and map to the
-    /// cells follow from the initial mesh.
+    /// As [`Self::new`], with the cache and the memory of `resources`. If a mesh `worn` is given, the equations are assembled on
+    /// this mesh. The contact surface and its map to the cells follow from the initial mesh.
     ///
     /// # Errors
     /// See [`Self::new`].

@@ -21,17 +21,18 @@ use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
-/// Largest angle between the axes of a cell and of the plane, radians. Also the largest distance of a cell from the plane, divided
-/// by the frame size.
+/// Largest difference between the axes of a cell and of the first cell, in any component. Also the largest distance of a cell
+/// centre from the plane of the first cell, divided by the square root of the frame's area.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// Smallest depth of evaluation, divided by the cell size. The stress under uniform tractions is unbounded at the border of a cell.
+/// Smallest depth of evaluation, divided by the cell size. At the surface, the stress is unbounded at the border of a cell with
+/// uniform tractions.
 const MIN_DEPTH_CELLS: f64 = 0.02;
 
 /// Height above the surface, divided by the cell size, up to which a point counts as on the surface.
 const SURFACE_TOLERANCE_CELLS: f64 = 1e-6;
 
-/// Relative error of the table of the interior field above which a warning is given.
+/// Relative error of the tabulated interior field above which a warning is given.
 const FIELD_ERROR_WARNING: f64 = 1e-3;
 
 const POINTS_PER_CANCEL_CHECK: usize = 256;
@@ -85,8 +86,8 @@ impl HalfSpaceBody {
         Self { tolerance, ..self }
     }
 
-    /// Sets the treatment of vanishing blocks in an operator built only for output fields. An operator that keeps them is not
-    /// compressed.
+    /// Sets the treatment of vanishing blocks if [`ElasticBody::recover`] must build the operator itself. An operator that keeps
+    /// these blocks is not compressed.
     pub fn with_blocks(self, cross: CrossBlocks) -> Self {
         Self { cross, ..self }
     }
@@ -110,7 +111,8 @@ impl HalfSpaceBody {
         CompressedFlexibility::typical_build_seconds(self.cells.n(), &self.green, self.tolerance)
     }
 
-    /// Computes the point-force field for interior points. Returns a warning about its accuracy or the cache, if any.
+    /// Computes the point-force field for interior points. Returns a warning about the accuracy of the field or about the cache, if
+    /// any.
     ///
     /// # Errors
     /// As [`PointForceField::load_or_compute`].
@@ -273,7 +275,7 @@ impl PlaneCells {
     }
 }
 
-/// Whether the operator of a frame that is not a grid is compressed for this number of cells.
+/// Whether the operator of a frame that is not a grid is compressed: for many cells, if vanishing blocks are omitted.
 pub fn uses_compression(n_cells: usize, cross: CrossBlocks) -> bool {
     n_cells > MAX_DENSE_CELLS && cross == CrossBlocks::SkipVanishing
 }

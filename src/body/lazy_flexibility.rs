@@ -1,7 +1,6 @@
 //! Flexibility of a condensed body on the frame, with rows formed for part of the cells.
 //!
-//! Rows are first formed for the cells that may come into contact. The gap of cells without rows takes one solve with the body's
-//! factor, additional rows one solve for each new dof.
+//! The gap of cells without rows takes one solve with the body's factor. Additional rows take one solve for each new dof.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, RwLock, RwLockReadGuard};
@@ -30,7 +29,7 @@ struct FormedRows {
     flexibility: CondensedFlexibility,
     /// Whether the rows were compared with a direct solve of the body.
     verified: AtomicBool,
-    /// Cells that were added later, one entry per call.
+    /// Cells of each call that added rows.
     added_cells: Vec<Vec<usize>>,
 }
 
@@ -52,8 +51,8 @@ impl LazyFlexibility {
         Ok(Self { whole, body, formed: RwLock::new(formed) })
     }
 
-    /// Forces on the nodes under all cells, `[3 n]`, global axes. The sign of the body is omitted, because it cancels with the sign
-    /// in the gap.
+    /// Forces on the nodes under all cells, `[3 n]`, global axes, due to the tractions on body 2. The sign of the body is left out,
+    /// because it cancels in the gap.
     fn forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.whole.nodes().len()];
         self.whole.apply_transpose(tractions, &mut forces);
@@ -106,7 +105,7 @@ impl Flexibility for LazyFlexibility {
         self.formed().flexibility.apply_normal(pressure, normal_gap);
     }
 
-    /// Cells that are not formed get the mean of the formed cells.
+    /// Cells without rows get the mean block of the cells with rows.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let formed = self.formed();
         let mut blocks = formed.flexibility.diagonal_blocks().into_vec();
@@ -138,8 +137,9 @@ impl Flexibility for LazyFlexibility {
         Ok(())
     }
 
-    /// Gaps from a direct solve of the assembled equations, for comparison. It runs once for each set of formed rows. If it fails
-    /// or would need a factorisation, a later call tries again.
+    /// Gap of `cells` from a direct solve of the assembled equations; `None` if this solve has succeeded before for the formed
+    /// rows. A solve that fails, or needs a factorisation that does not exist yet, also gives `None`. It is tried again at the next
+    /// call.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let n = self.n_cells();
         let formed = self.formed();
@@ -175,7 +175,8 @@ impl Flexibility for LazyFlexibility {
         }
     }
 
-    /// Forms the rows in the original order, because entries between two added cells come from the solve for the later cell.
+    /// Forms the rows in the original order, because entries between nodes of two extensions come from the solve of the later
+    /// extension.
     fn replay(&self, course: &OperatorHistory) -> Result<()> {
         course.formed.iter().try_for_each(|cells| self.form_rows(cells))?;
         self.formed().verified.store(course.formed_rows_checked, Ordering::Relaxed);

@@ -32,7 +32,7 @@ pub use rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
 pub use stress::{ErrorEstimation, StressField};
 pub use truncated_half_space::{TruncatedHalfSpace, TruncatedSpec, Truncation};
 
-/// Displacement and, if requested, stress of a body for output.
+/// Displacement of a body and, if recovered, its stress.
 #[derive(Debug, Clone, Default)]
 pub struct BodyField {
     /// Displacement, global axes, `[n_points]`, mm.
@@ -59,7 +59,7 @@ pub enum BodyEquations<'a> {
 
 /// Body tied to a contact frame.
 pub trait ElasticBody: Send + Sync {
-    /// Description of the body for the plan ("half-space", "finite elements, 12 345 unknowns").
+    /// Short description of the body ("half-space", "finite elements, 12 345 unknowns").
     fn describe(&self) -> String;
 
     /// Equations of the body, for couplings that need more than its flexibility.
@@ -67,7 +67,7 @@ pub trait ElasticBody: Send + Sync {
         BodyEquations::Unknown
     }
 
-    /// Green's function of the half-space that governs the flexibility near a force.
+    /// Green's function of the half-space that governs the flexibility near a force; `None` if unknown.
     fn near_field_green(&self) -> Option<&SurfaceGreen> {
         None
     }
@@ -76,7 +76,8 @@ pub trait ElasticBody: Send + Sync {
     /// vanishing blocks between normal and tangential components are omitted.
     ///
     /// # Errors
-    /// If the operator cannot be built (memory), or was taken before.
+    /// If the operator cannot be built, such as for lack of memory. If the body keeps no copy of its flexibility, and it was taken
+    /// before.
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>>;
 
     /// Gap change due to the body's own loads and prescribed displacements, `[3, N]`, mm; `None` without them.
@@ -85,26 +86,26 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// Unconstrained rigid-body modes; `None` if the supports fix the body. The flexibility of an unconstrained body is the
-    /// generalised inverse with zero mean motion. Forces added to balance its own loads and the contact tractions are spread over
-    /// the volume, in boundary elements over the surface. They cancel once the contact balances the loads.
+    /// generalised inverse with zero mean motion. Added forces balance the body's own loads and the contact tractions. They are
+    /// spread over the volume, in boundary elements over the surface, and vanish once the contact balances the loads.
     fn rigid_body_modes(&self) -> Option<&UnconstrainedModes> {
         None
     }
 
-    /// Meshed surface of the body; `None` if its surface is the plane of the frame.
+    /// Meshed contact surface of the body; `None` for rigid bodies and for half-spaces without a mesh.
     fn surface(&self) -> Option<&MeshedSurface> {
         None
     }
 
-    /// Displacement at the points of the output mesh, or at the cell centres without a mesh. It is caused by `tractions` on body 2,
-    /// `[3, N]`, and by the body's own loads and prescribed displacements.
+    /// Displacement due to `tractions` on body 2, `[3, N]`, and to the body's own loads and prescribed displacements. It is given
+    /// at the points of the mesh, or at the cell centres for a body without a mesh.
     ///
     /// # Errors
     /// If the equations of the body cannot be solved, or its operator cannot be built.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
 
-    /// Stress of the same actions as in [`Self::recover`]; `None` for a body without a mesh. The displacement of all mesh nodes
-    /// must come from [`Self::recover`] with the same tractions.
+    /// Stress due to the tractions on body 2 and the body's own loads and prescribed displacements; `None` for a body without a
+    /// mesh. The displacement of all mesh nodes must come from [`Self::recover`] with the same tractions.
     ///
     /// # Errors
     /// If the stress cannot be recovered.
@@ -117,8 +118,8 @@ pub trait ElasticBody: Send + Sync {
         Ok(None)
     }
 
-    /// Displacement (mm) and stress (MPa) at interior points, global axes, for the same actions as in [`Self::recover`]. `None` if
-    /// the body cannot evaluate them.
+    /// Displacement (mm) and stress (MPa) at interior points, global axes, for the same tractions and loads as in
+    /// [`Self::recover`]. `None` if the body cannot evaluate them.
     ///
     /// # Errors
     /// For half-spaces, if a point lies outside the body, the frame is periodic, or the field of a point force cannot be computed.

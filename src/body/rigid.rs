@@ -7,7 +7,7 @@ use crate::bem::half_space::CrossBlocks;
 use crate::error::Result;
 use crate::flexibility::Flexibility;
 
-/// A rigid body: it has no flexibility and no row in the block system.
+/// A rigid body, without flexibility.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RigidBody;
 

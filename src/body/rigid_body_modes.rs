@@ -12,9 +12,9 @@ pub struct RigidBodyMode {
     /// Motion of body 2 relative to body 1 per unit amplitude: translation along the frame's x, y, n at its origin, then rotation
     /// about these axes, radians. The mean square displacement of the body per unit amplitude is 1.
     pub relative_motion: [f64; 6],
-    /// Gap per unit amplitude, `[3, N]`, component by component.
+    /// Change of the gap per unit amplitude, `[3, N]`, component by component.
     pub gap: Vec<f64>,
-    /// Work of the body's own loads per unit amplitude, N mm / mm.
+    /// Work of the body's own loads per unit amplitude, N mm/mm.
     pub load_work: f64,
 }
 

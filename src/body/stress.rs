@@ -24,9 +24,9 @@ pub struct StressField {
     pub stress: Vec<[f64; 6]>,
     /// Exposure of the materials with known strengths, by criterion.
     pub exposures: Vec<ExposureField>,
-    /// Strain in the contact surface, which together with the tractions gives its stress.
+    /// Strain in the contact surface. The stress of this surface follows from the strain and the contact tractions.
     pub contact: Vec<SurfaceStressPoint>,
-    /// Estimated error of the elements' own stress, if requested; `None` for boundary elements.
+    /// Estimated error of the element stress before recovery, if requested; `None` for boundary elements.
     pub error: Option<ErrorEstimate>,
 }
 

@@ -1,8 +1,8 @@
 //! Half-space whose surface is meshed around the frame, with full-space kernels. Beyond the elements, displacements are taken as
 //! zero.
 //!
-//! This model reproduces results of other programs that have no exact half-space. The difference from the exact operator is
-//! reported.
+//! This model reproduces results of other programs that have no exact half-space. [`Truncation`] contains the difference from the
+//! exact operator.
 
 use std::sync::Arc;
 
@@ -27,8 +27,8 @@ use crate::material::Stiffness;
 /// Accuracy of the integrals, relative to their largest values.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Admissible half-side of the meshed square, divided by half of the longer side of the frame. Beyond the upper limit, elements are
-/// needles.
+/// Admissible half-side of the meshed square, divided by half of the longer side of the frame. Beyond the upper limit, elements
+/// become needles.
 pub(crate) const HALF_SIZE_TO_FRAME_RANGE: [f64; 2] = [1.1, 1000.0];
 const ROUNDING: f64 = 1e-9;
 
@@ -54,7 +54,7 @@ pub struct Truncation {
     /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform traction along a on the
     /// displacements under a uniform traction along b.
     pub difference: f64,
-    /// Largest relative residual of the equations that are recomputed after the solution.
+    /// Residual of the equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub residual: f64,
 }
 
@@ -67,7 +67,8 @@ pub struct TruncatedHalfSpace {
     cache_warning: Option<String>,
 }
 
-/// Cell edges, and beyond them edges of growing elements, relative to the centre of the frame, mm.
+/// Edges of the cells and of the elements beyond them, relative to the centre of the frame, mm. Lengths of successive outer
+/// elements have a constant ratio of at most [`MAX_ELEMENT_GROWTH`].
 fn element_edges(cells: usize, spacing: f64, half_size: f64) -> Vec<f64> {
     let half = 0.5 * cells as f64 * spacing;
     let length = half_size - half;

@@ -1,8 +1,9 @@
 //! Mesh of a worn body: its contact surface is moved inward by the wear depth.
 //!
-//! The transpose of the cell averages distributes the wear volume of the cells to the corners of the contact faces. The depth of a
-//! corner is its volume divided by its area ∫ L_c dS. L_c is linear or bilinear on each face, so that all areas are positive.
-//! Middle nodes follow the adjacent corners. The wear volume is preserved, and a uniform depth stays uniform (docs/theory-wear.md).
+//! The transpose of the cell averages distributes the wear volume of the cells to the nodes of the contact faces. The volume of
+//! middle nodes goes to the adjacent corners. The depth of a corner is its volume divided by its area ∫ L_c dS. L_c is linear or
+//! bilinear on each face, so that all areas are positive. Middle nodes move by the mean of the adjacent corners. The wear volume is
+//! preserved, and a uniform depth stays uniform (docs/theory-wear.md).
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::error::Result;

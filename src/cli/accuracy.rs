@@ -3,7 +3,7 @@
 use super::table::{align_columns, counted, five_digits};
 use crate::output::accuracy::{AccuracyRecord, EstimatedResult};
 
-/// The table omits results below this fraction of the requested accuracy.
+/// The table omits results whose relative error is at most this fraction of the requested accuracy.
 const NEGLIGIBLE_ERROR_SHARE: f64 = 1e-4;
 
 pub(super) fn describe(record: &AccuracyRecord) -> String {
@@ -50,7 +50,8 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     )
 }
 
-/// Value rounded to the second significant digit of its estimated error, at most to an integer. Five digits without an error.
+/// Value rounded to the second significant digit of its estimated error, but never coarser than to an integer. Without an error:
+/// five digits.
 fn value_with_reliable_digits(value: f64, result: &EstimatedResult) -> String {
     let Some(estimate) = result.estimate.filter(|estimate| *estimate > 0.0) else {
         return five_digits(value);

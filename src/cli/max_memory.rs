@@ -6,7 +6,7 @@ use crate::scene::spec::solver::MemorySize;
 pub enum MaxMemory {
     /// Bytes.
     Bytes(u64),
-    /// Percentage of the memory available when the run starts.
+    /// Percentage of the available memory.
     Percent(f64),
 }
 

@@ -34,7 +34,8 @@ impl SceneArgs {
         self.plan_with_accuracy(None)
     }
 
-    /// As [`Self::plan`]. The error `accuracy` of the option `--accuracy` completes overrides such as `accuracy.of=["load"]`.
+    /// As [`Self::plan`]. The relative error `accuracy` of the option `--accuracy` completes overrides of other keys in the table
+    /// `accuracy`, such as `accuracy.of=["load"]`.
     pub(super) fn plan_with_accuracy(&self, accuracy: Option<f64>) -> Result<Plan, Diagnostics> {
         let mut overrides = self.overrides.clone();
         if let Some(relative) = accuracy
@@ -85,7 +86,6 @@ pub(super) fn flexibility_cache(excluded: bool) -> Result<Option<FlexibilityCach
     FlexibilityCache::of_environment().map_err(|error| print_error(&error))
 }
 
-/// Parses a relative error.
 pub(super) fn parse_relative_error(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= 0.1);
     number.ok_or_else(|| "it must be a number above 0 and at most 0.1, like 1e-3".to_owned())

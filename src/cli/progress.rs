@@ -95,7 +95,7 @@ impl ProgressDisplay {
     }
 }
 
-/// Remaining time by linear extrapolation, if reliable.
+/// Remaining time by linear extrapolation; `None` for fractions up to 0.02.
 fn remaining(elapsed: Duration, fraction: f64) -> Option<String> {
     (fraction > 0.02 && fraction <= 1.0)
         .then(|| format_duration(elapsed.as_secs_f64() * (1.0 - fraction) / fraction))

@@ -78,7 +78,7 @@ fn with_neighbours(text: &str, start: usize, end: usize) -> Range<usize> {
     before..after
 }
 
-/// The text of uncertain results already contains their severity.
+/// Text of a warning with its severity. The text of uncertain results already contains it.
 pub(super) fn with_severity(warning: &Warning) -> String {
     let text = &warning.text;
     if warning.severity == Severity::Uncertain { text.clone() } else { format!("note: {text}") }

@@ -2,7 +2,8 @@
 
 use super::options::RunArgs;
 
-/// Command that resumes a run with the same settings. With `other_limit`, the user replaces SIZE by a larger limit.
+/// Command that resumes a run with the same scene, overrides, memory limit and output directory. With `other_limit`, it contains
+/// the placeholder SIZE for another memory limit.
 pub(super) fn resume_command(arguments: &RunArgs, other_limit: bool) -> String {
     let mut words = vec!["orthowear run".to_owned(), shell_quoted(&arguments.scene.scene.to_string_lossy())];
     words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))));

@@ -23,7 +23,8 @@ use crate::simulation::job;
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
 use crate::simulation::segments::{NullObserver, RunOptions};
 
-/// Command that resumes a run that ended with `code`, with another limit if resources did not suffice under the old one.
+/// Hint with the command that resumes a run that ended with `code`. After a lack of resources, the command contains a placeholder
+/// in place of a given memory limit.
 fn resume_hint(arguments: &RunArgs, plan: &Plan, code: u8) -> String {
     let has_limit =
         arguments.scene.max_memory.is_some() || plan.document.get("solver.memory_limit").is_some();

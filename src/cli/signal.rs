@@ -1,8 +1,8 @@
-//! Interruption by Ctrl-C. The run stops within about a second and keeps its results. Another signal after one second stops it at
-//! once.
+//! Interruption by Ctrl-C or SIGTERM. The run stops within about a second and keeps its results. Another signal after one second
+//! stops it at once.
 //!
-//! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable: METIS installs its own,
-//! which jump to a place that is valid only in the calling thread.
+//! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable: METIS installs its own
+//! handlers, which jump to a place that is valid only in the calling thread.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,7 +15,7 @@ use crate::error::exit;
 const INTERRUPT_MESSAGE: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \
                      once, without writing)\n";
 
-/// Later signals within this time are ignored: another program may signal a process and its group.
+/// Later signals within this time are ignored: a program may signal both a process and its group.
 const DUPLICATE_SIGNAL_WINDOW: Duration = Duration::from_secs(1);
 
 static INSTALLED: Once = Once::new();

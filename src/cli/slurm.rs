@@ -6,7 +6,7 @@ use super::max_memory::MaxMemory;
 use super::options::StudyArgs;
 use crate::sweep::Sweep;
 
-/// One below Slurm's default limit.
+/// Largest array index with Slurm's default setting (MaxArraySize = 1001).
 const MAX_ARRAY_JOBS: usize = 1000;
 
 const DEFAULT_THREADS_PER_JOB: u16 = 4;

@@ -19,7 +19,7 @@ pub struct Comparison {
     pub scene_sha256: String,
     /// Units of all numbers.
     pub units: Units,
-    /// Results of the variants. The first computed variant is the reference of all differences.
+    /// Results of the variants. The first variant with a computed step is the reference of all differences.
     pub variants: Vec<VariantResult>,
     /// Warnings and notes for the user.
     pub warnings: Vec<Warning>,
@@ -34,7 +34,7 @@ pub struct VariantResult {
     pub status: Option<Status>,
     /// Reason why the variant was not computed, did not converge or failed.
     pub reason: Option<String>,
-    /// The reason, if it is not an error.
+    /// Reason why the run did not converge, if no error caused this.
     #[serde(skip)]
     pub divergence: Option<Divergence>,
     /// Name of the variant's folder of results, next to `compare.json`.
@@ -72,18 +72,19 @@ pub struct StepResult {
     pub natural_residual: f64,
     /// Computing time of all increments of the step, s.
     pub seconds: f64,
-    /// Differences from the reference variant; `None` for the reference itself, and where it lacks the step or ended it after
-    /// another number of cycles.
+    /// Differences from the reference variant. `None` for the reference itself, for a step that the reference lacks, and if both
+    /// ended the step after different numbers of cycles.
     pub difference: Option<Difference>,
 }
 
-/// Differences from the reference variant, percent of its value; `None` if this value is 0.
+/// Differences from the reference variant, percent of the magnitude of the reference value; `None` if the reference value is 0.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[allow(missing_docs)]
 pub struct Difference {
     pub approach: Option<f64>,
     pub normal_force: Option<f64>,
-    /// Magnitude of the difference of the two force vectors; `None` also if the reference force is only rounding error.
+    /// Magnitude of the difference of the two force vectors, percent of the magnitude of the reference force. `None` also if the
+    /// reference force is only rounding error.
     pub tangential_force: Option<f64>,
     pub contact_area: Option<f64>,
     pub stick_area: Option<f64>,
@@ -92,7 +93,7 @@ pub struct Difference {
 }
 
 impl VariantResult {
-    /// Result of a variant that was not computed because of an interrupt.
+    /// Result of a variant whose computation was not started.
     pub fn not_started(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -108,7 +109,8 @@ impl VariantResult {
 }
 
 impl Comparison {
-    /// Adds each warning of the variants once. The names of its variants precede its text, unless all computed variants share it.
+    /// Adds each warning of `told` (pairs of variant and warning) once, unless the comparison already contains it. The names of the
+    /// variants that gave the warning precede its text, unless all computed variants gave it.
     pub fn add_variant_warnings(&mut self, told: Vec<(String, Warning)>) {
         let mut said: Vec<(Warning, Vec<String>)> = Vec::new();
         for (variant, warning) in told.into_iter().filter(|(_, warning)| !self.warnings.contains(warning)) {
@@ -141,8 +143,8 @@ impl Comparison {
         self.variants.iter().position(|variant| !variant.steps.is_empty())
     }
 
-    /// Computes the differences of steps with equal numbers of cycles. Adds a warning for each other step, and a note if the
-    /// scene's first variant was not computed.
+    /// Computes the differences of steps that ended after the same number of cycles as in the reference. Adds a warning for each
+    /// step with another number of cycles, and a note if the scene's first variant has no computed step.
     pub fn compute_differences(&mut self) {
         let Some(first) = self.reference() else { return };
         if first > 0 {
@@ -172,7 +174,7 @@ impl Comparison {
     /// Serialises the comparison as JSON.
     ///
     /// # Errors
-    /// If a number is not finite (kind `Numerical`).
+    /// If a number of a step is not finite (kind `Numerical`).
     pub fn to_json(&self) -> Result<String> {
         let numbers = self.variants.iter().flat_map(|variant| &variant.steps).flat_map(StepResult::numbers);
         if numbers.into_iter().any(|number| !number.is_finite()) {
@@ -223,7 +225,7 @@ const COLUMNS: [&str; 20] = [
 ];
 
 impl StepResult {
-    /// Results of the last increment of each step of a run; `seconds` covers all its increments.
+    /// Result of the last increment of each step of a run; `seconds` is the sum over all increments of the step.
     pub fn last_entries(summary: &Summary) -> Vec<Self> {
         let mut steps: Vec<Self> = Vec::new();
         for record in &summary.steps {

@@ -1,8 +1,8 @@
 //! Variants of a scene: the same contact problem on the same frame, with other discretisations of the bodies.
 //!
 //! [`variants()`] builds a [`Variant`] for each pair of discretisations. [`comparison::Comparison`] contains results a and their
-//! differences 100 (a - b) / |b| percent from the results b of the first computed variant. [`step_ends::VariantStates`] provides
-//! fields and pressure profiles at the ends of steps.
+//! differences 100 (a - b) / |b| percent from the results b of the first variant with a computed step. [`step_ends::VariantStates`]
+//! provides fields and pressure profiles at the ends of steps.
 
 pub mod comparison;
 pub mod step_ends;
@@ -22,7 +22,7 @@ use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, face_map};
 
 use Discretisation::{BoundaryElements, FiniteElements, HalfSpace, TruncatedHalfSpace};
 
-/// Pairs that are compared with the scene as it is, if the scene names no variants.
+/// Default pairs of discretisations, for bodies with meshes.
 const DEFAULT_PAIRS: [[Discretisation; 2]; 4] = [
     [FiniteElements, FiniteElements],
     [BoundaryElements, BoundaryElements],
@@ -47,14 +47,14 @@ impl Variant {
     }
 }
 
-/// Builds the contact frame of `plan` and the variants on it.
+/// Builds the contact frame of `plan` and the variants on it, without duplicates.
 ///
 /// The variants are `wanted`, or those of the scene if `wanted` is empty. If the scene names none, they are the unchanged scene and
-/// the default variants. A variant that cannot be computed has the reason in place of a plan. Only the unchanged scene always has
-/// its plan; its run reports the reason.
+/// the default variants. A variant that cannot be computed has the reason in place of a plan. Only the unchanged scene always has a
+/// plan; its run reports what is wrong.
 ///
 /// # Errors
-/// If the frame cannot be built, or the gap between two meshes cannot be computed on it.
+/// If the frame cannot be built, or the gap of the meshes cannot be computed on it.
 pub fn variants(
     plan: &Plan,
     wanted: &[DiscretisationPair],
@@ -92,8 +92,8 @@ fn own(plan: &Plan) -> DiscretisationPair {
     DiscretisationPair(plan.bodies.each_ref().map(BodyPlan::discretisation))
 }
 
-/// The scene's own pair and the default pairs. Bodies without a mesh keep their discretisation, but a truncated half-space becomes
-/// exact where the default pair has a half-space.
+/// The scene's own pair and the default pairs. In a default pair, a body without a mesh keeps its discretisation, except that a
+/// truncated half-space becomes a half-space where the pair has one.
 fn usual(own: DiscretisationPair) -> Vec<DiscretisationPair> {
     let kind = |own: Discretisation, usual: Discretisation| match (own, usual) {
         (FiniteElements | BoundaryElements, _) | (TruncatedHalfSpace, HalfSpace) => usual,
@@ -150,7 +150,7 @@ fn variant_plan(
     Ok(changed)
 }
 
-/// Distance of the scene's meshed surfaces per cell, for variants whose bodies may not have these meshes.
+/// Gap of the scene's surfaces in each cell, for variants whose bodies may not have the scene's meshes.
 fn mesh_gap(plan: &Plan, frame: &ContactFrame) -> std::result::Result<GapShape, SceneError> {
     let mut heights = [None, None];
     for (index, (heights, body)) in heights.iter_mut().zip(&plan.bodies).enumerate() {

@@ -61,7 +61,8 @@ impl VariantStates<'_> {
         longest.iter().flat_map(|(_, ends)| ends.names()).collect()
     }
 
-    /// Pressure profiles of all variants along the frame's x and y at the end of each step, as one SVG picture.
+    /// Pressure profiles of the variants along the frame's x and y, through the frame's origin, at the end of each step, as one SVG
+    /// picture.
     pub fn profiles_svg(&self, units: &Units) -> String {
         let n = self.frame.n_cells();
         let axes = [("x", 0.0), ("y", std::f64::consts::FRAC_PI_2)];
@@ -89,7 +90,7 @@ impl VariantStates<'_> {
     /// differences.
     ///
     /// # Errors
-    /// If a field has the wrong length (kind `Numerical`).
+    /// If tractions have the wrong length (kind `Numerical`).
     pub fn difference_grid(&self, step: &str) -> Result<UnstructuredGrid> {
         let mut grid = FrameMesh::new(self.frame).grid();
         let of = |name: &String| {
@@ -140,7 +141,8 @@ mod tests {
         ends
     }
 
-    /// Truth: each difference is the value of a variant minus that of the first. A variant without the step is omitted.
+    /// Truth: each difference is the value of a variant minus the value of the first variant. A variant without the step is
+    /// omitted.
     #[test]
     fn differences_are_from_the_first() {
         let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();

@@ -3,7 +3,7 @@
 //! The unknowns are the displacements x1, x2 of the bodies and the gap k; the tractions P are given. x contains the free
 //! displacement components of the nodes of a mesh, or the displacements of a half-space at the cells. I maps displacements to
 //! cells. A is the matrix of the cell areas, and F are the loads. G integrates the Green's function over the cells. k_go is the
-//! distance of the undeformed surfaces plus prescribed displacements. C_gn w is the wear depth as a normal gap:
+//! distance of the undeformed surfaces plus the gap due to prescribed displacements. C_gn w is the wear depth as a normal gap:
 //!
 //! ```text
 //! | R1   0    0 | | x1 |   | s1 I1^T A P + F1 |          R = K for finite elements, 1 for a half-space, whose
@@ -11,8 +11,8 @@
 //! | I1  -I2   1 | | k  |   | k_go + C_gn w    |          s1 = -1, s2 = +1
 //! ```
 //!
-//! Lengths are scaled by the cell size l0, stresses by the geometric mean E0 of the bodies' moduli at the contact. Rows of finite
-//! elements are scaled by 1 / (E0 l0^2), all other rows by 1 / l0.
+//! Lengths are scaled by the mean cell side l0, stresses by E0, the geometric mean of the moduli of the elastic bodies at the
+//! contact. Rows of finite elements are scaled by 1 / (E0 l0^2), all other rows by 1 / l0.
 //!
 //! # Source
 //! docs/theory-coupling.md.
@@ -52,8 +52,8 @@ impl BlockSystem {
     /// Assembles and factors the system.
     ///
     /// # Errors
-    /// If both bodies are rigid, the block system does not support a body, the system has too many unknowns, or the factorisation
-    /// fails.
+    /// If both bodies are rigid, the block system does not support a body, or the system has too many unknowns. If a matrix cannot
+    /// be assembled or factorised.
     pub fn new(body1: &dyn ElasticBody, body2: &dyn ElasticBody, frame: &ContactFrame) -> Result<Self> {
         let n_cells = frame.n_cells();
         refuse_size(body1, body2, n_cells)?;
@@ -83,8 +83,8 @@ impl BlockSystem {
         Ok(Self { n_cells, bodies, first_gap, scales, lu, work })
     }
 
-    /// Computes the gap k, `[3, N]`, mm, due to `tractions` (on body 2, `[3, N]`), own loads and prescribed displacements. The
-    /// normal gap `normal_gap` and the wear depth `worn`, `[N]` each, mm, are added to its normal component.
+    /// Computes the gap k, `[3, N]`, mm, due to `tractions` (MPa on body 2, `[3, N]`), loads of the bodies and prescribed
+    /// displacements. Adds the distance `normal_gap` and the wear depth `worn`, `[N]` each, mm, to the normal component of `gap`.
     pub fn gap(&self, tractions: &[f64], normal_gap: &[f64], worn: &[f64], gap: &mut [f64]) {
         let mut work = self.work.lock().expect("no panic while the buffers are held");
         let BlockWorkspace { rhs, memory, .. } = &mut *work;
@@ -155,7 +155,7 @@ impl Flexibility for BlockSystem {
         normal_gap.copy_from_slice(&gap[2 * n..]);
     }
 
-    /// Half-spaces need no solve.
+    /// The blocks of half-spaces need no solution of the system. For meshes, the system is solved for unit tractions on each cell.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let (n, rows) = (self.n_cells, self.lu.n());
         let mut blocks = vec![Matrix3::zeros(); n];

@@ -30,7 +30,7 @@ pub(super) enum LoadTerms {
     All,
 }
 
-/// Rows of one body. `first` is the index of its first row and of its first unknown in the system.
+/// Equations of one body. `first` is the index of the body's first row in the system, and of its first unknown.
 pub(super) enum BodyRows {
     Rigid,
     HalfSpace { first: usize, side: Side, matrix: DenseFlexibility, scratch: Mutex<Vec<f64>> },
@@ -42,7 +42,8 @@ pub(super) struct MeshRows {
     side: Side,
     stiffness: SymmetricSparse,
     map: FaceMap,
-    /// Row of each displacement component of the contact nodes, `None` where prescribed, `[3 n_c]`.
+    /// Row of each displacement component of the contact nodes, counted from `first`, `[3 n_c]` for n_c contact nodes; `None` where
+    /// prescribed.
     rows: Vec<Option<usize>>,
     /// Prescribed displacement of each displacement component of the contact nodes, 0 where free, mm.
     prescribed: Vec<f64>,
@@ -96,8 +97,8 @@ impl BodyRows {
         matches!(self, Self::FiniteElements(_))
     }
 
-    /// Modulus of the body at the contact, MPa, for cells of size `length`, mm. It follows from the mean diagonal of the
-    /// flexibility or of the stiffness at the contact nodes.
+    /// Estimated modulus of the body at the contact, MPa, for cells of size `length`, mm; `None` for a rigid body. The estimate
+    /// uses the diagonal of the flexibility of a half-space, or of the stiffness of a mesh.
     pub(super) fn modulus(&self, length: f64) -> Option<f64> {
         match self {
             Self::Rigid => None,
@@ -116,7 +117,7 @@ impl BodyRows {
         }
     }
 
-    /// Scaled entries of the body's own rows.
+    /// Scaled entries of the system matrix in the body's own rows.
     pub(super) fn entries(&self, scales: BlockScales) -> Box<dyn Iterator<Item = Entry> + '_> {
         match self {
             Self::Rigid => Box::new(std::iter::empty()),
@@ -134,7 +135,8 @@ impl BodyRows {
         }
     }
 
-    /// Entries of the gap rows in the columns of the body: its map to the cells, times minus its gap sign. Row indices start at 0.
+    /// Entries of the gap rows in the columns of the body: the map of its displacements to the cells, times minus the body's gap
+    /// sign. The first gap row has the index 0.
     pub(super) fn projection(&self, n_cells: usize) -> Box<dyn Iterator<Item = Entry> + '_> {
         match self {
             Self::Rigid => Box::new(std::iter::empty()),
@@ -145,7 +147,7 @@ impl BodyRows {
         }
     }
 
-    /// Adds the scaled right-hand side of the body. `rows` covers the rows of both bodies.
+    /// Adds the terms `forces` of the body's scaled right-hand side to `rows`, which covers the rows of both bodies.
     pub(super) fn load(&self, tractions: &[f64], forces: LoadTerms, scales: BlockScales, rows: &mut [f64]) {
         match self {
             Self::Rigid => {}

@@ -1,46 +1,46 @@
-//! Initial gap between two meshed surfaces, and checks for bodies that overlap before loading.
+//! Initial gap between two meshed surfaces or a meshed surface and a plane, and checks for bodies that overlap before loading.
 
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, MeshedSurface, edge_sagittas, first_touch};
 use crate::geometry::Point;
 
-/// Minimum cosine n_I.n, relative to the largest, of cells that determine the first touch (n_I cell normal, n frame normal). In
-/// steeper cells, a small error of the meshes causes a large motion of body 2.
+/// Cells determine the first touch if the cosine n_I.n exceeds this share of the largest cosine (n_I cell normal, n frame normal).
+/// In steeper cells, a small error of the meshes causes a large motion of body 2.
 const MIN_FACING_COSINE: f64 = 0.5;
 
-/// As `MIN_FACING_COSINE`, if less steep cells leave an overlap. Also the minimum cosine itself of cells that may face a plane.
+/// Replaces `MIN_FACING_COSINE` if the first touch leaves an overlap. Also the smallest admissible cosine n_I.n of a cell opposite
+/// a plane.
 pub const MIN_STEEP_COSINE: f64 = 0.05;
 
-/// Allowed overlap for the difference between flat faces and the curved surface, as a share of the cells' mean side.
+/// Allowed overlap, as a share of the mean cell side, because flat faces deviate from the curved surface.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 
-/// Possible error of a curved shape fitted to a straight edge, as a share of the larger sagitta of the two ends. Their disagreement
-/// is added.
+/// Possible error of the estimated sagitta of a straight edge, as a share of the larger sagitta at its ends. The difference between
+/// the larger and the applied sagitta is added.
 const CURVED_SHAPE_ERROR: f64 = 0.01;
 
 const SHAPE_ERROR_MARGIN: f64 = 3.0;
 
-/// Rounding error of overlaps, as a share of the cells' mean side.
+/// Rounding error of overlaps, as a share of the mean cell side.
 const ROUNDING_SHARE: f64 = 1e-6;
 
 /// Initial gap between two meshed surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshedGap {
-    /// Mean distance over each cell, along its normal, with body 2 at the first touch, `[N]`, mm.
+    /// Mean distance over each cell, along the cell normal, with body 2 at the first touch, `[N]`, mm.
     pub distance: Vec<f64>,
-    /// Motion of body 2 against n from its meshed position to the first touch, mm. Negative if the meshes overlap.
+    /// Motion of body 2 against n from its meshed position to the first touch, mm. Negative if body 2 moves away from body 1.
     pub closing_motion: f64,
 }
 
 /// Distance of the undeformed surfaces with body 2 at the first touch. A surface `None` is the plane through the global origin
 /// normal to the frame's n.
 ///
-/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). The motion to the first touch is the
-/// minimum of d / n_I.n, against n. It is taken over points with distance d in the cells that face n.
+/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). For the first touch, body 2 moves
+/// against n by the minimum of d / n_I.n. The minimum is taken over points with distance d in the cells that face n.
 ///
-/// For a condensed mesh, the heights are means over its flat faces, because its displacements are averaged with the same shape
-/// functions. If both bodies deform to a curved surface, the errors of their flat faces cancel. A body with the near field of a
-/// half-space has the mean heights of the curved surface ([`MeshedSurface::curved_gap`]).
+/// The heights of a mesh are means over its flat faces, because its displacements are averaged with the same shape functions. With
+/// [`MeshedSurface::curved_gap`], the heights are means over the curved surface.
 ///
 /// # Errors
 /// If the first touch needs a motion away from body 1 above a tenth of the mean cell side. If the motion to the first touch does
@@ -99,10 +99,10 @@ fn deepest(distances: &[f64]) -> f64 {
 struct CurvedOverlap {
     /// Largest overlap in the meshed position, mm; negative if all cells are open.
     meshed: f64,
-    /// The same after the motion to the first touch.
+    /// Largest overlap after the motion to the first touch, mm; negative if all cells are open.
     left: f64,
     shape_error: f64,
-    /// Number of cells that overlap in the meshed position, and of all cells.
+    /// Number of cells that overlap in the meshed position, and number of all cells.
     cells: [usize; 2],
 }
 
@@ -130,7 +130,8 @@ fn curved_overlap(
     }
 }
 
-/// Refuses curved surfaces that overlap both as meshed and after the motion to the first touch (interference fit).
+/// Refuses curved surfaces that overlap by more than the shape error, both as meshed and after the motion to the first touch
+/// (interference fit).
 fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     if overlap.meshed <= overlap.shape_error || !overlap.is_certain() {
         return Ok(());
@@ -143,7 +144,7 @@ fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
 }
 
 /// Possible error of a curved surface between the nodes of its mesh, mm. For a circle, quadratic interpolation over an edge of
-/// length h with sagitta s has an error of at most s^3 / h^2. A third is added.
+/// length h with sagitta s has an error of at most s^3 / h^2. The result allows for 4/3 `SHAPE_ERROR_MARGIN` times this error.
 fn shape_error(surface: &MeshedSurface) -> f64 {
     let edges = edge_sagittas(&surface.mesh, &surface.faces).into_iter().flatten().flatten();
     let flat = edges.map(|edge| edge.disagreement() + CURVED_SHAPE_ERROR * edge.largest());
@@ -161,7 +162,7 @@ fn shape_error(surface: &MeshedSurface) -> f64 {
     flat.chain(curved.map(|error| SHAPE_ERROR_MARGIN * error)).fold(0.0, f64::max)
 }
 
-/// Refuses cells whose distance from a plane is uncertain or undefined.
+/// Refuses cells that do not face the plane, since their distance from the plane is uncertain or undefined.
 fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
     let Some(cell) = cosines.iter().position(|cosine| *cosine < MIN_STEEP_COSINE) else { return Ok(()) };
     let x = frame.centers[cell];

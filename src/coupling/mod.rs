@@ -54,7 +54,7 @@ pub struct CoupledBodies {
 }
 
 impl CoupledBodies {
-    /// Gap at zero tractions and zero rigid motion, `[3, N]`, with the distance `normal` `[N]` of the undeformed surfaces.
+    /// Gap at zero tractions and zero rigid motion, `[3, N]`, mm, with the distance `normal` `[N]` of the undeformed surfaces.
     pub fn initial_gap(&self, normal: &[f64]) -> Vec<f64> {
         let mut gap = self.free_gap.clone();
         let n = normal.len();
@@ -81,7 +81,8 @@ impl From<CrossBlocks> for HalfSpaceOperators {
 /// Computes flexibility, free gap and unconstrained rigid-body modes of two bodies on `frame`.
 ///
 /// # Errors
-/// If both bodies are rigid, or an operator cannot be built. If [`Coupling::Block`] gets an unconstrained or unsupported body.
+/// If both bodies are rigid, or an operator cannot be built. With [`Coupling::Block`], also if a body is unconstrained or not
+/// supported.
 pub fn couple(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
@@ -96,7 +97,7 @@ pub fn couple(
     Ok(constrained(coupled, frame))
 }
 
-/// Sets tractions and gaps across planes of symmetry to zero in the cells on these planes.
+/// Removes the components across planes of symmetry from flexibility, free gap and rigid-body modes, in the cells on these planes.
 fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
     let projectors = frame.symmetry_projectors();
     if projectors.is_empty() {
@@ -202,8 +203,8 @@ fn with_far_fields(
     }
 }
 
-/// Work that is omitted when the flexibilities are summed; `couples` tells whether the sum couples normal and tangential
-/// components.
+/// Work that is omitted when two flexibilities are summed. `rigid`: whether each body is rigid. `summed`: whether one operator has
+/// the summed Green's functions. `couples`: whether the sum couples normal and tangential components.
 pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<OmittedWork> {
     let mut skipped = Vec::new();
     if summed {
@@ -226,10 +227,8 @@ pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Omitte
     skipped
 }
 
-/// Distance of the undeformed surfaces along n at each cell, `[N]`, mm; zero at the first touch.
-///
-/// If a body has the near field of a half-space, the curved surface replaces its flat faces, because half-space displacements do
-/// not follow flat faces.
+/// Normal gap of the undeformed surfaces at each cell, `[N]`, mm. For the shape "mesh", body 2 is at the first touch (see
+/// [`mesh_distance`]).
 ///
 /// # Errors
 /// If the shape is not admissible. If it is "mesh", and neither body has a mesh or [`mesh_distance`] fails.

@@ -1,4 +1,4 @@
-//! Estimates the work, the omitted work and the required resources of a run of a plan, without running it.
+//! Estimates the resources of a run of a plan, and the work that the run omits, without performing the run.
 //!
 //! Times are operation counts, divided by typical rates or multiplied by typical costs (the constants of this module).
 
@@ -35,8 +35,8 @@ const FLOPS_PER_SECOND: f64 = 2.8e10;
 /// Seconds of ordering and symbolic analysis per unknown.
 const PER_UNKNOWN: f64 = 5e-6;
 
-/// Expected number of conjugate gradient iterations for a batch of right-hand sides. Each takes `PER_ENTRY` × (stored matrix
-/// entries) seconds.
+/// Expected number of conjugate gradient iterations for a batch of right-hand sides. An iteration takes `PER_ENTRY` × (stored
+/// matrix entries) seconds.
 const EXPECTED_CG_ITERATIONS: usize = 40;
 const PER_ENTRY: f64 = 1.1e-8;
 
@@ -57,7 +57,7 @@ const FFT_SECONDS_PER_POINT: f64 = 4.0e-8;
 const PER_VALUE: f64 = 1.5e-6;
 const TABLE: f64 = 1.0;
 
-/// Costs of each quadrature point in another material than the half-space: `PER_FORCE` seconds per unit force, [isotropic,
+/// Costs of each quadrature point in another material than the half-space: `PER_FORCE` seconds per polynomial, [isotropic,
 /// anisotropic], and `PER_PAIR` seconds per pair of columns.
 const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
 const PER_PAIR: f64 = 5e-10;

@@ -1,4 +1,4 @@
-//! Force balance at a path point: prescribed forces, and loads of unconstrained bodies.
+//! Balance at a path point: prescribed forces and moments, and loads of unconstrained bodies.
 
 use nalgebra::Vector3;
 
@@ -29,7 +29,7 @@ impl Run<'_> {
             PathPoint { normal: loads.normal, tangential: loads.tangential, balance: None, reference };
         let prepared = &self.prepared;
         let inclined = loads.any() && prepared.rigid_axes.is_some();
-        // A plane of symmetry carries the component of a force normal to it.
+        // A plane of symmetry carries the force component along the normal of the plane.
         let at_plane = matches!(loads.tangential, TangentialControl::Force(_))
             && !prepared.model.frame.symmetry_normals().is_empty();
         if prepared.model.floating.is_empty() && !inclined && !loads.prescribes_moment() && !at_plane {
@@ -90,7 +90,7 @@ impl PreparedModel<'_> {
             BalanceConstraint { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
         });
         let mut wanted: Vec<BalanceConstraint> = floating.collect();
-        // A body stays on its planes of symmetry, which carry part of a force.
+        // Bodies cannot move across planes of symmetry, which carry the forces along their normals.
         let normals = self.model.frame.symmetry_normals();
         let mut taken = [&self.free_translations[..], &normals].concat();
         for direction in forced {

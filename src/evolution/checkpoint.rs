@@ -1,4 +1,4 @@
-//! Checkpoints, from which an interrupted run resumes.
+//! Checkpoints, from which runs resume.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ pub struct RunCheckpoint {
     pub(super) given_warnings: GivenWarnings,
     pub(super) timings: Vec<(String, f64)>,
     pub(super) fretting_loops: Vec<FrettingLoop>,
-    /// Work of jumps that were not taken on smaller frames.
+    /// Work of jumps that were not taken on earlier, smaller frames.
     pub(super) discarded_work: SolveWork,
 }
 

@@ -1,4 +1,4 @@
-//! Controls along a step: totals at its end, reached linearly from the state before.
+//! Controls along a step: they change linearly from the state before the step to the prescribed values at the end of the step.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use crate::contact::{NormalControl, TangentialControl};
 use crate::evolution::model::PreparedModel;
 use crate::evolution::step::{Normal, Spin, Step, Tangential, Tilt};
 
-/// Controls that act at present. A quantity that a step does not prescribe keeps its control.
+/// Present controls. A step changes the controls that it prescribes and keeps the others.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct ActiveControls {
     pub normal: Normal,
@@ -64,7 +64,7 @@ impl ActiveControls {
 pub(super) struct PrescribedLoads {
     pub normal: NormalControl,
     pub tangential: TangentialControl,
-    /// Moments on body 2 about the frame's x, y, n through its centre, N mm; `None` where the rotation is given.
+    /// Moments on body 2 about the axes x, y, n through the frame's origin, N mm; `None` where the rotation is given.
     pub moment: [Option<f64>; 3],
 }
 
@@ -82,9 +82,9 @@ impl PrescribedLoads {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct IncrementControls {
-    /// Displacement of body 2 along x, y, n, mm.
+    /// Displacement of body 2 along x, y, n, mm; an initial guess where a force is prescribed.
     pub rigid: [f64; 3],
-    /// Rotation of body 2 about x, y, n, radians.
+    /// Rotation of body 2 about x, y, n, radians; an initial guess where a moment is prescribed.
     pub turn: [f64; 3],
     pub loads: PrescribedLoads,
 }
@@ -100,8 +100,8 @@ pub(super) struct LoadPathStart {
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct LoadPath {
-    /// Initial state. The force on body 1 is the contact force. Along unconstrained directions, where the contact also carries the
-    /// bodies' own loads, it is the force prescribed before.
+    /// State at the start of the path. The force along constrained directions is the contact force on body 1. Along unconstrained
+    /// directions it is the force that the earlier controls prescribe, because the contact also carries the bodies' own loads.
     start: LoadPathStart,
     first_touch: f64,
     pub end: ActiveControls,
@@ -120,7 +120,7 @@ impl LoadPath {
         Self { start, first_touch: prepared.first_touch, end: held.after(step) }
     }
 
-    /// The same path after first touch has moved by `by` (mm) along n.
+    /// This path after the first touch has moved by `by` (mm) along n; the start of the path moves by the same distance.
     pub fn with_later_first_touch(mut self, by: f64) -> Self {
         self.first_touch += by;
         self.start.rigid[2] += by;
@@ -129,7 +129,7 @@ impl LoadPath {
 
     /// Controls at `fraction` of the path. Translation `rigid` and rotation `turn` are the initial guess for unknown motions.
     pub fn at(&self, fraction: f64, mut rigid: [f64; 3], mut turn: [f64; 3]) -> IncrementControls {
-        // At the end, the prescribed values are exact.
+        // Returns the prescribed value itself at the end, without rounding.
         let between = |from: f64, to: f64| if fraction == 1.0 { to } else { from + fraction * (to - from) };
         let start = &self.start;
         let normal = match self.end.normal {
@@ -144,7 +144,7 @@ impl LoadPath {
                 (0..2).for_each(|k| rigid[k] = between(start.rigid[k], shift[k]));
                 TangentialControl::Shift
             }
-            // Forces and moments act on body 1 in reports and on body 2 in the solver.
+            // Scene and results give forces and moments on body 1. The solver takes them on body 2.
             Tangential::Force(force) => {
                 TangentialControl::Force([0, 1].map(|k| -between(start.force[k], force[k])))
             }

@@ -13,7 +13,7 @@ const MIN_CELLS_ACROSS_LINE: usize = 4;
 /// Sorted coordinates of cells along an axis of the frame, without repetitions.
 struct Coordinates {
     values: Vec<f64>,
-    /// Largest difference of equal coordinates.
+    /// Largest difference of coordinates that count as equal.
     tolerance: f64,
 }
 
@@ -38,7 +38,7 @@ impl Coordinates {
 }
 
 /// Warning about a step whose contact has too few cells at its end and was not larger before. `None` without contact, and for a
-/// contact of the whole frame, whose boundary is given.
+/// contact that spans the frame in both directions.
 ///
 /// `pressures` `[N]` act at the end of the step, MPa.
 pub(super) fn few_contact_cells_warning(
@@ -54,7 +54,7 @@ pub(super) fn few_contact_cells_warning(
     let all: Vec<usize> = (0..frame.n_cells()).collect();
     let whole =
         [0, 1].map(|axis| Coordinates::of(frame, axis, &contact).span(&Coordinates::of(frame, axis, &all)));
-    // Each plane of symmetry that ends the frame doubles the contact along its normal.
+    // Each plane of symmetry that bounds the frame doubles the contact along the normal of the plane.
     let normals = frame.symmetry_normals();
     let images = |axis: usize| 1 + usize::from(normals.iter().any(|normal| normal[axis].abs() > 0.5));
     let across = |axis: usize| images(axis) * Coordinates::of(frame, axis, &contact).count();
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     /// Truth: the chosen pressures give the numbers of cells. The warning appears below 12 cells in contact or 4 across a line
-    /// contact. It does not appear if the contact was larger before, covers the frame, or is absent.
+    /// contact. There is no warning if the contact was larger before, covers the frame, or is absent.
     #[test]
     fn contacts_of_few_cells() {
         let frame = ContactFrame::grid([1.0, 0.5], [20, 4], [0.0; 2], 0.0).unwrap();

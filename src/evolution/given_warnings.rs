@@ -1,4 +1,4 @@
-//! Warnings that a run gives once per step.
+//! Warnings that a run gives at most once per step.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ pub enum StepWarning {
     UnstableJump,
 }
 
-/// Warnings given so far, each with the index of its step. All load points of a history count as one step.
+/// Warnings given so far, each with the index of its step.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct GivenWarnings(Vec<(usize, StepWarning)>);
 
@@ -44,7 +44,8 @@ impl GivenWarnings {
 mod tests {
     use super::*;
 
-    /// Truth: a warning is the first of its kind once per step. Warnings after a rollback point are first again.
+    /// Truth: a warning is the first of its kind once per step. After a return to a rollback point, warnings given since this point
+    /// are first again.
     #[test]
     fn once_per_step_and_kind() {
         let mut given = GivenWarnings::default();

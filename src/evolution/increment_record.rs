@@ -41,7 +41,7 @@ impl Run<'_> {
         record.with_resultants(solved.values)
     }
 
-    /// `Err` if the run ends with this record.
+    /// Completes the record from the state of the run, and gives warnings. `Err` if the run ends with this record.
     pub(super) fn complete_record(
         &mut self,
         record: &mut IncrementRecord,

@@ -50,7 +50,7 @@ pub(super) fn increment_problem<'b>(
     }
 }
 
-/// Name of a stage of the run, and the fractions done before and after a solve.
+/// Name of a stage of the run, and the fractions of the stage that are done before and after a solve.
 pub(super) struct ProgressSpan<'s> {
     pub name: &'s str,
     pub from: f64,
@@ -82,7 +82,7 @@ fn solve(
     Ok(report)
 }
 
-/// Smallest allowed peak pressure. Below it the squares of smaller pressures underflow, and the friction law fails.
+/// Smallest allowed peak pressure. Below this value, squares of pressures underflow, and the friction law fails.
 const MIN_PEAK_PRESSURE_MPA: f64 = 1e-140;
 
 fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &str) -> Result<()> {
@@ -97,7 +97,8 @@ fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &s
     Ok(())
 }
 
-/// If the bodies overlap in cells whose flexibility is not formed, forms the flexibility of these cells and continues.
+/// Solves the increment and checks the result. If the bodies overlap in cells without formed flexibility, forms the flexibility of
+/// these and nearby cells and solves again.
 pub(super) fn solve_and_check(
     prepared: &PreparedModel,
     problem: &mut Increment,
@@ -120,7 +121,7 @@ pub(super) fn solve_and_check(
         let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap();
         let looked_at = looked_at || !options.skip.allows(OmittableWork::TangentialGap);
         let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Skip };
-        // The operator is the same in all increments of a step: only the last increment checks it.
+        // The operator is the same in all increments of a step: only the increment that completes the step checks it.
         let sums = if stage.to == 1.0 { OperatorCheck::SampleCells } else { OperatorCheck::Skip };
         let checks = certificate::check(problem, it, gap, sums);
         let overlapping = problem.complete_unformed_cells(it)?;

@@ -1,8 +1,8 @@
 //! Load steps, fretting cycles and cycle jumps: the main loop of a simulation.
 //!
-//! [`run`] computes the steps of a [`Model`] in order. A monotone step consists of increments. Each increment is one contact
-//! problem, whose slip refers to the end of the previous increment (docs/theory-contact.md). A wear step consists of jumps over
-//! many cycles (see `fretting`). `run.rs` lists how a run ends.
+//! [`run`] computes the steps of a [`Model`] in order. Each increment of a monotone step is one contact problem, whose slip refers
+//! to the end of the previous increment (docs/theory-contact.md). A step of fretting or steady sliding consists of jumps over many
+//! cycles (see `fretting`).
 
 mod balance;
 mod checkpoint;
@@ -57,7 +57,7 @@ use crate::evolution::warnings::{large_friction_warning, path_dependence_warning
 /// [`RunResult::outcome`] and [`RunResult::suspended`] tell whether the run ends early.
 ///
 /// # Errors
-/// If the model, a step or `from` is invalid, a body cannot be solved, or memory does not suffice. If a number underflows or
+/// If the model, a step or `from` is invalid, a body cannot be solved, or memory does not suffice. If pressures underflow, a number
 /// becomes non-finite, or the observer cannot write.
 pub fn run(
     model: &Model,
@@ -100,7 +100,7 @@ fn run_on_this_thread(
         result.warnings.extend(path_dependence_warning(&model.friction, steps));
         result.warnings.extend(large_friction_warning(prepared.ellipse, model.flexibility.as_ref()));
     }
-    // A body that is unconstrained along n is pressed by its own loads until a force is prescribed.
+    // With a body that is unconstrained along n, the first normal control is a force of 0: only the body's own loads press it.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
     let controls = ActiveControls::at_rest(normal);
     let rollback_point = RollbackPoint {
@@ -140,7 +140,7 @@ fn run_on_this_thread(
 }
 
 impl Run<'_> {
-    /// Warns at the end of a step, or of the last entry of a load history, if too few cells resolve the contact.
+    /// Warns at the end of a step, or of the last load point of a history, if too few cells resolve the contact.
     fn warn_of_few_contact_cells(&mut self) {
         let name = &self.step().name;
         if self.steps.get(self.step_index + 1).is_some_and(|next| next.name == *name) {

@@ -24,7 +24,7 @@ pub struct Model {
     pub flexibility: Arc<dyn Flexibility>,
     /// Gap at zero tractions and zero rigid motion, `[3, N]` by components, mm.
     pub initial_gap: Vec<f64>,
-    /// Rigid-body modes of unconstrained bodies; empty if both are supported.
+    /// Rigid-body modes of unconstrained bodies; empty if both bodies are fixed.
     pub floating: Vec<UnconstrainedModes>,
     /// Friction law.
     pub friction: FrictionLaw,
@@ -38,17 +38,16 @@ pub(super) struct PreparedModel<'a> {
     pub model: &'a Model,
     pub ellipse: Option<FrictionEllipse>,
     pub specific_wear_rate: Option<SpecificWearRate>,
-    /// Wear volume per friction energy, 1/MPa; `None` if wear does not follow friction.
+    /// Wear volume per friction energy, 1/MPa; `None` if this energy does not determine the wear volume.
     pub volume_per_energy: Option<f64>,
     scales: Mutex<Arc<ContactScales>>,
-    /// Axes (x, y, n) of the resultants in reports.
+    /// Axes x, y, n of the frame.
     pub axes: Triad,
     pub edge: Vec<bool>,
     pub rigid_axes: Option<Vec<Matrix3<f64>>>,
-    /// Initial gap, `[3, N]`, minus `first_touch` in its normal part. Otherwise the gaps of cells under small loads would be lost
-    /// in rounding.
+    /// Initial gap, `[3, N]`, minus `first_touch` in its normal part. The subtraction keeps small gaps from being lost in rounding.
     pub initial_gap: Vec<f64>,
-    /// Approach at which the first cell closes, mm; 0 on curved frames.
+    /// Approach at which the first cell closes, mm; 0 unless all cells have the same axes.
     pub first_touch: f64,
     /// Gap per unit of each additional mode, `[3, N]`.
     pub mode_gaps: Vec<Vec<f64>>,
@@ -56,11 +55,11 @@ pub(super) struct PreparedModel<'a> {
     pub mode_motions: Vec<[f64; 6]>,
     /// Whether the additional modes are rotations of body 2 that steps control.
     pub controls_rotation: bool,
-    /// Work of the bodies' own loads on each unit rigid-body mode.
+    /// Work of the bodies' own loads on each rigid-body mode of unit amplitude.
     pub mode_loads: Vec<f64>,
     /// Groups of cells whose flexibility the run has formed, in order.
     formed_cells: Mutex<Vec<Vec<usize>>>,
-    /// Orthonormal basis of the translations among the rigid-body modes.
+    /// Orthonormal basis of the translations of unconstrained bodies.
     pub free_translations: Vec<Vector3<f64>>,
 }
 
@@ -241,7 +240,8 @@ pub(super) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {
     if level { normal_gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 }
 }
 
-/// Local gap per unit (radian) of a rotation of body 2 about an axis of the frame through its origin, `[3, N]` by components.
+/// Local gap per unit (radian) of a rotation of body 2 about an axis of the frame through its origin, `[3, N]` by components,
+/// without components across planes of symmetry.
 fn rotation_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
     let n = frame.n_cells();
     let direction: Vector3<f64> = frame.axes.0.column(axis).into();
@@ -262,7 +262,7 @@ fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
     if frame.has_uniform_axes() && projectors.is_empty() {
         return None;
     }
-    // With uniform axes the matrices are the identity except for rounding.
+    // With uniform axes, the product in the other branch would be the identity except for rounding.
     let mut matrices = if frame.has_uniform_axes() {
         vec![Matrix3::identity(); frame.n_cells()]
     } else {

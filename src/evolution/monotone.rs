@@ -112,7 +112,8 @@ impl Run<'_> {
         Ok(converged?)
     }
 
-    /// Refuses a tangential force or a spin moment that nothing can balance: without friction, or in rolling.
+    /// Refuses a nonzero tangential force without friction or in rolling. If all cells have the same axes, also refuses a nonzero
+    /// spin moment in these cases.
     fn check_controls(&self) -> Result<()> {
         let step = self.step();
         let rolls = step.kind.rolling().is_some();
@@ -121,7 +122,7 @@ impl Run<'_> {
         }
         // A prescribed force of zero is allowed, because the tangential force is zero without friction.
         let pulled = matches!(self.controls.tangential, Tangential::Force(force) if force != [0.0; 2]);
-        // Inclined cells carry a spin moment by their pressures.
+        // Pressures on inclined cells can carry a spin moment.
         let level = self.prepared.model.frame.has_uniform_axes();
         let spun = level && matches!(self.controls.spin, Spin::Moment(moment) if moment != 0.0);
         let (what, instead) = match (pulled, spun) {
@@ -145,8 +146,8 @@ impl Run<'_> {
         self.step().friction && self.prepared.ellipse.is_some()
     }
 
-    /// Replaces tangential force and spin moment by fixed motions if friction does not act or the step rolls. A spin moment on
-    /// inclined cells stays prescribed without friction, because their pressures carry it.
+    /// Replaces tangential force and spin moment by fixed motions if friction does not act or the step rolls. Without friction, a
+    /// spin moment stays prescribed on a frame with inclined cells, because pressures carry it.
     pub(super) fn effective_loads(&self, mut loads: PrescribedLoads) -> PrescribedLoads {
         if !self.has_friction() {
             loads.tangential = TangentialControl::Shift;

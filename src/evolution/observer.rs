@@ -11,9 +11,9 @@ pub enum CheckpointEvent {
     Entry,
     /// A step ended.
     StepEnd,
-    /// The run is interrupted, or a contact problem did not converge.
+    /// The run is interrupted, or did not converge.
     Aborted,
-    /// The run ends here and resumes with other operators.
+    /// The run ends here, and can resume with other operators.
     Suspended,
 }
 
@@ -22,16 +22,17 @@ pub trait Observer: Send {
     /// Called during a stage with its name, the fraction done in 0..=1, and the current natural residual.
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
 
-    /// Called before the increments on a frame: at the start, and after the frame has changed.
+    /// Called before the increments on `_frame`, at least at the start and after each change of the frame.
     fn on_frame(&mut self, _frame: &ContactFrame) {}
 
-    /// Called after every increment or cycle jump.
+    /// Called after every recorded increment or jump.
     ///
     /// # Errors
     /// If results cannot be written; the run stops.
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> crate::error::Result<()>;
 
-    /// Called where the run can resume: after every record, and where it ends early. `checkpoint` creates the checkpoint.
+    /// Called where the run can resume: after every converged record, at the end of a step, and where the run ends early.
+    /// `checkpoint` creates the checkpoint.
     ///
     /// # Errors
     /// If the checkpoint cannot be written; the run stops.
@@ -49,7 +50,7 @@ pub trait Observer: Send {
         false
     }
 
-    /// Called between iterations. Returns whether to stop (a signal was caught).
+    /// Called between iterations. Returns whether the run must stop.
     fn cancelled(&self) -> bool {
         false
     }
@@ -59,7 +60,7 @@ pub trait Observer: Send {
         false
     }
 
-    /// Returns whether the observer needs the tangential gap of frictionless increments.
+    /// Returns whether the observer needs the tangential gap in runs without friction.
     fn wants_tangential_gap(&self) -> bool {
         true
     }

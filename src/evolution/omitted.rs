@@ -15,7 +15,7 @@ pub struct OperatorOmissions {
     pub grid: bool,
     /// Whether steps are solved on windows of the frame.
     pub windows: bool,
-    /// Whether pressures and tangential tractions are computed one after the other.
+    /// Whether pressures are solved before tangential tractions.
     pub uncoupled: bool,
 }
 
@@ -95,7 +95,7 @@ pub fn omitted_contact_work(
     skipped
 }
 
-/// Returns whether the step solves at most half as many cycles as it covers.
+/// Returns whether a fretting step is expected to solve at most half as many cycles as it covers.
 fn jumps(step: &Step) -> bool {
     matches!(&step.kind, StepKind::Fretting { cycles, .. }
         if cycles.expected_solves(step.wear) as f64 <= 0.5 * cycles.count)

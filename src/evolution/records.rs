@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Creepages and rolled distance of a steady state of rolling.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct RollingRecord {
-    /// Slip of body 2 relative to body 1 per rolled distance, along the direction of rolling and to its left.
+    /// Slip of body 2 relative to body 1 per rolled distance, along the direction of rolling and to the left of this direction.
     pub creepage: [f64; 2],
     /// Rotation of body 2 relative to body 1 per rolled distance, 1/mm.
     pub spin: f64,
@@ -13,7 +13,7 @@ pub struct RollingRecord {
     pub distance: f64,
 }
 
-/// Independent checks of an increment (docs/theory-contact.md), recomputed from the tractions and rigid motions.
+/// Checks of a solved increment (docs/theory-contact.md).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct Certificate {
     /// Natural residual: largest change of a traction by one projection step, divided by the largest pressure.
@@ -57,9 +57,9 @@ pub struct Resultants {
     pub peak_pressure: f64,
 }
 
-/// One entry of `summary.steps`: an increment or a jump. For a jump, displacements, rotations, areas, peak and normal force are
-/// means of the two reversal points. Tangential force and moment belong to the + reversal point. Forces and moments act on body 1.
-/// All components are along the frame's axes.
+/// One entry of `summary.steps`: an increment or a jump. For a jump, approach, displacements, rotations, areas, peak pressure and
+/// normal force are means of the two reversal points. Tangential force and moment belong to the + reversal point. Forces and
+/// moments act on body 1. All components are along the frame's axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, Default)]
 pub struct IncrementRecord {
     /// Name of the step.
@@ -94,7 +94,7 @@ pub struct IncrementRecord {
     pub worn_volume_by_body: [f64; 2],
     /// Estimated error of the wear volume by jumps and by the path between reversal points, mm3.
     pub worn_volume_error: f64,
-    /// Wear volume computed from the friction energy, mm3; `None` if wear does not follow friction.
+    /// Wear volume computed from the friction energy, mm3; `None` if this energy does not determine the wear volume.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub worn_volume_by_energy: Option<f64>,
     /// Largest wear depth of both bodies together, mm.
@@ -107,7 +107,8 @@ pub struct IncrementRecord {
     pub distance_slid: f64,
     /// Friction dissipation since the start, summed from tractions and slips, N mm.
     pub dissipation: f64,
-    /// Independent checks; for a jump, the worst of its stages.
+    /// Checks of the solution. For a jump, `energy_balance` refers to the whole jump, and the other values are the worst of its
+    /// stages.
     pub certificate: Certificate,
     /// Method of the contact solver, with the methods that it replaced; for a jump, of the last stage.
     pub method: String,
@@ -119,13 +120,13 @@ pub struct IncrementRecord {
     pub seconds: f64,
     /// Whether the solver and the certificate's natural residual met the tolerance.
     pub converged: bool,
-    /// The two reversal points (+, -) of a cycle jump.
+    /// Resultants at the two reversal points (+, -) of a cycle jump.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub stroke_ends: Option<[Resultants; 2]>,
     /// Length, work and errors of a jump over cycles or sliding; `None` for an increment.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub jump: Option<JumpRecord>,
-    /// Creepages of a step of rolling.
+    /// Creepages and distance of a rolling step; `None` for other steps.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub rolling: Option<RollingRecord>,
 }
@@ -147,7 +148,7 @@ impl IncrementRecord {
         }
     }
 
-    /// The record with the resultants of the + reversal point. The approach stays the mean.
+    /// The record with the resultants of the + reversal point, if there is one. The approach stays the mean.
     pub fn at_plus_reversal(&self) -> Self {
         let entry = self.clone();
         if let Some([plus, _]) = self.stroke_ends { entry.with_resultants(&plus) } else { entry }

@@ -19,7 +19,8 @@ impl Rolling {
     }
 
     /// Upstream cells, and the rigid slip during the passage through a cell for the fraction `share` of creepages and spin. The
-    /// material of a cell comes from its neighbour on the leading side. The rigid slip is evaluated halfway between both centres.
+    /// upstream cell is the neighbour on the leading side, or the cell itself if it has no such neighbour. The rigid slip is
+    /// evaluated half a cell ahead of the centre.
     fn upstream(&self, frame: &ContactFrame, share: f64) -> Result<Upstream> {
         let grid = frame.grid.ok_or_else(|| {
             Error::input("rolling needs cells in rows along its direction: use frame.kind = \"grid\"")
@@ -66,7 +67,7 @@ impl Rolling {
 }
 
 impl Run<'_> {
-    /// Later steps continue from the tangential displacement at the end of the rolling step.
+    /// Runs the increments. Later steps continue from the tangential displacement at the end of the rolling step.
     pub(super) fn run_rolling_step(&mut self) -> Advance {
         self.run_increments()?;
         self.controls.tangential =
@@ -78,7 +79,8 @@ impl Run<'_> {
         rolling.upstream(&self.prepared.model.frame, number as f64 / self.step().increments as f64)
     }
 
-    /// Adds dissipation and wear of increment `number` of a rolling step over its part of the distance.
+    /// Adds dissipation and wear of increment `number` of a rolling step. Each increment covers an equal part of the rolled
+    /// distance.
     ///
     /// The tractions during a passage are the means of a cell and its upstream cell. Without normal-tangential coupling, friction
     /// then dissipates exactly the work of the creepages. The wear volume is spread over a track of unknown length, so the gap does
@@ -126,7 +128,7 @@ mod tests {
 
     /// Truth: during a passage of length h the rigid slip is h (ξ - φ y', η + φ x'), evaluated half a cell ahead of the centre. ξ
     /// and η are the creepages, φ is the spin. x' points along the direction of rolling, y' to its left. The material comes from
-    /// the cell ahead.
+    /// the cell ahead, if there is one.
     #[test]
     fn directions_are_turned_copies() {
         let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0; 2], 0.0).unwrap();

@@ -5,10 +5,11 @@
 //! | interrupted | `increment_record`, `monotone`, `fretting::loops` | `Interrupted` | `orthowear run --resume` |
 //! | diverged | `increment_record`, after shorter trials of a jump | `NotConverged` | nothing |
 //! | contact at the edge of the frame | `fretting::next_jump` | [`FRAME_EDGE`] | [`Suspended::FrameEdge`] |
-//! | rebuild requested by the observer | before each step and jump | that so far | [`Suspended::Rebuild`] |
+//! | rebuild requested by the observer | before steps and jumps | unchanged | [`Suspended::Rebuild`] |
 //!
-//! Contact at the edge ends a run only in a jump that begins inside the frame; other increments warn. Errors end a run without a
-//! result. An interruption that a body detects is such an error; the run reports its checkpoint first.
+//! Contact at the edge ends a run only in a jump of a step that began with contact inside the frame. Otherwise contact at the edge
+//! causes a warning. Errors end a run without a result. If a body detects an interruption, the run also ends with an error, but
+//! reports its checkpoint first.
 
 use crate::contact::SolverOptions;
 use crate::error::{Error, ErrorKind, Result};
@@ -75,7 +76,7 @@ pub struct RunResult {
     pub suspended: Option<Suspended>,
 }
 
-/// State of a run that ends before its last step and resumes after a change of the model ([`RunCheckpoint::transfer_to`]).
+/// State of a run that ends early and resumes after a change of the model ([`RunCheckpoint::transfer_to`]).
 #[derive(Debug, Clone)]
 pub enum Suspended {
     /// Contact reaches the edge of the frame: the run resumes on a larger frame.
@@ -100,7 +101,7 @@ impl RunResult {
         self
     }
 
-    /// Result of a run that `error` ends after its last segment. An interruption keeps the results so far.
+    /// Result of this run after `error`. An interruption keeps the results so far.
     ///
     /// # Errors
     /// Any other error.
@@ -128,7 +129,7 @@ pub(super) struct Run<'a> {
     pub(super) discarded_work: SolveWork,
 }
 
-/// State of the run and lengths of its lists at the end of the last record.
+/// State of the run and lengths of its lists at the point to which a checkpoint returns.
 pub(super) struct RollbackPoint {
     pub(super) state: RunState,
     pub(super) held: ActiveControls,
@@ -156,14 +157,15 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Records a warning. Returns whether it is the first one of its kind in the current step.
+    /// Records a warning. Returns whether it is the first one of its kind in the current step. All load points of a history count
+    /// as one step.
     pub(super) fn is_first_in_step(&mut self, kind: StepWarning) -> bool {
         let name = &self.step().name;
         let step = self.steps.iter().position(|step| step.name == *name).unwrap_or(self.step_index);
         self.given_warnings.is_first(step, kind)
     }
 
-    /// Ends the run early: reports the checkpoint from which it resumes, and sets the outcome.
+    /// Ends the run early: sets the outcome or the suspended state, and reports a checkpoint.
     pub(super) fn end(&mut self, end: RunEnd) -> Result<()> {
         match end {
             RunEnd::Interrupted => self.result.outcome = Outcome::Interrupted,

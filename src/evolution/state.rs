@@ -18,7 +18,7 @@ pub(super) struct RunState {
     pub slip_reference: Vec<f64>,
     /// Wear depth, `[N]`, mm.
     pub wear_depth: Vec<f64>,
-    /// Rigid motion of body 2 along the frame's x, y, n, mm (n = first touch - approach).
+    /// Rigid motion of body 2 along the frame's x, y, n, without the additional modes, mm.
     pub rigid_motion: [f64; 3],
     pub mode_amplitudes: [f64; MAX_RIGID_MODES],
     /// Cumulative friction dissipation, N mm.
@@ -32,7 +32,7 @@ pub(super) struct RunState {
     pub wear_dissipation: Option<f64>,
     /// Estimated error of the wear depth caused by jumps and unresolved paths, sum of magnitudes, `[N]`, mm.
     pub depth_errors: Vec<f64>,
-    /// Estimated error of the wear volume from the same sources, mm3.
+    /// Estimated error of the wear volume caused by jumps and unresolved paths, mm3.
     pub volume_error: f64,
 }
 
@@ -157,7 +157,7 @@ pub(super) fn energy_balance(
     if scale > 0.0 { (change - work).abs() / scale } else { 0.0 }
 }
 
-/// Certificate for the results, with the smallest gap relative to the approach.
+/// Certificate of a solution. `min_gap` is divided by the magnitude of the approach, unless the approach is 0.
 pub(super) fn certificate(checks: &StateChecks, approach: f64, energy_balance: f64) -> Certificate {
     let depth = if approach == 0.0 { 1.0 } else { approach.abs() };
     Certificate {

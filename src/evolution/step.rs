@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Normal control: totals at the end of the step.
+/// Normal control: value at the end of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Normal {
     /// Motion of body 2 towards body 1, mm, 0 = first touch of the undeformed surfaces.
@@ -12,7 +12,7 @@ pub enum Normal {
     Force(f64),
 }
 
-/// Tangential control: totals at the end of the step.
+/// Tangential control: values at the end of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Tangential {
     /// Displacement of body 2 along the frame's x, y, mm.
@@ -21,7 +21,7 @@ pub enum Tangential {
     Force([f64; 2]),
 }
 
-/// Control of the rotation of body 2 about the frame's x and y through the frame's centre: totals at the end of the step.
+/// Control of the rotation of body 2 about the frame's x and y through the frame's centre: values at the end of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Tilt {
     /// Small rotation about x, y, radians.
@@ -30,7 +30,7 @@ pub enum Tilt {
     Moment([f64; 2]),
 }
 
-/// Control of the rotation of body 2 about n through the frame's centre: totals at the end of the step.
+/// Control of the rotation of body 2 about n through the frame's centre: value at the end of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Spin {
     /// Small rotation, radians.
@@ -39,7 +39,7 @@ pub enum Spin {
     Moment(f64),
 }
 
-/// Wear by many repetitions of one motion, computed in jumps.
+/// Number of fretting cycles or distance of steady sliding, with the jumps and the time integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycles {
     /// Number of cycles, or distance of steady sliding in mm.
@@ -50,8 +50,8 @@ pub struct Cycles {
     pub integrator: Integrator,
 }
 
-/// Closed path of displacements or tangential forces about their values at the start of the step: a line or an ellipse. It starts
-/// at the + reversal point.
+/// Closed path, a line or an ellipse, of the displacement or tangential force about its value at the start of the step. The path
+/// starts at the + reversal point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedPath {
     /// Quantity that follows the path.
@@ -66,11 +66,11 @@ pub struct ClosedPath {
     pub resolved_cycles: Option<ResolvedCycleSettings>,
 }
 
-/// Settings of resolved cycles, which supplement the coupled path points. Their strokes are solved increment by increment.
+/// Settings of resolved cycles, whose strokes are solved increment by increment. Resolved cycles supplement the coupled path
+/// points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedCycleSettings {
-    /// Relative tolerance of the wear of a cycle. Refinement ends when the root-mean-square wear depth changes by less, or when the
-    /// wear volumes of coupled and resolved cycles agree within this tolerance.
+    /// Relative tolerance of the wear of a cycle at which the refinement may end.
     pub tolerance: f64,
     /// Use of the resolved cycles.
     pub correction: Correction,
@@ -84,10 +84,10 @@ pub enum Correction {
     /// Wear is corrected. The cycle is resolved again when the slip has changed by more than the tolerance, or the normal force by
     /// more than a factor of 2.
     Always,
-    /// As `Always`, but without correction in two cases. Either the whole contact slides and the wear volumes of coupled and
-    /// resolved cycles agree, or the correction would miss more wear than it corrects.
+    /// As `Always`, but only with friction, and without correction in two cases. Either the whole contact slides and the wear
+    /// volumes of coupled and resolved cycles agree, or the correction would miss more wear than it corrects.
     WhereNeeded,
-    /// Wear is not corrected; one resolved cycle at the start of the step measures its error.
+    /// Wear is not corrected. With friction, one resolved cycle at the start of the step measures the error of the wear.
     Never,
 }
 
@@ -116,7 +116,7 @@ impl Cycles {
 }
 
 impl ClosedPath {
-    /// Offsets along x, y from the centre at the path points of a cycle, the + reversal point first; equal increments.
+    /// Offsets along x, y from the centre at the path points of a cycle, the + reversal point first, with equal increments.
     pub fn offsets(&self) -> Vec<[f64; 2]> {
         self.offsets_at(|part| part)
     }
@@ -130,7 +130,8 @@ impl ClosedPath {
         self.offsets_at(|part| if graded { part.powf(exponent) } else { part })
     }
 
-    /// Offsets at the fractions `of(k/K)`, k = 1..K, of both strokes.
+    /// Offsets with K increments per stroke. On a line, increment k ends at the fraction `of(k/K)` of its stroke. On an ellipse,
+    /// the increments cover equal angles.
     fn offsets_at(&self, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
         let k = self.increments as f64;
         let (s, c) = self.angle.sin_cos();
@@ -150,12 +151,12 @@ impl ClosedPath {
     }
 }
 
-/// Division of the cycles into jumps.
+/// Division of the cycles or of the sliding distance into jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JumpPolicy {
-    /// Number of jumps of equal length.
+    /// Number of jumps of equal length. Jumps of fretting cycles are rounded to whole cycles.
     Number(usize),
-    /// Lengths for which the estimated error of the wear depth stays below this share of the largest depth.
+    /// Controlled lengths. The value is the allowed error of the wear depth as a share of the largest depth.
     Tolerance(f64),
 }
 
@@ -192,14 +193,14 @@ pub enum StepKind {
     Monotone,
     /// Steady rolling, in load increments.
     Rolling(Rolling),
-    /// Wear by many fretting cycles on a closed path, in jumps.
+    /// Fretting cycles on a closed path, computed in jumps.
     Fretting {
         /// Path of each cycle.
         path: ClosedPath,
         /// Number of cycles, jumps and time integration.
         cycles: Cycles,
     },
-    /// Wear by steady sliding in one direction, in jumps.
+    /// Steady sliding in one direction, computed in jumps.
     Sliding {
         /// Angle from the frame's x to the direction of sliding, radians.
         angle: f64,
@@ -235,8 +236,8 @@ impl StepKind {
         if let Self::Fretting { path, .. } = self { Some(path) } else { None }
     }
 
-    /// Largest displacement of body 2 on a closed path from its position at the start of the step, mm; 0 for other kinds, `None` if
-    /// forces are prescribed.
+    /// Largest displacement of body 2 on a closed path from the centre of the path, mm; 0 for other kinds, `None` if forces are
+    /// prescribed.
     pub fn reach(&self) -> Option<f64> {
         match self.closed_path() {
             Some(path) if path.drive == Drive::Force => None,
@@ -281,7 +282,7 @@ pub struct Step {
     pub wear: bool,
     /// Kind of the step.
     pub kind: StepKind,
-    /// Load point of a history. Numbers of increments continue from the previous load point.
+    /// Load point of a history; `None` for other steps. Numbers of increments continue from the previous load point.
     pub history_row: Option<HistoryRow>,
 }
 

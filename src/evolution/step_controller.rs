@@ -25,7 +25,7 @@ pub(super) struct StepControllerSettings {
     explicit_length_share: f64,
     /// Largest growth of the contact radius, and largest change of the stick-zone radius, in a jump, in cells.
     max_radius_growth_cells: f64,
-    /// The same limit as a share of the contact radius; the larger limit counts.
+    /// Limit of the same changes as a share of the contact radius before the jump. The larger of both limits applies.
     max_radius_growth_share: f64,
     pub max_trials: usize,
     /// Iterations per stage after which a shorter jump is tried, if one is possible.
@@ -50,7 +50,7 @@ pub(super) struct StepController {
     next_length: f64,
     /// Error ratio of the last accepted jump; `None` before the first one, and after a rejected trial.
     last_error_ratio: Option<f64>,
-    /// The error of a jump, divided by its length, grows as length^order.
+    /// The error ratio of a jump grows as length^order.
     order: f64,
     /// Length of the last trial if it was rejected.
     rejected_length: Option<f64>,
@@ -130,8 +130,8 @@ impl StepController {
         trial.can_be_shorter && self.rejected_trials < STEP_CONTROLLER.max_trials
     }
 
-    /// Length of a jump: `left` divided into equal jumps that exceed `aim` by at most 1 %. It is rounded up to a multiple of a
-    /// positive `unit`. After a rejected trial it is shorter than that trial, but never below `unit`.
+    /// Length of a jump: `left` divided into equal jumps that exceed `aim` by at most 1 %. With a positive `unit`, the length is
+    /// rounded up to a multiple of `unit`. After a rejected trial it is then also shorter than this trial, but never below `unit`.
     fn length(&self, aim: f64, left: f64, unit: f64) -> f64 {
         let parts = (left / aim - 1e-2).ceil().max(1.0);
         let even = left / parts;
@@ -197,7 +197,7 @@ mod tests {
     use super::*;
     use crate::evolution::step::Integrator;
 
-    /// Truth: if the error is a power of the length, the lengths converge to a constant. In this limit the growth factor
+    /// Truth: if the error is a power of the length, the lengths converge to a constant. At this constant the growth factor
     /// error_target ratio^((last_error_exponent - current_error_exponent) / order) is 1.
     #[test]
     fn lengths_settle_at_the_aim() {
@@ -279,8 +279,8 @@ mod tests {
         assert_eq!(ends, [3.0, 7.0, 10.0]);
     }
 
-    /// Truth: a trial is rejected for the first reason that applies, in the order of `Rejection`. Limits: error ratio 1; a change
-    /// of a radius by 2 cell sides, or 5 % of the contact radius.
+    /// Truth: a trial is rejected for the first reason that applies, in the order of `Rejection`. The limit of the error ratio
+    /// is 1. The limit of changes of radii is the larger of 2 cell sides and 5 % of the contact radius.
     #[test]
     fn reasons_of_rejection() {
         let control = StepController::new(10.0, 2.0);

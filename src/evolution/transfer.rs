@@ -162,7 +162,7 @@ impl StateTransfer<'_> {
         Ok((state, change))
     }
 
-    /// `reference` is the tangential gap with the new operators, `[2, N]`, mm.
+    /// `reference` is the slip reference on the new frame, `[2, N]`, mm.
     fn transfer_wear_step(
         &self,
         mut wear_step: WearStepState,
@@ -183,7 +183,7 @@ impl StateTransfer<'_> {
         wear_step.wear_rate = extend_field(&wear_step.wear_rate, places, n, |_| 0.0);
         wear_step.path_correction = wear_step.path_correction.map(|resolved| resolved.transfer_to(places, n));
         if let (SlipSource::Sliding(slip), true) = (&mut wear_step.slip_source, n > places.len()) {
-            // All cells of the frame have the same axes.
+            // A frame with new cells has uniform axes, so that the slip is the same in all cells.
             let along = [slip[0], slip[places.len()]];
             *slip = extend_field(slip, places, n, |k| along[k / n]);
         }

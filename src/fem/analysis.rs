@@ -7,7 +7,7 @@ use crate::linalg::cholesky::{CholeskyFactor, SymbolicCholesky};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::nested_dissection;
 
-/// Bytes that dense products of large supernodes use in their buffers.
+/// Memory assumed for the buffers of dense matrix products, bytes.
 const PRODUCT_BUFFER_BYTES: usize = 16_000_000;
 
 /// Structure and cost of the factorisation of a body's stiffness for given contact nodes.
@@ -20,7 +20,7 @@ pub struct SymbolicAnalysis {
 }
 
 impl FeModel {
-    /// Orders the unknowns, `contact_nodes` last, and computes the structure and the cost of the factor.
+    /// Orders the free dofs, with the dofs of `contact_nodes` last, and computes the structure and the cost of the Cholesky factor.
     ///
     /// # Errors
     /// If a contact node is given twice or belongs to no solid; if memory does not suffice.
@@ -66,15 +66,15 @@ impl SymbolicAnalysis {
         self.symbolic.n_factor_entries()
     }
 
-    /// Floating-point operations of factorisation and flexibility.
+    /// Floating-point operations of the factorisation and of the flexibility of the contact nodes.
     pub fn flops(&self) -> f64 {
         self.symbolic.flops() + 2.0 / 3.0 * (self.n_contact_dofs as f64).powi(3)
     }
 
-    /// Peak memory of a factorisation, bytes. It does not depend on the number of threads.
+    /// Estimated peak memory of the factorisation and the flexibility, including the model, bytes. The estimate does not depend on
+    /// the number of threads.
     pub fn factorisation_peak_bytes(&self) -> usize {
         let values = self.factor_bytes();
-        // Small factors use less of the buffers for dense products.
         let products = PRODUCT_BUFFER_BYTES.min(values / 4);
         let workspace = self.symbolic.memory_bytes() - values;
         self.model_bytes + values + products + workspace.max(self.symbolic.trailing_inverse_bytes())
@@ -84,7 +84,7 @@ impl SymbolicAnalysis {
         8 * self.symbolic.n_values()
     }
 
-    /// Chooses the condensation method that fits into `memory`.
+    /// Chooses a factorisation if it fits into `memory`, conjugate gradients otherwise.
     ///
     /// # Errors
     /// If no method fits (kind `Resources`); the message gives the bytes needed and allowed.

@@ -15,7 +15,7 @@ use crate::linalg::ordering::NodeGraph;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::mesh::{CellRef, Mesh};
 
-/// Elements computed in parallel before they are added to the matrix; limits the memory of their stiffnesses.
+/// Number of elements per parallel batch. It limits the memory of the element stiffnesses.
 const ELEMENTS_PER_BATCH: usize = 512;
 
 #[derive(Clone, Copy)]
@@ -27,7 +27,6 @@ pub(super) struct ElementContext<'a> {
 }
 
 impl ElementContext<'_> {
-    /// Number of elements.
     pub fn n_elements(&self) -> usize {
         self.regions.cells.len()
     }
@@ -69,8 +68,8 @@ impl ElementContext<'_> {
     }
 }
 
-/// Assembles K of the free dofs f, including `foundations`, and the forces -K_fc ū, `[n_free]`, of the displacements ū prescribed
-/// at the dofs c.
+/// Assembles the stiffness K_ff of the free dofs f, and the forces -K_fc ū on these dofs, `[n_free]`. ū are the displacements
+/// prescribed at the dofs c. K includes `foundations`.
 ///
 /// Elements are added in their order, so that the result has the same bits for any number of threads.
 ///
@@ -117,7 +116,7 @@ fn later_neighbours(graph: &NodeGraph, node: usize) -> impl Iterator<Item = usiz
     graph.neighbours(node).iter().copied().filter(move |&other| other > node)
 }
 
-/// Zero matrix that couples the free dofs of each node with the free dofs of its neighbours.
+/// Zero matrix with an entry for each pair of free dofs of one node or of neighbouring nodes.
 fn pattern(dofs: &DofMap, graph: &NodeGraph) -> SymmetricSparse {
     let mut offsets = Vec::with_capacity(dofs.n_free() + 1);
     offsets.push(0);

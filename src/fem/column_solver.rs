@@ -27,7 +27,7 @@ impl ColumnSolver {
     /// Creates the solver of a model within the limit `memory`.
     ///
     /// # Errors
-    /// As [`FeModel::condense_with`].
+    /// If K is singular, the factorisation fails its check, or memory does not suffice.
     pub fn new(model: &FeModel, memory: &MemoryLimit) -> Result<Self> {
         let build = || {
             let analysis = model.analyse(&[])?;
@@ -41,7 +41,7 @@ impl ColumnSolver {
         build().context(|| model.name().to_owned())
     }
 
-    /// Replaces the forces f by the solution u of K u = f at the free dofs, `[n_columns, n_free]`.
+    /// Replaces each column f of `columns`, forces on the free dofs, `[n_columns, n_free]`, by the solution u of K u = f.
     ///
     /// # Errors
     /// If the solution does not converge, or memory does not suffice.
@@ -49,7 +49,7 @@ impl ColumnSolver {
         let solve = |batch: &mut [f64]| self.solver.solve_in_place(batch, batch.len() / self.n_free);
         let batch = COLUMNS_PER_SOLVE * self.n_free;
         match self.method {
-            // A solve with the factor uses one thread.
+            // A solve with the factor uses one thread, so the batches run in parallel.
             CondensationMethod::Factorisation => columns.par_chunks_mut(batch).try_for_each(solve),
             CondensationMethod::ConjugateGradients(_) => columns.chunks_mut(batch).try_for_each(solve),
         }
@@ -79,9 +79,9 @@ impl FeModel {
         })
     }
 
-    /// Forces K_fb g on the free dofs f and K_bb g on the `prescribed` dofs b, including foundations. g are displacements of the
-    /// dofs b, mm, `[n_columns, n_prescribed]`. `prescribed` are all dofs of [`Self::prescribed_dofs`]. Displacements that the
-    /// model prescribes do not count.
+    /// Forces K_fb g on the free dofs f and K_bb g on the prescribed dofs b, for displacements g of the dofs b, mm,
+    /// `[n_columns, n_prescribed]`. `prescribed` must list all dofs of [`Self::prescribed_dofs`]. K includes foundations. The
+    /// displacements that the model prescribes are not added.
     ///
     /// # Errors
     /// If memory does not suffice, or the run is cancelled.

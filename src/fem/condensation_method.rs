@@ -18,9 +18,9 @@ pub enum CondensationMethod {
 /// Memory needed and allowed for a factorisation that does not fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MemoryShortfall {
-    /// Bytes of the factorisation, including the body.
+    /// Peak memory of the factorisation, including the model, bytes.
     pub needed_bytes: usize,
-    /// Bytes available for the body.
+    /// Memory available, bytes.
     pub allowed_bytes: u64,
 }
 
@@ -37,7 +37,8 @@ impl std::fmt::Display for MemoryShortfall {
 }
 
 impl CondensationMethod {
-    /// Chooses the method for a body with `n_trailing` contact dofs and a factorisation that takes `needed_bytes`.
+    /// Chooses a factorisation if `needed_bytes` fit into `memory`, conjugate gradients otherwise. `n_trailing` is the number of
+    /// free contact dofs.
     ///
     /// # Errors
     /// If conjugate gradients do not fit either (kind `Resources`).

@@ -1,7 +1,7 @@
-//! Static condensation of a body to its contact nodes: F_cc = (K⁻¹)_cc from the trailing block of the factor.
+//! Static condensation of a body to its contact nodes: the flexibility F_cc = (K⁻¹)_cc of the contact dofs c.
 //!
-//! The contact dofs c are ordered last, after the other dofs i. K = L Lᵀ then gives the Schur complement K_cc - K_ci K_ii⁻¹ K_ic =
-//! L_cc L_ccᵀ, whose inverse is F_cc. If L does not fit into memory, conjugate gradients solve for the columns of F_cc.
+//! The contact dofs c are ordered last, after the other dofs i. With K = L Lᵀ, the Schur complement is K_cc - K_ci K_ii⁻¹ K_ic =
+//! L_cc L_ccᵀ, and its inverse is F_cc. If L does not fit into memory, conjugate gradients solve for the columns of F_cc.
 
 mod solve;
 
@@ -20,7 +20,7 @@ use crate::linalg::two_level::TwoLevelSolver;
 /// Cache and memory that a condensation may use.
 #[derive(Debug, Clone, Copy)]
 pub struct CondensationResources<'a> {
-    /// Cache of flexibilities for later runs.
+    /// Cache of flexibilities and factors, if any.
     pub cache: Option<&'a FlexibilityCache>,
     /// What the cache stores.
     pub cache_contents: CacheContents,
@@ -37,22 +37,23 @@ impl Default for CondensationResources<'_> {
 /// Results of a condensation that the cache stores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CacheContents {
-    /// Flexibility of the contact nodes, and the factor if the body has loads of its own or is unconstrained.
+    /// Flexibility of the contact nodes. The factor too, if the body is unconstrained or has own loads
+    /// ([`FeModel::has_own_loads`]).
     Flexibility,
-    /// Flexibility and the factor, for the recovery of fields.
+    /// Flexibility and factor, for the recovery of fields.
     FlexibilityAndFactor,
 }
 
-/// Method, iterations and cache of a flexibility.
+/// How a flexibility was obtained: method, iterations, cache.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FlexibilityOrigin {
     /// Method of computation, in this run or in the run that wrote the cache entry.
     pub method: CondensationMethod,
-    /// Largest number of conjugate-gradient iterations of a column in this run; 0 without iterative solves.
+    /// Largest number of conjugate-gradient iterations of a column of the flexibility in this run; 0 without iterative solves.
     pub iterations: usize,
     /// Whether the flexibility was read from the cache.
     pub cached: bool,
-    /// Damaged entry, or a failed write.
+    /// Warning about a damaged cache entry or a failed write to the cache.
     pub cache_warning: Option<String>,
 }
 
@@ -116,7 +117,8 @@ impl FeModel {
         CacheKey::new(self.stiffness(), &self.contact_rows(contact_nodes), method.name())
     }
 
-    /// Memory of a factorisation, bytes, as stored in the cache. Checks only the header and the size of the entry.
+    /// Peak memory of a factorisation, bytes, as stored in the cache; `None` if the cache has no matching entry. Checks only the
+    /// header and the size of the entry.
     pub fn cached_factorisation_bytes(
         &self,
         contact_nodes: &[usize],
@@ -129,7 +131,7 @@ impl FeModel {
         )
     }
 
-    /// Whether the cache has the factor.
+    /// Whether `cache` has the factor for `contact_nodes`.
     pub fn has_cached_factor(&self, contact_nodes: &[usize], cache: &FlexibilityCache) -> bool {
         cache.has_factor(&self.cache_key(contact_nodes, CondensationMethod::Factorisation))
     }
@@ -261,7 +263,7 @@ impl CondensedBody {
             return Ok(factor);
         }
         let factor = self.model.analyse(&self.contact_nodes)?.factorise(&self.model)?;
-        // If the write fails, the next run takes longer but gives the same result.
+        // Without this cache entry, a later run factorises again.
         let _ = cache.write_factor(key, factor.values());
         Ok(factor)
     }
@@ -307,7 +309,7 @@ impl CondensedBody {
         &self.contact_free_displacement
     }
 
-    /// Relative residual of the check of the factorisation, or the largest of the columns solved by conjugate gradients.
+    /// Relative residual: of the check after a factorisation, or the largest over the columns solved by conjugate gradients.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -366,7 +368,7 @@ fn compute(
     })
 }
 
-/// Adds zeros for the prescribed contact dofs.
+/// Inserts zero rows and columns for the prescribed contact dofs.
 fn expand_to_contact_dofs(
     model: &FeModel,
     contact_nodes: &[usize],

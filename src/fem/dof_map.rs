@@ -11,11 +11,11 @@ const UNASSIGNED: usize = usize::MAX;
 /// Free and prescribed displacement components of the mesh nodes; component `c` of node `i` is dof 3 i + c.
 #[derive(Debug, Clone)]
 pub(super) struct DofMap {
-    /// Row of each dof in the system of the free dofs, `[3 n_points]`.
+    /// Row of each dof in the system of the free dofs, `[3 n_points]`; `UNASSIGNED` for other dofs.
     row_of_dof: Vec<usize>,
     /// Dof of each row, `[n_free]`.
     dof_of_row: Vec<usize>,
-    /// Index of the support that prescribes each dof, `[3 n_points]`.
+    /// Index of the support that prescribes each dof, `[3 n_points]`; `UNASSIGNED` for other dofs.
     support_of_dof: Vec<usize>,
     /// Prescribed displacement, mm, `[3 n_points]`; 0 for other dofs.
     prescribed: Vec<f64>,

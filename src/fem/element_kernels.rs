@@ -72,7 +72,7 @@ pub(super) fn element_stiffness(
     visit_element(kind, StiffnessKernel { nodes, c, rules, packed })
 }
 
-/// ∫ Bᵀ C B dV with B of the displacement interpolation.
+/// ∫ Bᵀ C B dV, where B maps nodal displacements to the strain of the displacement interpolation.
 struct StiffnessKernel<'a> {
     nodes: &'a [[f64; 3]],
     c: &'a Matrix6<f64>,
@@ -114,7 +114,8 @@ fn as_node_array<const N: usize>(values: &[[f64; 3]]) -> &[[f64; 3]; N] {
     values.try_into().expect("as many nodes as the kind has")
 }
 
-/// State of an element for `strains` at the points of a rule. Forces are ∫ Bᵀ σ dV with B of the displacement interpolation.
+/// Stress, energy and nodal forces of an element for `strains` at the points of `rule`. The forces are ∫ Bᵀ σ dV, where B maps
+/// nodal displacements to the strain of the displacement interpolation.
 fn state_of_strains<const N: usize>(
     rule: &[ReferencePoint<N>],
     mapped: &[MappedPoint<N>],
@@ -197,7 +198,7 @@ fn mixed_state(
     Ok(state)
 }
 
-/// Stress of the displacement interpolation at the points of a rule. Does not apply to hexahedra with enhanced strains or mean
+/// Stress of the displacement interpolation at the points of `rule`. Not valid for hexahedra with enhanced strains or mean
 /// dilatation.
 pub(super) fn stresses_at(
     kind: ElementKind,
@@ -300,7 +301,7 @@ mod tests {
         }
     }
 
-    /// Truth: nodal forces are K u and the energy is ½ uᵀ K u, with K from a separate function. Tolerance: rounding.
+    /// Truth: nodal forces are K u and the energy is ½ uᵀ K u, with K from [`element_stiffness`]. Tolerance: rounding.
     #[test]
     fn forces_are_stiffness_times_displacements() {
         let rules = RuleSet::new();

@@ -11,12 +11,12 @@ use crate::linalg::ordering::NodeGraph;
 use crate::material::{PlacedMaterial, RegionMaterial, centroid};
 use crate::mesh::{CellRef, Mesh};
 
-/// Largest rotation of the material axes between neighbouring elements of one material that counts as continuous, radians. It
-/// allows for filament windings.
+/// Largest rotation of the material axes between neighbouring elements of one material that counts as continuous, radians. The
+/// value allows for filament windings.
 const MAX_SMOOTH_TURN_RAD: f64 = 0.26;
 
-/// Solid cells with their materials and material axes. A stored stiffness per element would take far more memory, so that
-/// stiffnesses are rotated on request.
+/// Solid cells with their materials and material axes. A stiffness is rotated to global axes on request, because stored matrices
+/// would take far more memory.
 #[derive(Debug, Clone)]
 pub struct ElementMaterials {
     pub(super) cells: Vec<CellRef>,
@@ -39,7 +39,7 @@ impl ElementMaterials {
         problems.into_iter().flatten().next().map_or(Ok(regions), Err)
     }
 
-    /// Also returns the error of each region, `[n_regions]`.
+    /// Assigns materials as [`Self::new`]. Also returns the first error of each region, `[n_regions]`.
     fn assign(spec: &FeSpec, cells: Vec<CellRef>, region: &[usize]) -> (Self, Vec<Option<Error>>) {
         let mut first = vec![0; spec.regions.len()];
         let mut materials = Vec::new();
@@ -103,8 +103,8 @@ impl ElementMaterials {
         &self.material_states[self.state_of_cell[i] as usize].1
     }
 
-    /// Whether the material is continuous across the face between elements `i` and `j`. Different plies are different materials,
-    /// even if their axes are almost equal.
+    /// Whether the material is continuous across the face between the elements `i` and `j`: their stiffnesses are equal up to
+    /// rounding, or they have one material, whose axes turn by at most [`MAX_SMOOTH_TURN_RAD`]. Plies count as different materials.
     pub(super) fn is_continuous(&self, i: usize, j: usize) -> bool {
         if self.state_of_cell[i] == self.state_of_cell[j] {
             return true;

@@ -47,10 +47,10 @@ macro_rules! solids {
             }
         })*
 
-        /// Runs `visitor` for the element of a kind.
+        /// Runs `visitor` for the element type of `kind`.
         ///
         /// # Panics
-        /// If the kind is not a solid (a body has only solid cells).
+        /// If the kind is not a solid.
         pub(super) fn visit_element<V: ElementVisitor>(kind: ElementKind, visitor: V) -> V::Output {
             match kind {
                 $(ElementKind::$element => visitor.visit_element::<$element, $n>(),)*
@@ -60,8 +60,8 @@ macro_rules! solids {
     };
 }
 
-// Exact for elements with a constant Jacobian. On other elements the stiffness rules have full rank and integrate ∫ B dV exactly,
-// hence the nodal forces of a constant stress.
+// The stiffness rules are exact for elements with a constant Jacobian. On other elements, the stiffness has full rank, and ∫ B dV
+// is exact, hence also the nodal forces of a constant stress.
 solids! {
     Hex8, 8, hex8: corners(), hexahedron(4);
     Hex20, 20, hex20: hexahedron(3), hexahedron(4);

@@ -1,7 +1,7 @@
-//! Cache of factors, next to the flexibilities: the recovery of fields in a second run needs no factorisation.
+//! Cache of factors on disk. With a cached factor, the recovery of fields needs no factorisation.
 //!
-//! An entry is the list of the stored values of L. The symbolic analysis recomputes its structure in a few per cent of the time of
-//! a factorisation.
+//! An entry is the list of the stored values of L. The structure of L is not stored: the symbolic analysis recomputes it in a few
+//! per cent of the time of a factorisation.
 
 use super::flexibility_cache::{CacheKey, FlexibilityCache};
 use crate::error::Result;
@@ -39,8 +39,8 @@ mod tests {
     use super::*;
     use crate::linalg::sparse::SymmetricTriplets;
 
-    /// Truth: the cache returns written values to the last bit, but no damaged entry and no entry of another size. It stores no
-    /// factor larger than half of its limit.
+    /// Truth: the cache returns written values to the last bit, but no damaged entry and no entry of another size. The cache stores
+    /// no factor larger than half of its limit.
     #[test]
     fn factors_come_back_whole_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Cache of condensed flexibilities on disk: a second run of the same body skips the factorisation.
+//! Cache of condensed flexibilities on disk. With a cached flexibility, a later run of the same body needs no factorisation for it.
 //!
 //! An entry is one list of [`crate::linalg::cache`]: residual of the solution, bytes that a factorisation takes, and the lower
 //! triangle of the flexibility row by row, `[n (n + 1) / 2]`.
@@ -9,7 +9,7 @@ pub use crate::linalg::cache::{Cache as FlexibilityCache, CacheKey, CacheLookup}
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 
-/// Version of the entries. Increase it whenever layout or arithmetic change.
+/// Version of the entries. Increase it whenever the layout or the arithmetic changes.
 const FORMAT: u64 = 4;
 const HEADER_VALUES: usize = 2;
 const FILE_EXTENSION: &str = "flexibility";
@@ -21,7 +21,7 @@ pub struct FlexibilityEntry {
     pub flexibility: SymmetricDense,
     /// Relative residual of the check of the factorisation, or of the iterative solutions.
     pub residual: f64,
-    /// Bytes that a factorisation takes.
+    /// Peak memory of a factorisation, bytes.
     pub factorisation_bytes: usize,
 }
 
@@ -39,13 +39,14 @@ impl CacheKey {
 }
 
 impl FlexibilityCache {
-    /// Memory of a factorisation, bytes. Reads only the size and the header of the entry.
+    /// Peak memory of a factorisation, bytes; `None` if the cache has no entry for `n` rows. Reads only the size and the header of
+    /// the entry.
     pub fn peek_factorisation_bytes(&self, key: &CacheKey, n: usize) -> Option<usize> {
         let (found, [_, bytes]) = self.peek_list::<HEADER_VALUES>(key, FILE_EXTENSION)?;
         (found == n_values(n) as u64).then_some(bytes as usize)
     }
 
-    /// Reads the entry of a flexibility of `n` rows, and marks it as used.
+    /// Reads the entry of a flexibility of `n` rows, and marks the entry as used.
     ///
     /// # Errors
     /// If memory does not suffice.

@@ -37,7 +37,7 @@ pub(super) fn restrained_directions(spec: &FeSpec) -> Result<Vec<RestrainedDirec
         let entry = |i: usize, j: usize| stiffness.packed[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)];
         debug_assert_eq!(stiffness.packed.len(), n * (n + 1) / 2);
         for (a, &node) in face.nodes.iter().enumerate() {
-            // Scaled, because only the directions of the columns matter.
+            // The columns are scaled, because only their directions matter.
             let block = Matrix3::from_fn(|i, j| entry(3 * a + i, 3 * a + j));
             let largest = block.diagonal().max();
             for c in (0..3).filter(|&c| block[(c, c)] > 1e-12 * largest) {

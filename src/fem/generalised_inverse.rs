@@ -1,9 +1,9 @@
 //! Generalised inverse of the singular stiffness of an unconstrained body.
 //!
 //! R are the rigid-body modes at the free dofs, and M is diagonal with the nodal volume fractions. With Rᵀ M R = 1 and Π = 1 - R Rᵀ
-//! M, the solution is u = Π K⁺ Πᵀ f. Its mean rigid motion Rᵀ M u is zero, and Πᵀ f = f - M R Rᵀ f is in equilibrium. K⁺ is the
-//! inverse of K with grounding springs at as many dofs as there are modes. The springs carry no force under Πᵀ f, so u does not
-//! depend on them.
+//! M, the solution is u = Π K⁺ Πᵀ f. The mean rigid-body motion Rᵀ M u is zero, and the forces Πᵀ f = f - M R Rᵀ f are in
+//! equilibrium. K⁺ is the inverse of K with grounding springs at as many dofs as there are modes. The springs carry no force under
+//! Πᵀ f, so u does not depend on them.
 
 use nalgebra::Vector3;
 
@@ -90,8 +90,8 @@ impl GeneralisedInverse {
         Ok(())
     }
 
-    /// Replaces `flexibility`, a block of K⁺, by the same block of Π K⁺ Πᵀ. `rows` are the rows of its dofs (`None` where
-    /// prescribed).
+    /// Replaces `flexibility`, a block of K⁺, by the corresponding block of Π K⁺ Πᵀ. `rows` are the rows of the dofs of the block
+    /// in the system, `None` for prescribed dofs. `inverse` applies K⁺.
     pub fn project_flexibility(
         &self,
         flexibility: &mut SymmetricDense,
@@ -105,8 +105,8 @@ impl GeneralisedInverse {
             inverse(&mut image)?;
             images.push(image);
         }
-        // Π K⁺ Πᵀ = K⁺ - X Rᵀ - R Xᵀ + R (Rᵀ M X) Rᵀ with X = K⁺ M R. Half of the last term is added to each of the two middle
-        // terms.
+        // Π K⁺ Πᵀ = K⁺ - X Rᵀ - R Xᵀ + R (Rᵀ M X) Rᵀ with X = K⁺ M R. `halves` are the rows of X - ½ R (Rᵀ M X), so that each of
+        // the two middle terms takes half of the last term.
         let moved: Vec<Vec<f64>> = images.iter().map(|image| self.mean_motions(image)).collect();
         let row = |columns: &[Vec<f64>], row: Option<usize>| -> Vec<f64> {
             columns.iter().map(|column| row.map_or(0.0, |row| column[row])).collect()

@@ -12,7 +12,7 @@ use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::mesh::{CellRef, Mesh};
 use crate::quadrature::{RulePoint, quadrilateral, triangle};
 
-/// Nodal forces, global axes, N, `[n_points]`.
+/// Vectors at the nodes, global axes, `[n_points]`; usually forces, N.
 pub(super) type NodalForces = Vec<[f64; 3]>;
 
 #[derive(Debug, Clone, Copy)]
@@ -109,7 +109,7 @@ fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut N
     }
 }
 
-/// The rule of a linear triangle is exact for polynomials of degree `linear_triangle_degree`.
+/// Integration rule of a face. On three-node triangles, it is exact for polynomials of degree `linear_triangle_degree`.
 pub(super) fn face_rule(kind: ElementKind, linear_triangle_degree: usize) -> Vec<RulePoint<2>> {
     match kind {
         ElementKind::Tri3 => triangle(linear_triangle_degree),
@@ -132,7 +132,7 @@ pub(super) fn face_points(
     })
 }
 
-/// Derivatives of a field with nodal values `at` along the two reference coordinates of a face.
+/// Derivatives along the two reference coordinates of a face, at `xi`, of a field with the nodal values `at`.
 pub(super) fn face_tangents(
     face: &SurfaceFace,
     xi: [f64; 2],
@@ -186,8 +186,7 @@ fn load_cell<const N: usize>(
 ) {
     let points: [[f64; 3]; N] = std::array::from_fn(|a| mesh.points[nodes[a]]);
     for sample in rule {
-        // At the load points, which can be more numerous than the stiffness points, det J may be negative. Only the stiffness
-        // points need a positive det J.
+        // At load points, det J may be negative. Only the stiffness points need a positive det J.
         let volume = sample.weight * jacobian(&points, &sample.gradients).determinant();
         let x = std::array::from_fn(|c| points.iter().zip(&sample.values).map(|(p, n)| p[c] * n).sum());
         let force = b(x).map(|value| value * volume);

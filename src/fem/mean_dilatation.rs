@@ -10,7 +10,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::integration_points::{ElementState, MappedPoint, unit_strain};
 
-/// Change of each normal strain due to a unit displacement, `[node][component]`.
+/// Change of each of the three normal strains due to a unit displacement, `[node][component]`.
 type NormalStrainCorrection = [[f64; 3]; 8];
 
 pub(super) struct MeanDilatation {

@@ -1,8 +1,9 @@
 //! Moves the nodes of a mesh after its contact surface has receded.
 //!
 //! Each displacement component along the frame axes solves Laplace's equation in the body. Contact nodes have prescribed
-//! displacements. Other nodes on outer faces and material interfaces move only within their face, so that the body keeps its shape.
-//! Other nodes of supports do not move along prescribed components.
+//! displacements. Other nodes on an outer face or a material interface move along an axis only if the axis lies in the face, so
+//! that the body keeps its shape. Other nodes of supports move along an axis only if the axis is normal to all prescribed
+//! components.
 
 use rayon::prelude::*;
 
@@ -20,22 +21,22 @@ use crate::mesh::faces::{SolidFace, SurfaceFace, solid_faces};
 use crate::mesh::quality;
 use crate::mesh::{CellRef, Mesh};
 
-/// Sine of the largest angle between a face and a direction that counts as lying in the face.
+/// Sine of the largest angle between a face and a direction at which the direction counts as lying in the face.
 const FACE_ALIGNMENT_TOLERANCE: f64 = 1e-6;
 
 const NEGLIGIBLE_MOTION_RATIO: f64 = 1e-12;
 
-/// Smallest length of a moved edge along its old direction, relative to its old length.
+/// Smallest admissible projection of a moved edge on its old direction, relative to its old length.
 const MIN_EDGE_RATIO: f64 = 0.1;
 
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// The mesh of `spec` after its contact nodes have moved by `motion`, `[n_points]`, with components along `axes`. `None` marks the
-/// other nodes. `contact` lists the faces of the contact surface.
+/// The mesh of `spec` after its contact nodes have moved by `motion`, `[n_points]`, with components along `axes`. `motion` is
+/// `None` at nodes that are not contact nodes. `contact` lists the faces of the contact surface.
 ///
 /// # Errors
-/// If an element would be inverted, more elements would be folded at their nodes, or an edge would become too short. If a material
-/// or group of `spec` is not admissible, or memory does not suffice.
+/// If an element would be inverted, more elements than before would be folded at their nodes, or an edge would become too short. If
+/// a material or group of `spec` is not admissible, or memory does not suffice.
 pub(crate) fn move_mesh(
     spec: &FeSpec,
     contact: &[SurfaceFace],
@@ -73,8 +74,8 @@ pub(crate) fn move_mesh(
     Ok(mesh)
 }
 
-/// Projects the motion of contact nodes into an adjoining plane face, such as a symmetry plane, and keeps its magnitude. A motion
-/// normal to the plane becomes zero.
+/// Projects the motion of contact nodes into adjoining plane faces normal to an axis, such as a symmetry plane, and keeps its
+/// magnitude. A motion normal to such a plane becomes zero.
 fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 3]) -> Vec<Option<Point>> {
     let mut motion = motion.to_vec();
     for (node, by) in motion.iter_mut().enumerate() {
@@ -89,7 +90,7 @@ fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 
         if along > FACE_ALIGNMENT_TOLERANCE * far {
             *by *= far / along;
         } else {
-            // The direction of the motion within the face is only rounding.
+            // The remaining motion is rounding, without a meaningful direction.
             *by = Point::zeros();
         }
     }
@@ -105,8 +106,9 @@ enum MotionConstraint {
     WithinPlane,
 }
 
-/// Constraints on the motion of nodes along `axis`, `[n_points]`. Supports constrain nodes unless `axis` is normal to the
-/// prescribed components. Outer faces except `contact`, and material interfaces, constrain them unless `axis` lies in the face.
+/// Constraints on the motion of nodes along `axis`, `[n_points]`. A support constrains its nodes unless `axis` is normal to the
+/// prescribed components. An outer face outside `contact`, or a material interface, constrains its nodes unless `axis` lies in the
+/// face.
 fn motion_constraints(
     spec: &FeSpec,
     regions: &ElementMaterials,
@@ -149,7 +151,7 @@ fn motion_constraints(
     Ok(held)
 }
 
-/// Harmonic function with the nodal values `given`, `[n_points]`; 0 at points on no solid.
+/// Nodal values of the harmonic function with the values `given`, `[n_points]`. Points on no solid without a given value get 0.
 fn solve_laplace(
     mesh: &Mesh,
     cells: &[CellRef],
@@ -279,8 +281,8 @@ mod tests {
     use super::*;
     use crate::mesh::structured::{BlockElements, GradedBlock};
 
-    /// Truth: a contact node on a plane moves within it by the prescribed distance. A motion normal to the plane up to rounding has
-    /// no direction within it.
+    /// Truth: a contact node on a plane moves within it by the prescribed distance. A motion that is normal to the plane up to
+    /// rounding becomes zero.
     #[test]
     fn motions_normal_to_a_plane_end_there() {
         let mut held = [0; 3].map(|_| vec![MotionConstraint::Free; 2]);

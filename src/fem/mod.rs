@@ -1,7 +1,7 @@
 //! Finite elements: from mesh, materials, supports and loads to the flexibility of a body at its contact nodes.
 //!
 //! Weak form: find u with u = ū on the supports and ∫ ε(v) : C : ε(u) dV = ∫ v · b dV + ∫ v · t dS for all v that vanish on the
-//! supports. The tractions t include those of elastic foundations.
+//! supports. The tractions t include the tractions of elastic foundations.
 //!
 //! [`FeSpec`] is the specification, and [`FeModel`] the assembled system K u = f of the free dofs. [`CondensedBody`] gives the
 //! flexibility of the contact nodes and displacements, [`StressRecovery`] the stress.

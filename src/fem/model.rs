@@ -131,12 +131,13 @@ impl FeModel {
         self.dof_map.n_free()
     }
 
-    /// Row of a displacement component in the system of the free dofs; `None` if it is prescribed or the node belongs to no solid.
+    /// Row of a displacement component in the system of the free dofs; `None` if the component is prescribed or the node belongs to
+    /// no solid.
     pub fn free_dof(&self, node: usize, component: usize) -> Option<usize> {
         self.dof_map.row(3 * node + component)
     }
 
-    /// Prescribed displacement of a component, mm; `None` if it is free or the node belongs to no solid.
+    /// Prescribed displacement of a component, mm; `None` if the component is free or the node belongs to no solid.
     pub fn prescribed_displacement(&self, node: usize, component: usize) -> Option<f64> {
         self.dof_map.prescribed(3 * node + component)
     }
@@ -152,7 +153,7 @@ impl FeModel {
     }
 
     /// Stiffness K of the free dofs, `[n_free, n_free]`, N/mm, including elastic foundations. For m free rigid-body modes, K
-    /// includes grounding springs at m dofs. They carry no force under loads in equilibrium.
+    /// includes grounding springs at m dofs. The springs carry no force under loads in equilibrium.
     pub fn stiffness(&self) -> &SymmetricSparse {
         &self.stiffness
     }
@@ -192,7 +193,7 @@ impl FeModel {
         })
     }
 
-    /// Adds a force per volume that varies in space, N/mm3.
+    /// Adds the body force `force`, a force per volume that depends on the position, N/mm3.
     pub fn add_body_force(&mut self, force: impl Fn([f64; 3]) -> [f64; 3]) {
         add_body_force(&self.mesh, &self.regions.cells, &self.rules, force, &mut self.external_forces);
     }

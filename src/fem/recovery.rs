@@ -53,8 +53,8 @@ impl FeModel {
         Ok(forces)
     }
 
-    /// Forces of the supports on the body, global axes, N, `[n_points]`; zero at free dofs. They include the force of a contact or
-    /// a foundation on a prescribed dof.
+    /// Forces of the supports on the body, global axes, N, `[n_points]`; zero at free dofs. Forces of contact and foundations at
+    /// prescribed dofs are included.
     ///
     /// # Errors
     /// As [`Self::strain_energy`].

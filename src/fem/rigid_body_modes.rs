@@ -1,4 +1,4 @@
-//! Rigid-body modes that the supports leave free. Along these modes the contact must balance the loads of the body.
+//! Rigid-body modes that supports and foundations leave free. Along these modes the contact must balance the loads of the body.
 
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector3, Vector6};
 
@@ -17,10 +17,10 @@ const ZERO_EIGENVALUE_RATIO: f64 = 1e-12;
 /// Tolerance for a vector to lie in a subspace.
 pub(crate) const SUBSPACE_TOLERANCE: f64 = 1e-9;
 
-/// Rigid-body modes that the supports of a body leave free.
+/// Rigid-body modes that the supports and foundations of a body leave free.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBodyModes {
-    /// Names of the modes in the global axes: "translation x", "rotation about z".
+    /// Names of translations and rotations that span the modes, in global axes: "translation x", "rotation about z".
     pub names: Vec<String>,
     centre: Vector3<f64>,
     size: f64,
@@ -29,8 +29,8 @@ pub struct RigidBodyModes {
 }
 
 impl RigidBodyModes {
-    /// Rigid-body modes of the points `part` that do not move any point of `held` along its direction. As vectors of translation
-    /// and scaled rotation, the modes are orthonormal.
+    /// Rigid-body modes of the points `part` that have no displacement along the given direction at any node of `held`. As vectors
+    /// of translation and scaled rotation, the modes are orthonormal.
     pub(crate) fn unconstrained(
         points: &[[f64; 3]],
         part: &[usize],
@@ -83,7 +83,8 @@ impl RigidBodyModes {
         [0, 3].map(|row| self.basis[j].fixed_view::<3, 1>(row, 0).into_owned())
     }
 
-    /// Orthonormalises the modes u_i: Σ_k weight(k) u_i · u_j = δ_ij. `None` if the modes are linearly dependent at the points k.
+    /// Orthonormalises the modes u_i: Σ_k weight(k) u_i(x_k) · u_j(x_k) = δ_ij for the `points` x_k. `None` if the modes are
+    /// linearly dependent at these points.
     pub(crate) fn orthonormal(mut self, points: &[[f64; 3]], weight: impl Fn(usize) -> f64) -> Option<Self> {
         let n = self.n_modes();
         let mut gram = DMatrix::<f64>::zeros(n, n);
@@ -105,11 +106,12 @@ impl RigidBodyModes {
     }
 }
 
-/// Rigid-body modes that the supports of a body leave free, found without assembly.
+/// Rigid-body modes that the supports and foundations of a body leave free, found without assembly. `None` if there are none, or if
+/// [`ElementMaterials::new`] fails.
 ///
 /// # Errors
 /// If a support or a foundation is not admissible, or supports contradict one another or fix all nodes. If a body of several parts
-/// without shared nodes is not fixed in all of them. Errors in the materials of the elements give `None` here.
+/// without shared nodes is not fixed in all of them.
 pub fn find_rigid_body_modes(spec: &FeSpec) -> Result<Option<RigidBodyModes>> {
     let Ok(regions) = ElementMaterials::new(spec) else { return Ok(None) };
     let dofs = DofMap::new(spec, &regions)?;

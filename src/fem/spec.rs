@@ -44,7 +44,8 @@ pub struct Support {
     pub components: [bool; 3],
     /// Displacements at the origin of the global axes, mm.
     pub value: [f64; 3],
-    /// Displacement gradient, one row per component, derivatives along x, y, z. The far field is u = value + gradient x.
+    /// Displacement gradient, one row per component, derivatives along x, y, z. The prescribed displacement at x is
+    /// `value + gradient x`.
     pub gradient: [[f64; 3]; 3],
 }
 

@@ -7,14 +7,14 @@ use crate::geometry::AXIS_NAMES;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
-/// Largest angle (radians) between faces of a plane, and between its normal and an axis. Also the largest distance of nodes from
-/// the plane, relative to its size.
+/// Largest angle (radians) between faces of a plane, and between the normal of the plane and an axis. Also the largest distance of
+/// nodes from the plane, relative to the size of the group.
 const PLANARITY_TOLERANCE: f64 = 1e-6;
 
 /// Displacement component (0, 1, 2) along the normal of the plane faces of the physical group `name`.
 ///
 /// # Errors
-/// If the group is missing, is no outer surface, or is not plane. If its normal is not along a coordinate axis.
+/// If the group is missing, is no outer surface, or is not plane. If the normal is not along a global axis.
 pub fn symmetry_component(mesh: &Mesh, name: &str) -> Result<usize> {
     let faces = group_faces(mesh, name)?;
     let corner = |node: usize| Vector3::from(mesh.points[node]);

@@ -36,7 +36,7 @@ impl CellMatrix {
         }
     }
 
-    /// Adds a matrix, one column of blocks after the other: `column(k)` returns a function from i to the block S_ik.
+    /// Adds a matrix, given by columns of blocks: `column(k)` returns a function from i to the block S_ik.
     pub fn add_columns<F: Fn(usize) -> Matrix3<f64>>(&mut self, column: impl Fn(usize) -> F + Sync) {
         let m = self.m;
         self.values.par_chunks_exact_mut(9 * m.max(1)).enumerate().for_each(|(k, values)| {

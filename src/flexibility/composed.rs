@@ -67,8 +67,7 @@ impl Flexibility for SumFlexibility {
         self.parts.iter().any(|part| part.couples_normal_tangential())
     }
 
-    /// Uses the first part that has an approximate inverse. One part suffices, because the flexibilities of the bodies differ by
-    /// little more than a factor.
+    /// Uses the first part that has an approximate inverse, as an approximation for the sum.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.parts.iter().any(|part| part.precondition_normal(normal_gap, pressure))
     }
@@ -85,8 +84,8 @@ impl Flexibility for SumFlexibility {
         self.parts.iter().all(|part| part.add_entries(cells, matrix))
     }
 
-    /// Sums over the parts. Parts without a direct sum contribute their products, which are then not verified. `None` if no part
-    /// has a direct sum.
+    /// Sums over the parts. Parts without a direct sum contribute the result of `apply`, which is then not verified. `None` if no
+    /// part has a direct sum.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let direct: Vec<_> = self.parts.iter().map(|part| part.direct_sums(cells, tractions)).collect();
         if direct.iter().all(Option::is_none) {

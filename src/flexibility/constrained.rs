@@ -1,4 +1,4 @@
-//! A flexibility whose tangential components across planes of symmetry are constrained to zero.
+//! A flexibility in which components across planes of symmetry are decoupled, in the cells on these planes.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -25,10 +25,10 @@ struct ConstrainedCell {
 /// S' = P S P + c (I - P) of an operator S. The projector P removes tractions and gaps across planes of symmetry in the cells on
 /// these planes.
 ///
-/// Components across the planes are decoupled. If the tractions across them vanish, the gaps across them vanish up to rounding, and
-/// exactly if P is diagonal. Like S, S' is symmetric positive definite in the area-weighted inner product. Reason: P acts within
-/// single cells, and a cell has one area for all components. c > 0 has the magnitude of the diagonal of S in the cell and does not
-/// influence results.
+/// Components across the planes are decoupled. If the tractions across the planes vanish, the gaps across them vanish up to
+/// rounding, and exactly if P is diagonal. Like S, S' is symmetric positive definite in the area-weighted inner product. Reason: P
+/// acts within single cells, and a cell has one area for all components. c > 0 only multiplies tractions across the planes, so its
+/// value does not matter where they vanish.
 ///
 /// # Source
 /// docs/theory-coupling.md, "Planes of symmetry under the contact".
@@ -40,7 +40,7 @@ pub struct ConstrainedFlexibility {
 }
 
 impl ConstrainedFlexibility {
-    /// Constrains `inner` in the given cells (index, P), ascending. P acts on the local components (x, y, n).
+    /// Constrains `inner` in the given cells (index, P), in ascending order of the index. P acts on the local components (x, y, n).
     ///
     /// # Panics
     /// If an index is not below the number of cells of `inner`.
@@ -55,7 +55,7 @@ impl ConstrainedFlexibility {
         Self { cells: cells.collect(), scratch: Mutex::new(vec![0.0; 3 * n]), inner }
     }
 
-    /// Projects `values` `[3, N]`: removes the components across the planes of symmetry.
+    /// Copy of `values` `[3, N]` without the components across the planes of symmetry.
     fn projected(&self, values: &[f64]) -> MutexGuard<'_, Vec<f64>> {
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
         scratch.copy_from_slice(values);
@@ -67,8 +67,8 @@ impl ConstrainedFlexibility {
         scratch
     }
 
-    /// Replaces the components of `into` across the planes of symmetry by those of `from`, multiplied by `factor(c)`. Both are
-    /// `[3, N]`.
+    /// Replaces the components of `into` across the planes of symmetry by the components of `from`, multiplied by `factor(c)`. Both
+    /// vectors are `[3, N]`.
     fn replace_across(&self, from: &[f64], into: &mut [f64], factor: impl Fn(f64) -> f64) {
         let n = self.inner.n_cells();
         for held in &self.cells {
@@ -272,8 +272,8 @@ mod tests {
         nalgebra::DMatrix::from_fn(12, 12, |i, j| AREAS[i % 4] * matrix[(i, j)])
     }
 
-    /// Truth: A S' is symmetric positive definite with the areas A, and so is A times the preconditioner. S' maps tractions in the
-    /// planes to gaps in the planes. Tolerances 1e-14 and 1e-15: rounding.
+    /// Truth: with the areas A, the matrices A S' and A times the preconditioner are symmetric positive definite. S' maps tractions
+    /// in the planes to gaps in the planes. Tolerances 1e-14 and 1e-15: rounding.
     #[test]
     fn it_is_symmetric_positive_definite_and_keeps_to_the_planes() {
         let operator = constrained();

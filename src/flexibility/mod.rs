@@ -1,7 +1,7 @@
 //! Flexibility operators on the contact frame: gap = S tractions.
 //!
 //! [`Flexibility`] is the interface of all operators; [`composed`], [`constrained`] and [`subset`] combine or restrict them.
-//! Vectors over a frame of N cells, `[3, N]`, are stored component by component: the x, then the y, then the n of all cells. The
+//! Vectors over a frame of N cells, `[3, N]`, contain the x components of all cells, then the y, then the n components. The
 //! components belong to the local axes (x, y, n) of each cell.
 
 pub mod cell_matrix;
@@ -32,7 +32,7 @@ pub trait Flexibility: Send + Sync {
     fn n_cells(&self) -> usize;
 
     /// Tangential part of the operator, if pressures cause no tangential gap and tangential tractions cause no normal gap. `None`
-    /// if the two parts cannot be used separately.
+    /// if the normal and the tangential part cannot be used separately.
     fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
         None
     }
@@ -64,27 +64,28 @@ pub trait Flexibility: Send + Sync {
         false
     }
 
-    /// Whether the operator contains the condensed matrix of a meshed body. Its condition may be far worse than that of a
-    /// half-space: thin bodies bend.
+    /// Whether the operator contains the condensed matrix of a meshed body. The condition of this matrix may be far worse than the
+    /// condition of a half-space operator: thin bodies bend.
     fn is_condensed(&self) -> bool {
         false
     }
 
-    /// Adds S between the formed cells `cells` to `matrix`. Returns false if the operator has no entries; `matrix` is then
-    /// undefined.
+    /// Adds the blocks of S between `cells`, whose rows must be formed, to `matrix`. Returns false if the operator cannot give its
+    /// entries; `matrix` is then undefined.
     fn add_entries(&self, _cells: &[usize], _matrix: &mut CellMatrix) -> bool {
         false
     }
 
-    /// Gap S tractions in one cell, mm, by direct summation over all cells; tractions are `[3, N]`. The sum follows a different
-    /// algorithm from [`Self::apply`], so that both can be compared; precomputed coefficients may be shared. `None` if the operator
-    /// has no direct sum.
+    /// Gap S tractions in one cell, mm, by direct summation over all cells; tractions are `[3, N]`. The summation differs from the
+    /// algorithm of [`Self::apply`], so that the results can be compared; precomputed coefficients may be shared. `None` if the
+    /// operator has no direct sum.
     fn direct_sum(&self, _cell: usize, _tractions: &[f64]) -> Option<[f64; 3]> {
         None
     }
 
-    /// As [`Self::direct_sum`] for several cells, `[cells.len()]`; `None` if there is no direct sum. Finite-element bodies solve
-    /// their assembled equations instead. A sum of operators uses [`Self::apply`] for its parts without a direct sum.
+    /// Gap S tractions in several cells, `[cells.len()]`, mm, to compare with [`Self::apply`]; by default from
+    /// [`Self::direct_sum`]. `None` if the operator offers no comparison. In a sum of operators, parts without a comparison use
+    /// [`Self::apply`].
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         cells.iter().map(|&cell| self.direct_sum(cell, tractions)).collect()
     }

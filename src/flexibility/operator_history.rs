@@ -1,10 +1,10 @@
-//! History of an operator during a run. A resumed run repeats it to have the same operator.
+//! Changes of an operator after its construction, recorded so that a new operator can repeat them.
 
 use serde::{Deserialize, Serialize};
 
 /// Changes that earlier calls made to an operator after its construction.
 ///
-/// A new operator that repeats the history of another operator gives the same products, bit by bit.
+/// A new operator of the same bodies that repeats this history gives the same products, bit by bit.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OperatorHistory {
     /// Cells whose rows were formed, one list per call.

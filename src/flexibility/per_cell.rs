@@ -30,7 +30,7 @@ impl<T> PerCell<T> {
         (!self.is_empty()).then(|| &self[0])
     }
 
-    /// Stored values: one if it is the same for all cells, otherwise N.
+    /// Stored values: one for [`Self::Same`], N for [`Self::Each`]; none if N is 0.
     pub fn distinct(&self) -> &[T] {
         match self {
             Self::Same(_, 0) => &[],

@@ -10,7 +10,7 @@ use crate::flexibility::{Flexibility, TangentialFlexibility};
 /// Flexibility of the cells of `whole` that may carry tractions. Other cells carry no tractions, and their gap is not returned.
 pub struct SubsetFlexibility {
     whole: Arc<dyn Flexibility>,
-    /// Index of each cell in `whole`.
+    /// Index in `whole` of each cell of the subset.
     cells: Vec<usize>,
     /// Tractions and gap of `whole`, `[3, N]` each. Tractions outside of `cells` are zero.
     scratch: Mutex<[Vec<f64>; 2]>,
@@ -37,8 +37,8 @@ impl SubsetFlexibility {
         whole
     }
 
-    /// Applies `product` of `whole` to the expanded `values` and gathers its result in `out`; both have `planes` components per
-    /// cell. Returns the value that `product` returns.
+    /// Applies `product` of `whole` to the expanded `values` and gathers the resulting vector in `out`. Both have `planes`
+    /// components per cell. Returns the value that `product` returns.
     fn apply_whole(
         &self,
         planes: usize,

@@ -10,7 +10,8 @@ use crate::geometry::{Point, bounds};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Maximum share of a cell that may be covered twice; on grids also the maximum uncovered share.
+/// Maximum share of a cell that may be covered twice, without the allowance for rounding; on grids also the maximum uncovered
+/// share.
 const COVERAGE_TOLERANCE: f64 = 1e-9;
 
 /// Relative rounding error of a cell's area, divided by the rounding error of the coordinates relative to the cell's side.
@@ -24,7 +25,7 @@ pub(super) struct CellCoverage {
     /// Pairs (index, weight) of the cell average, in ascending order. The index is a mesh node or another basis function.
     pub(super) weights: Vec<(usize, f64)>,
     pub(super) coverage: f64,
-    /// A face that is folded in the projection along the cell's normal.
+    /// A face that is folded in the projection along the cell's normal, if any.
     folded: Option<usize>,
 }
 
@@ -58,7 +59,8 @@ impl<'a> FacetIndex<'a> {
         self.facets[hit.facet].face
     }
 
-    /// Overlaps of a cell with the facets, and a folded face. Of several sheets over a cell outside grids, only the nearest count.
+    /// Overlaps of a cell with the facets, and a folded face, if any. If faces cover a cell outside grids more than once, only the
+    /// nearest sheets of faces count.
     pub(super) fn overlaps(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
         let (mut hits, folded) = self.hits(frame, cell);
         let area = frame.areas[cell];
@@ -140,8 +142,8 @@ impl<'a> FacetIndex<'a> {
         (hits, folded)
     }
 
-    /// Keeps the nearest sheet of faces connected through their nodes, and further sheets while the covered area stays within
-    /// `most`.
+    /// Keeps the nearest sheet, and each further sheet that leaves the covered area within `most`. A sheet consists of faces
+    /// connected through their nodes.
     fn keep_nearest(&self, hits: &mut Vec<CellOverlap>, most: f64) {
         let mut sheets: Vec<(Vec<usize>, f64, f64)> = Vec::new();
         let mut sheet_of = vec![usize::MAX; hits.len()];

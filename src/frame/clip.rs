@@ -1,4 +1,4 @@
-//! Convex polygons in a plane: intersection, area and first moments.
+//! Polygons in a plane: area and centroid, division into convex parts, and intersection of convex polygons.
 
 /// Corners in the plane, counter-clockwise.
 pub(super) type Polygon = Vec<[f64; 2]>;
@@ -48,7 +48,7 @@ pub(super) fn convex_parts(mut polygon: Polygon) -> Vec<Polygon> {
     let mut parts = Vec::new();
     while (0..polygon.len()).any(|i| turn(&polygon, i) < -least) {
         let n = polygon.len();
-        // A polygon without an ear intersects itself. Its sharpest corner is removed instead.
+        // A polygon without an ear intersects itself. The corner with the largest triangle is removed instead.
         let sharpest = (0..n).max_by(|&i, &j| turn(&polygon, i).total_cmp(&turn(&polygon, j)));
         let ear = (0..n).find(|&i| turn(&polygon, i) > least && is_ear(&polygon, i)).or(sharpest);
         let Some(i) = ear else { break };

@@ -1,8 +1,8 @@
 //! Curvature correction of flat faces: estimates from neighbouring nodes how far a curved surface lies from its flat faces.
 //!
 //! An edge of length h deviates from a surface of radius R by up to h^2 / (8 R). A quadratic fit through the neighbours of each
-//! node gives its curvature. An edge is corrected by the smaller of the curvatures at its ends. If these differ in sign or one is
-//! unknown, the edge is not corrected, so that creases between plane faces stay.
+//! node gives the curvature at the node. An edge is corrected by the smaller of the curvatures at its ends. If these curvatures
+//! differ in sign or one is unknown, the edge is not corrected, so that creases between plane faces stay.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -130,7 +130,7 @@ pub struct MeshedSurface {
     pub faces: Vec<SurfaceFace>,
     /// Side of the body.
     pub side: Side,
-    /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
+    /// Mean height of the faces over each cell, along the cell normal from the cell centre, `[N]`, mm.
     pub mean_heights: Vec<f64>,
     /// Whether the gap includes the curvature correction of flat faces.
     pub curved_gap: bool,

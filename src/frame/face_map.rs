@@ -1,8 +1,8 @@
 //! Maps from the nodes of a body's contact faces to the cells of the frame. They pass the patch test.
 //!
-//! The entry I_Ij is the average of the shape function of node j over cell I, I_Ij = (1 / A_I) int_{cell I} N_j dS. It is
-//! integrated exactly on the intersections of the cell with the faces, projected along the cell's normal. Hence sum_I A_I I_Ij =
-//! int N_j dS wherever the cells tile the faces.
+//! The entry I_Ij = (1 / A_I) int_{cell I} N_j dS is the average of the shape function of node j over cell I. In a cell outside
+//! grids, A_I is the area that faces cover. The integral is exact on the intersections of the cell with the faces, projected along
+//! the cell's normal. Hence sum_I A_I I_Ij = int N_j dS wherever the cells tile the faces.
 //!
 //! # Source
 //! docs/theory-coupling.md.
@@ -95,7 +95,7 @@ impl FaceMap {
         Ok(Self { nodes, rows, columns, triads: frame.triads.clone(), areas: frame.areas.clone() })
     }
 
-    /// Map restricted to the selected `cells` and their nodes.
+    /// Map restricted to the selected `cells` and their nodes. The rows of other cells are empty.
     pub fn restrict(&self, cells: &[bool]) -> Self {
         let mut used = vec![false; self.nodes.len()];
         for cell in (0..self.n_cells()).filter(|&cell| cells[cell]) {
@@ -200,7 +200,7 @@ impl FaceMap {
         }
     }
 
-    /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
+    /// Mean height of the faces over each cell, along the cell normal from the cell centre, `[N]`, mm.
     pub fn mean_heights(&self, frame: &ContactFrame, mesh: &Mesh) -> Vec<f64> {
         (0..self.n_cells())
             .map(|cell| {

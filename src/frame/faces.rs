@@ -86,14 +86,14 @@ pub(super) struct FrameBuilder {
 }
 
 impl FrameBuilder {
-    /// Adds the cell with `corners`, counter-clockwise seen against its normal; its local x follows `toward`. `None` if it has no
-    /// area.
+    /// Adds the cell with `corners`, counter-clockwise seen against its normal; its local x follows `toward`. `None` for a cell
+    /// without area.
     pub(super) fn push(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
         self.push_part(corners, false, [false; 3], toward)
     }
 
-    /// Adds a cell that symmetry planes may cut, by the `corners` of its part in the model ([`reflect_cell`]). Axes and centre are
-    /// those of the whole cell, the area is that of the part.
+    /// Adds a cell that symmetry planes may cut, by the `corners` of its part in the model ([`reflect_cell`]). The axes and the
+    /// centre refer to the whole cell, the area refers to the part.
     pub(super) fn push_part(
         &mut self,
         corners: Vec<Point>,

@@ -2,8 +2,8 @@
 //!
 //! A second-order face is straight if middle nodes lie at the midpoints of edges and a central node at the mean of the corners.
 //! Linear and straight faces are one facet; other faces are divided at their middle nodes into four facets. Facets only serve to
-//! find the point of the face over a point of a contact cell, along the cell's normal. On curved faces its error is of the order of
-//! the squared face size. The shape functions still belong to the whole face.
+//! find the point of the face over a point of a contact cell, along the cell's normal. On curved faces, this point has an error of
+//! the order of the squared face size. The shape functions still belong to the whole face.
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::geometry::{Point, Side};
@@ -15,7 +15,7 @@ const MIDSIDE_TOLERANCE: f64 = 1e-9;
 
 /// Corners of the four facets of a curved triangle, as node numbers of the face.
 const FOUR_TRIANGLES: [&[usize]; 4] = [&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]];
-/// The same for a curved quadrangle; 8 is its centre.
+/// Corners of the four facets of a curved quadrangle, as node numbers of the face; 8 is the centre.
 const FOUR_SQUARES: [&[usize]; 4] = [&[0, 4, 8, 7], &[4, 1, 5, 8], &[8, 5, 2, 6], &[7, 8, 6, 3]];
 
 /// Part of a face: three or four corners with their reference coordinates in the face. The corners run counter-clockwise seen

@@ -52,7 +52,7 @@ pub enum GapShape {
     Heights(HeightTable),
     /// Given distance for each cell, `[N]`, mm.
     PerCell(Vec<f64>),
-    /// Distance along n between the meshed surfaces of the bodies.
+    /// Distance between the surfaces of the bodies along the cell normals, from their meshes.
     Mesh,
 }
 

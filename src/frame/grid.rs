@@ -20,8 +20,8 @@ impl ContactFrame {
         Ok(Self::of_grid(Grid { cells, spacing, center, azimuth, periodic: [false; 2] }))
     }
 
-    /// The grid enlarged by `more` cells on each side. Existing cells keep their positions bit by bit. `None` if the frame is no
-    /// complete grid or is periodic.
+    /// The grid enlarged by `more[axis]` cells at both ends of each axis. Existing cells keep their positions bit by bit. `None` if
+    /// the frame is no complete grid or is periodic.
     ///
     /// # Errors
     /// If the cells do not fit into memory.
@@ -109,7 +109,7 @@ impl Grid {
 }
 
 /// Extends a cell field, `[n_components, N]`, to an enlarged frame of `n` cells. `places[i]` is the new index of cell i. New cells
-/// get the value of `fill` at their index.
+/// get the value `fill(k)`, where k is the index in the extended field.
 pub fn extend_field<T: Copy>(field: &[T], places: &[usize], n: usize, fill: impl Fn(usize) -> T) -> Vec<T> {
     let planes = field.len() / places.len().max(1);
     let mut out: Vec<T> = (0..planes * n).map(fill).collect();

@@ -66,8 +66,8 @@ struct DistanceRange {
 /// surface is `None`, the plane through the global origin perpendicular to n replaces it.
 ///
 /// A cell counts if the component of its normal along n exceeds the fraction `facing` of the largest component. The result is the
-/// minimum of the distance along the cell normal, divided by this component. First-order faces are curvature-corrected, so that
-/// their corners do not touch first.
+/// minimum of the distance along the cell normal, divided by the component of this normal along n. First-order faces are
+/// curvature-corrected, so that their corners do not touch first.
 pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], facing: f64) -> f64 {
     let sheets = surfaces.map(|surface| surface.map(CurvedSurface::new));
     let n = frame.axes.normal();
@@ -163,7 +163,8 @@ impl OverlapRegion<'_> {
         (0..n).flat_map(|i| [over(i, 1), over(i, 2)]).collect()
     }
 
-    /// Minimum distance by pattern search along the edges and diagonals of the region, also along borders and in narrow regions.
+    /// Minimum distance by pattern search along the edges and diagonals of the region. These directions also lead along borders and
+    /// through narrow regions.
     ///
     /// # Source
     /// Lewis and Torczon (2000), SIAM J. Optim. 10, 917-941: pattern search under linear constraints.

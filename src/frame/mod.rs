@@ -35,7 +35,7 @@ pub use gap::{GapShape, InitialGap};
 pub use initial_contact::first_touch;
 pub use outline::Outline;
 
-/// Smallest component along the frame's n of the normal of a cell that faces n.
+/// Smallest cosine of the angle between the frame's n and the normal of a cell that faces n.
 const PERPENDICULAR_COSINE: f64 = 1e-6;
 
 /// Uniform grid; cell (ix, iy) has the grid position `ix * cells[1] + iy`.
@@ -116,7 +116,7 @@ impl ContactFrame {
         (0..self.n_cells()).map(|cell| self.corners(cell))
     }
 
-    /// Characteristic length: root of the total area, mm.
+    /// Characteristic length: square root of the total area, mm.
     pub fn size(&self) -> f64 {
         self.areas.iter().sum::<f64>().sqrt()
     }
@@ -140,7 +140,7 @@ impl ContactFrame {
         self
     }
 
-    /// The image of `position` (frame's x, y) that is nearest to the origin.
+    /// The image of `position` (frame's x, y) that is nearest to the frame's origin.
     pub fn nearest_image(&self, position: [f64; 2]) -> [f64; 2] {
         let Some(grid) = self.grid else { return position };
         [0, 1].map(|axis| {
@@ -183,7 +183,7 @@ impl ContactFrame {
         self.grid.is_some_and(|grid| grid.periodic != [false; 2])
     }
 
-    /// Whether each point of the frame's plane has at most one cell.
+    /// Whether the normals of all cells have a positive component along the frame's n.
     pub fn is_single_valued(&self) -> bool {
         let n = self.axes.normal();
         self.triads.distinct().iter().all(|triad| triad.normal().dot(&n) > PERPENDICULAR_COSINE)

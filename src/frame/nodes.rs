@@ -1,9 +1,8 @@
 //! Contact frames with one cell per node of a body's contact faces. A cell is the part of these faces nearest to its node.
 //!
-//! Two meshed bodies have no flexibility for tractions that alternate in sign from face to face, because the displacement of a
-//! quadrangle averages them out. One traction per face of the finer mesh thus leaves a checkerboard mode undetermined; one traction
-//! per node does not. In general, tractions are unique only if no region has more frame points than displacement nodes of the finer
-//! side.
+//! Tractions that alternate in sign from face to face give no nodal forces on a uniform mesh of quadrangles. One traction per face
+//! of the finer mesh thus leaves a checkerboard mode undetermined; one traction per node does not. In general, tractions are unique
+//! only if no region has more cells than displacement nodes of the finer mesh.
 
 use std::collections::HashMap;
 
@@ -28,8 +27,8 @@ impl ContactFrame {
     /// around the node (at the group's border also through the node itself). Axes and other arguments are as in
     /// [`ContactFrame::from_faces`].
     ///
-    /// The nodes in `planes` lie on symmetry planes at which the body is cut. The cell of such a node has the axes and the centre
-    /// of the full model's cell, and its own area.
+    /// The nodes in `planes` lie on symmetry planes at which the body is cut. The cell of such a node is a part of a cell of the
+    /// full model. It has the axes and the centre of the whole cell, and the area of the part.
     ///
     /// # Errors
     /// As [`ContactFrame::from_faces`], and if a face is of second order.
@@ -94,7 +93,7 @@ fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usiz
 fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<FaceCorner>) -> (Vec<Point>, bool) {
     let at = Point::from(mesh.points[node]);
     let middle_to = |other: usize| 0.5 * (at + Point::from(mesh.points[other]));
-    // An open fan starts at a face without a predecessor; a closed one anywhere.
+    // An open fan starts at a face without a predecessor; a closed fan starts anywhere.
     let first = rest
         .iter()
         .position(|wedge| rest.iter().all(|other| other.before != wedge.after))

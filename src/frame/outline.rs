@@ -34,8 +34,8 @@ pub enum Outline {
     },
 }
 
-/// Maximum distance of points that count as on the curve, relative to a circle or ellipse or a polygon's edge. Mirror images of a
-/// cell are thus both inside or both outside.
+/// Maximum distance from the curve at which a point counts as on the curve. It is relative to the size of a circle or ellipse, or
+/// to the length of a polygon's edge. Mirror images of a cell are thus both inside or both outside.
 const BOUNDARY_TOLERANCE: f64 = 1e-10;
 
 /// Maximum number of vertices of a polygon; all pairs of its edges are compared.
@@ -113,7 +113,7 @@ impl Outline {
         }
     }
 
-    /// Bounding box of all points for which [`Self::contains`] holds.
+    /// Box that contains all points for which [`Self::contains`] holds.
     fn box_around(&self) -> [[f64; 2]; 2] {
         let [x, y] = self.extent();
         let largest = x.iter().chain(&y).fold(0.0_f64, |most, end| most.max(end.abs()));
@@ -256,7 +256,7 @@ mod tests {
     }
 
     /// Truth: the cells inside an outline have its area. Tolerance 3e-3: error of counting cells, with at least 30 cells along a
-    /// radius or semi-axis. The tolerance of the L is 0.02.
+    /// radius or semi-axis. The tolerance of the L-shaped polygon is 0.02.
     #[test]
     fn cells_fill_the_outline() {
         let circle = Outline::Circle { radius: 1.5, center: [0.2, -0.1] };

@@ -14,9 +14,9 @@ pub(super) struct ProjectedFacet {
     kind: ElementKind,
     corners: [[f64; 2]; 4],
     n: usize,
-    /// x = c0 + c1 xi + c2 eta + c3 xi eta.
+    /// Coefficients c0 to c3 of x = c0 + c1 xi + c2 eta + c3 xi eta.
     map: [[f64; 2]; 4],
-    /// Reference coordinates of the face, with the same terms as `map`.
+    /// Coefficients of the face's reference coordinates, for the terms of `map`.
     reference: [[f64; 2]; 4],
 }
 
@@ -29,7 +29,7 @@ pub(super) enum Facing {
     Towards,
     /// Seen from the back or edge-on.
     Away,
-    /// Neither: folded or not convex at a corner.
+    /// Folded, or not convex at a corner.
     Folded,
 }
 

@@ -13,10 +13,10 @@ pub type SymmetryNodes = HashMap<usize, [bool; 3]>;
 /// Maximum distance of a cell's corner from a plane on which it lies, relative to the size of the cell.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// Smallest component of a symmetry plane's normal within a cell's plane that gives a projector.
+/// Length of the tangential component of a symmetry plane's normal in a cell, up to which the plane gives no projector.
 const MIN_TANGENT_COMPONENT: f64 = 1e-6;
 
-/// Components of a unit vector below this are rounding.
+/// Absolute value below which a component of a unit vector counts as a rounding error.
 const ZERO_COMPONENT: f64 = 1e-12;
 
 impl ContactFrame {
@@ -37,7 +37,8 @@ impl ContactFrame {
         let tangent = |c: usize| {
             let mut m = self.triads[cell].to_local(&Point::ith(c, 1.0));
             m.z = 0.0;
-            // Without rounding, P is diagonal if m lies along a local axis, and the removed component vanishes exactly.
+            // Removing rounding errors makes P diagonal if m lies along a local axis. The component along this axis then vanishes
+            // exactly.
             let m = m
                 .try_normalize(MIN_TANGENT_COMPONENT)?
                 .map(|x| if x.abs() < ZERO_COMPONENT { 0.0 } else { x });
@@ -75,7 +76,7 @@ pub(super) fn reflect_cell(corners: &[Point], open: bool, planes: [bool; 3]) -> 
         return whole;
     }
     let node = corners[0];
-    // Midpoints of edges and faces. They close around the node once a reflection joins both of their ends.
+    // Midpoints of edges and faces. The fan closes around the node once a reflection joins both of its ends.
     let (mut fan, mut closed) = (corners[1..].to_vec(), false);
     for c in (0..3).filter(|&c| planes[c]) {
         let size = corners.iter().map(|x| (x - node).norm()).fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! Tree of bounding balls that finds the balls of facets near a line.
+//! Tree of bounding balls that finds the balls near a line.
 
 use crate::geometry::Point;
 
@@ -20,12 +20,12 @@ impl Ball {
     fn meets(&self, start: &Point, along: &Point, reach: f64) -> bool {
         let arm = self.center - start;
         let across = arm - along * along.dot(&arm);
-        // The margin prevents rounding from excluding balls that touch.
+        // The margin prevents rounding from excluding balls at exactly the distance `reach`.
         across.norm() <= (self.radius + reach) * (1.0 + 1e-9)
     }
 }
 
-/// Binary tree of balls, halved along the longest extent of their centres.
+/// Binary tree of balls. Branches with more than `LEAF` balls are halved along the longest extent of their centres.
 pub(crate) struct BallTree {
     balls: Vec<Ball>,
     order: Vec<usize>,

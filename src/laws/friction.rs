@@ -1,4 +1,5 @@
-//! Friction laws: each gives one ellipse of admissible tangential tractions for the whole frame, in the local axes of each cell.
+//! Friction laws. A law with friction gives one ellipse of admissible tangential tractions. All cells use this ellipse in their
+//! local axes.
 
 /// Friction ellipse of a cell, with semi-axes `mu` per unit pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,7 +10,7 @@ pub struct FrictionEllipse {
     pub angle: f64,
 }
 
-/// Linear interpolation of a coefficient between its in-plane and its normal value, by the tilt of the fibre (radians).
+/// Coefficient at the fibre tilt `tilt` (radians): linear in |tilt|, from `in_plane` at 0 to `normal` at π/2.
 pub fn tilt_interpolation(in_plane: f64, normal: f64, tilt: f64) -> f64 {
     in_plane + (normal - in_plane) * (tilt.abs() / std::f64::consts::FRAC_PI_2)
 }
@@ -28,10 +29,10 @@ pub enum FrictionLaw {
     Elliptic {
         /// Coefficients along and across the first axis.
         mu: [f64; 2],
-        /// Angle of the first axis from the frame's x, radians.
+        /// Angle of the first axis from local x, radians.
         angle: f64,
     },
-    /// Fibre-reinforced plastic (docs/scene.md). The coefficients along and across the fibre change linearly with the tilt, from
+    /// Fibre-reinforced plastic (docs/scene.md). The coefficients along and across the fibre change linearly with |`tilt`|, from
     /// `mu_l` and `mu_t` to `mu_n` at 90 degrees.
     Frp {
         /// Coefficient along fibres in the surface.
@@ -42,13 +43,13 @@ pub enum FrictionLaw {
         mu_n: f64,
         /// Tilt of the fibre out of the surface, radians.
         tilt: f64,
-        /// Azimuth of the fibre from the frame's x, radians.
+        /// Azimuth of the fibre from local x, radians.
         azimuth: f64,
     },
 }
 
 impl FrictionLaw {
-    /// Friction ellipse, common to all cells; `None` without friction, or with zero coefficients.
+    /// Friction ellipse, common to all cells; `None` without friction, or if both coefficients are 0.
     pub fn ellipse(&self) -> Option<FrictionEllipse> {
         let ellipse = match *self {
             Self::None => None,

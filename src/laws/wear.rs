@@ -20,7 +20,8 @@ impl SpecificWearRate {
         move |v| (along * (cos * v[0] + sin * v[1])).hypot(across * (-sin * v[0] + cos * v[1]))
     }
 
-    /// Wear volume divided by friction energy, k = i / mu, 1/MPa; `None` if it depends on the direction of slip.
+    /// Wear volume divided by friction energy, k = i / mu, 1/MPa. `None` unless i1 / mu1 = i2 / mu2 and both laws have the same
+    /// axes or are isotropic.
     pub fn volume_per_energy(&self, friction: &FrictionEllipse) -> Option<f64> {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());
         let k = [self.i[0] / friction.mu[0], self.i[1] / friction.mu[1]];
@@ -44,7 +45,7 @@ pub enum WearLaw {
     Orthotropic {
         /// Specific wear rates along and across the first axis, 1/MPa.
         i: [f64; 2],
-        /// Angle of the first axis from the frame's x, radians.
+        /// Angle of the first axis from local x, radians.
         angle: f64,
     },
     /// Fibre-reinforced plastic (docs/scene.md).
@@ -57,7 +58,7 @@ pub enum WearLaw {
         i_n: f64,
         /// Tilt of the fibre out of the surface, radians.
         tilt: f64,
-        /// Azimuth of the fibre from the frame's x, radians.
+        /// Azimuth of the fibre from local x, radians.
         azimuth: f64,
     },
     /// Energy law: the wear volume is k times the friction energy, so that i = k mu along the friction axes.

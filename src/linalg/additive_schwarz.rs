@@ -1,4 +1,4 @@
-//! Two-level additive Schwarz preconditioner for a symmetric positive definite matrix A, the discretisation of a smooth kernel.
+//! Two-level additive Schwarz preconditioner for a symmetric positive definite matrix A.
 //!
 //! `B = Σ_g R_gᵀ A_g⁻¹ R_g + Wᵀ A_c⁻¹ W` with `A_c = W A Wᵀ`. A_g is the diagonal block of a group of neighbouring points, selected
 //! by R_g. A row of W contains the weights of the points of one coarse group. The local blocks approximate A⁻¹ for short waves, the
@@ -21,7 +21,8 @@ use super::vector::dot8;
 
 const MAX_BLOCK_CELLS: usize = 64;
 
-/// Coarse groups have at most max([`MAX_BLOCK_CELLS`], N / `MAX_COARSE_GROUPS`) of the N points.
+/// Coarse groups are the largest clusters with at most max([`MAX_BLOCK_CELLS`], N / `MAX_COARSE_GROUPS`) of the N points, or larger
+/// leaves.
 const MAX_COARSE_GROUPS: usize = 384;
 
 const ROWS_PER_TASK: usize = 64;
@@ -131,7 +132,8 @@ impl AdditiveSchwarz {
     }
 }
 
-/// Assembles the square matrix with rows `[planes, m]`: each term of `uses` adds one of `components` `[m, m]` to a block.
+/// Assembles the square matrix with rows `[planes, m]`: each term of `uses` adds one of `components` `[m, m]`, times a sign, to a
+/// block.
 fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], planes: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; (planes * m).pow(2)];
     for one in uses {

@@ -24,7 +24,7 @@ const FORMAT: u64 = 1;
 const HEADER_BYTES: usize = 24;
 const CHECKSUM_BYTES: usize = 32;
 const VALUES_PER_CHUNK: usize = 1 << 13;
-/// Age at which unfinished files of killed runs are removed.
+/// Age above which unfinished files of killed runs are removed.
 const UNFINISHED_FILE_LIFETIME: Duration = Duration::from_secs(86_400);
 const DEFAULT_LIMIT_MIB: u64 = 2048;
 
@@ -90,7 +90,7 @@ fn instruction_set() -> &'static str {
 impl Cache {
     /// Cache in `directory`, which the first write creates.
     ///
-    /// If the total size exceeds `limit_bytes`, the least recently used files are removed.
+    /// A write removes the least recently used files while the total size exceeds `limit_bytes`.
     pub fn new(directory: impl Into<PathBuf>, limit_bytes: u64) -> Self {
         Self { directory: directory.into(), limit_bytes }
     }
@@ -169,7 +169,7 @@ impl Cache {
         let mut values = try_zeroed(n as usize)?;
         Ok(match read_values(&mut file, &mut values) {
             Ok(true) => {
-                // A failure only affects the order of removal.
+                // If the time cannot be set, only the order of removal changes.
                 let _ = file.set_modified(SystemTime::now());
                 CacheLookup::Hit(values)
             }
@@ -268,7 +268,7 @@ fn head(n: usize) -> Vec<u8> {
     [&MAGIC[..], &FORMAT.to_le_bytes(), &(n as u64).to_le_bytes()].concat()
 }
 
-/// Number of values from the header; `None` if it is not a list header.
+/// Number of values from the header; `None` if the file does not start with the header of a list in the current format.
 fn read_head(file: &mut File) -> io::Result<Option<u64>> {
     let mut head = [0; HEADER_BYTES];
     file.read_exact(&mut head)?;

@@ -1,4 +1,4 @@
-//! Memory that the limits of the control groups of this process still allow (Linux). Containers and batch systems set these limits.
+//! Memory that Linux control groups still allow this process to use. Containers and batch systems set the limits of control groups.
 //!
 //! # Source
 //! cgroups(7); Linux kernel documentation, "Control Group v2" (memory.max, memory.current) and "Memory Resource Controller".

@@ -98,7 +98,7 @@ fn sparse_view(matrix: &SymmetricSparse) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, offsets, None, rows), values)
 }
 
-/// Results have the same bits for any number of threads.
+/// Parallelism of the dense operations. Their results have the same bits for any number of threads.
 fn parallelism() -> Par {
     if rayon::current_num_threads() == 1 { Par::Seq } else { Par::rayon(0) }
 }
@@ -162,8 +162,8 @@ impl SymbolicCholesky {
         8 * self.n_values() + self.scratch(Par::Seq).unaligned_bytes_required()
     }
 
-    /// Peak memory of [`CholeskyFactor::trailing_inverse`], bytes: two matrices of the block. If several supernodes share the
-    /// block, a copy is added.
+    /// Peak memory of [`CholeskyFactor::trailing_inverse`], bytes: two matrices `[n_trailing, n_trailing]`, or three if several
+    /// supernodes share the trailing rows.
     pub fn trailing_inverse_bytes(&self) -> usize {
         let supernodes = self.structure.supernodes();
         let is_within_last = supernodes
@@ -178,7 +178,8 @@ impl SymbolicCholesky {
         self.structure.symbolic.factorize_numeric_llt_scratch::<f64>(par, Spec::default())
     }
 
-    /// Computes L and checks it: `K (L Lᵀ)⁻¹ K v` must equal `K v` for a fixed pseudo-random vector v.
+    /// Computes L and checks it: the pivots must be larger than rounding, and `K (L Lᵀ)⁻¹ K v` must equal `K v` for a fixed
+    /// pseudo-random vector v.
     ///
     /// `row_name` describes a row (node, component, body) for messages.
     ///
@@ -227,7 +228,7 @@ impl SymbolicCholesky {
         Ok((factor.residual < RESIDUAL_LIMIT).then_some(factor))
     }
 
-    /// The inner error is the row of a pivot that is not positive.
+    /// Computes L without checks. The inner error is the row of a pivot that is not positive.
     fn factorise_unchecked(
         self,
         matrix: &SymmetricSparse,
@@ -349,8 +350,8 @@ impl CholeskyFactor {
         Ok(inverse)
     }
 
-    /// Trailing rows and columns of L, `[m, m]`; only the lower triangle is valid. If several supernodes share them, they are
-    /// copied to `gathered`.
+    /// Trailing rows and columns of L, `[m, m]`; only the lower triangle is valid. If several supernodes share the trailing rows,
+    /// the entries are copied to `gathered`.
     fn trailing_block<'a>(&'a self, gathered: &'a mut Vec<f64>) -> Result<MatRef<'a, f64>> {
         let m = self.n_trailing;
         let from = self.n() - m;

@@ -41,7 +41,7 @@ pub struct KrylovReport {
     pub residual: f64,
 }
 
-/// GMRES solver. Its basis vectors are reused by the next solve.
+/// GMRES solver. The next solve reuses the memory of the basis vectors.
 #[derive(Debug, Default)]
 pub struct Gmres {
     /// Orthonormal bases of the Krylov spaces; `basis[k]` stores the k-th vectors of all columns.
@@ -139,7 +139,8 @@ impl Column {
         self.unsolved = false;
     }
 
-    /// `image` is the product of A with the last vector of `basis`.
+    /// Orthogonalises `image` against `basis`, and updates the residual. `image` is A times the preconditioned last vector of
+    /// `basis`.
     fn orthogonalise(&mut self, basis: &[Vec<f64>], image: &mut [f64]) {
         let image = &mut image[self.range.clone()];
         let mut entries = Vec::with_capacity(basis.len() + 1);
@@ -264,7 +265,7 @@ impl Gmres {
 mod tests {
     use super::*;
 
-    /// Unsymmetric tridiagonal matrix with the given number of rows. The preconditioner divides by its diagonal.
+    /// Unsymmetric tridiagonal matrix with the given number of rows. The preconditioner divides by the diagonal of the matrix.
     struct Tridiagonal(usize);
 
     impl LinearSystem for Tridiagonal {

@@ -65,7 +65,7 @@ impl MemoryLimit {
         Self { reserved: self.reserved.saturating_add(bytes as u64), ..self }
     }
 
-    /// Whether `bytes` fit into the remaining memory. If it is unknown, up to `isize::MAX` bytes fit.
+    /// Whether `bytes` fit into the remaining memory. If the remaining memory is unknown, up to `isize::MAX` bytes fit.
     pub fn allows(&self, bytes: u128) -> bool {
         let fits = self.remaining().is_none_or(|remaining| bytes <= remaining.into());
         fits && bytes <= isize::MAX as u128
@@ -91,7 +91,7 @@ impl MemoryLimit {
         )))
     }
 
-    /// Advice on raising the limit beyond `total` bytes. Empty if this cannot help.
+    /// Advice on raising the limit beyond `total` bytes. Empty if raising the limit cannot help.
     fn how_to_raise(&self, total: u128) -> String {
         if share_of_available(100.0).is_some_and(|available| total > available.into()) {
             return String::new();
@@ -165,14 +165,14 @@ impl std::fmt::Display for MemoryLimit {
 /// Like [`MemoryLimit::ensure_available`], with all memory that is available now as the limit.
 ///
 /// # Errors
-/// If `bytes` exceed the available memory (kind `Resources`). If it is unknown (not Linux), only more than `isize::MAX` bytes are
-/// refused.
+/// If `bytes` exceed the available memory (kind `Resources`). If the available memory is unknown (not Linux), only more than
+/// `isize::MAX` bytes are refused.
 pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
     MemoryLimit { bytes: available(), reserved: 0, source: LimitSource::Machine }
         .ensure_available(bytes, what, mend)
 }
 
-/// Available memory as in [`MemoryLimit::of_machine`], bytes.
+/// Available memory as in [`MemoryLimit::of_machine`], bytes; `None` if unknown.
 fn available() -> Option<u64> {
     let of_group = cgroup::available_bytes(std::path::Path::new("/sys/fs/cgroup"));
     [available_in_machine(), available_in_process(), of_group].into_iter().flatten().min()
@@ -261,8 +261,8 @@ mod tests {
         }
     }
 
-    /// Truth: docs/command-line.md. The message names the exceeded limit and how to raise it, unless the limit is 100 % of the
-    /// available memory, or no machine has the memory that is needed.
+    /// Truth: docs/command-line.md. The message names the exceeded limit and how to raise it. The advice is omitted if the limit is
+    /// 100 % of the available memory, or if the machine does not have the memory that is needed.
     #[test]
     fn refusals_name_the_limit() {
         let refusal = |limit: MemoryLimit, bytes: u128| {

@@ -249,7 +249,7 @@ fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
 
 /// Rearranges `order` so that each subtree of its elimination tree is contiguous and ends with its root.
 ///
-/// Columns with the same pattern are then adjacent, and the fill does not change.
+/// Columns of one supernode are then adjacent, and the fill does not change.
 ///
 /// # Source
 /// Liu (1990), SIAM J. Matrix Anal. Appl. 11.

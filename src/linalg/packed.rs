@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 const N_STRIPES: usize = 16;
 const ROWS_PER_BLOCK: usize = 4;
 const COLUMNS_PER_BLOCK: usize = 4;
-/// Length of the chunks that are tested for zeros; a multiple of [`COLUMNS_PER_BLOCK`].
+/// Length of the chunks of x that are tested for zeros; a multiple of [`COLUMNS_PER_BLOCK`].
 const ZERO_SCAN_LEN: usize = 16;
 
 /// Dense symmetric matrix `[n, n]` in packed storage: its lower triangle row by row.

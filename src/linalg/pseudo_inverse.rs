@@ -1,7 +1,7 @@
 //! Least-squares solutions by the singular value decomposition (by faer), for matrices of any rank.
 //!
-//! The decomposition of nalgebra loses ten decimal digits for some well-conditioned matrices (compare issue 1172 of
-//! dimforge/nalgebra).
+//! The decomposition of nalgebra is not used, because it loses ten decimal digits for some well-conditioned matrices (compare issue
+//! 1172 of dimforge/nalgebra).
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::svd::{self, ComputeSvdVectors};

@@ -44,8 +44,7 @@ impl SparseLu {
     /// The matrix must be regular: faer terminates the program at a pivot of exactly zero.
     ///
     /// # Errors
-    /// If memory does not suffice, if the pattern makes the matrix singular, or if the residual of the check is larger than
-    /// rounding explains.
+    /// If memory does not suffice, if the pattern makes the matrix singular, or if the check of the residual fails.
     ///
     /// # Panics
     /// If an entry is out of range.

@@ -24,7 +24,7 @@ pub fn axes_from_directions(first: Point, second: Option<Point>) -> Option<Matri
             }
         }
     };
-    // An upright fibre may deviate slightly from z.
+    // For an upright fibre that deviates slightly from z, y is not exactly normal to the fibre.
     let a2 = (a2 - a1 * a1.dot(&a2)).normalize();
     Some(Matrix3::from_columns(&[a1, a2, a1.cross(&a2)]))
 }
@@ -53,8 +53,8 @@ mod tests {
     use super::*;
     use crate::geometry::fibre_axes;
 
-    /// Truth: a fibre direction of `fibre_axes`, alone or with a second direction, gives back all its axes. Axis 2 of an upright
-    /// fibre is y.
+    /// Truth: the fibre direction of `fibre_axes`, alone or with a second direction, gives all axes of `fibre_axes`. Axis 2 of an
+    /// upright fibre is y.
     #[test]
     fn a_direction_gives_the_axes_of_its_angles() {
         for (tilt, azimuth) in [(0.0, 0.0), (0.5, 1.1), (-0.7, 2.9), (1.5, -2.0)] {

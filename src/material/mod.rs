@@ -165,7 +165,7 @@ impl Stiffness {
     /// Transversely isotropic material about axis 1; G23 = E2 / (2 (1 + nu23)).
     ///
     /// # Errors
-    /// If the compliance is not positive definite (kind `Input`).
+    /// If a constant is not finite, or the compliance is not positive definite (kind `Input`).
     pub fn transversely_isotropic(e1: f64, e2: f64, g12: f64, nu12: f64, nu23: f64) -> Result<Self> {
         check_modulus("E2", e2)?;
         if !(nu23 > -1.0 && nu23 < 1.0) {

@@ -58,6 +58,7 @@ const STRADDLE_TOLERANCE: f64 = 1e-6;
 
 impl RegionMaterial {
     /// Ranges of the plies in z or of the wound layers in radius, and the function that gives the z or the radius of a point.
+    /// `None` for a single material without several wound layers.
     #[allow(clippy::type_complexity)]
     fn stacking_coordinate(&self) -> Option<(Vec<[f64; 2]>, Box<dyn Fn(&Point) -> f64 + '_>)> {
         match self {

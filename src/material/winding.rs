@@ -67,9 +67,9 @@ impl Winding {
         arm - self.axis * self.axis.dot(&arm)
     }
 
-    /// Material axes of an element in a layer with the angle a: 1 = axis cos a + hoop sin a, 3 outward at the centroid, 2 = 3 x 1.
-    /// The layer contains the mean radius of the corners, because the radius of the centroid is too small for an element along an
-    /// arc.
+    /// Material axes of an element in a layer with the angle a: 1 = axis cos a + hoop sin a, 3 outward at the centroid, 2 = 3 x 1,
+    /// with hoop = axis x 3. The layer contains the mean radius of the corners, because the radius of the centroid is too small for
+    /// an element along an arc.
     ///
     /// # Errors
     /// If the element is on the axis or in no layer.

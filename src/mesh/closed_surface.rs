@@ -30,8 +30,8 @@ struct SurfaceTopology<'a> {
 ///
 /// # Errors
 /// If there are no surface cells, or an element has no area. If the surface is open or branches. If neighbours on a smooth part are
-/// oriented against each other, or the surface has one side only. If the surface encloses no volume, intersects itself, or has
-/// parts that lie apart.
+/// oriented against each other, or the surface has one side only. If the surface encloses no volume, intersects itself, or has a
+/// part outside the largest part.
 pub fn orient_outward(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     let surface = SurfaceTopology::new(mesh)?;
     surface.refuse_flat()?;
@@ -87,7 +87,7 @@ pub fn boundary_surface(mesh: &Mesh) -> Mesh {
     }
     let mut groups = Vec::new();
     for group in mesh.groups.iter().filter(|group| group.dim == 2) {
-        // Groups with inner faces are omitted.
+        // Groups that `group_faces` refuses, for example groups with inner faces, are omitted.
         let Ok(own) = group_faces(mesh, &group.name) else { continue };
         for face in &own {
             let at: &CellRef = &place[&face.id()];
@@ -197,7 +197,8 @@ impl<'a> SurfaceTopology<'a> {
         fan_area_vectors(corners.len(), |k| Point::from(self.mesh.points[corners[k]])).sum()
     }
 
-    /// Whether each cell must be turned so that its connected part is oriented like the first cell, and the part of each cell.
+    /// For each cell, whether it must be turned to be oriented like the first cell of its connected part, and the index of this
+    /// part.
     fn orient_consistently(&self) -> Result<(Vec<bool>, Vec<usize>)> {
         let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); self.cells.len()];
         for (_, sides) in &self.edges {
@@ -251,7 +252,8 @@ impl<'a> SurfaceTopology<'a> {
         Ok((turned, part))
     }
 
-    /// Normals of the outermost part point away from the volume that it encloses, normals of an inner part into its volume.
+    /// Orients the parts of the surface. Normals of the largest part point away from the enclosed volume, normals of every other
+    /// part into the enclosed volume.
     fn orient_parts_outward(&self, turned: &mut [bool], part: &[usize]) -> Result<()> {
         let n_parts = part.iter().max().map_or(0, |last| last + 1);
         let area = |cell: usize| if turned[cell] { -self.area(cell) } else { self.area(cell) };

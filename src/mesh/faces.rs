@@ -80,7 +80,7 @@ pub(crate) struct SolidFace {
     pub solid: usize,
     /// Index among the solid's [`ElementKind::local_faces`].
     pub local_face: usize,
-    /// `None` on the boundary.
+    /// Solid on the other side; `None` on the boundary.
     pub neighbour: Option<usize>,
 }
 
@@ -124,8 +124,9 @@ pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
     faces
 }
 
-/// Outer faces under the surface elements of the physical group `name`, in the group's order. In a mesh with solids, they are
-/// oriented outward, whatever the orientation of the surface elements. Without solids, they are the surface elements themselves.
+/// Outer faces under the surface elements of the physical group `name`, in the group's order. In a mesh with solids, the faces are
+/// oriented outward, whatever the orientation of the surface elements. Without solids, the faces are the surface elements
+/// themselves.
 ///
 /// # Errors
 /// If the group does not exist, is not a group of surfaces, or is empty. If a surface element is an inner face or belongs to no

@@ -39,7 +39,7 @@ impl Mesh {
         })
     }
 
-    /// Physical group `name` of any dimension, for supports of a body.
+    /// Physical group `name`, whatever its dimension.
     ///
     /// # Errors
     /// If there is none, if it has no cells, or if groups of several dimensions have the name.

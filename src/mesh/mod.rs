@@ -85,7 +85,7 @@ pub struct Mesh {
     pub groups: Vec<PhysicalGroup>,
     /// Fields with values per element.
     pub fields: Vec<ElementField>,
-    /// Warnings of the reader about repairs and omissions.
+    /// Warnings of the reader, for example about ignored nodes.
     pub warnings: Vec<String>,
 }
 

@@ -28,8 +28,8 @@ pub struct SizeBounds {
     pub growth: f64,
 }
 
-/// Sizes at the corner nodes of the solids; 0 at all other points. A size is the geometric mean of the `wanted` sizes (`[n_cells]`,
-/// as [`Mesh::volume_cells`]) of the adjacent solids, within the bounds of size and growth.
+/// Sizes at the corner nodes of the solids; 0 at all other points. A size is the geometric mean of the `wanted` sizes of the
+/// adjacent solids, within the bounds of size and growth. `wanted` is in the order of [`Mesh::volume_cells`], `[n_cells]`.
 pub fn nodal_sizes(mesh: &Mesh, wanted: &[f64], bounds: &SizeBounds) -> Vec<f64> {
     let cells: Vec<CellRef> = mesh.volume_cells().collect();
     let corners = |cell: CellRef| &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];
@@ -46,7 +46,7 @@ pub fn nodal_sizes(mesh: &Mesh, wanted: &[f64], bounds: &SizeBounds) -> Vec<f64>
         if *count > 0.0 { (sum / count).exp().clamp(bounds.least, bounds.largest) } else { 0.0 }
     };
     let mut sizes: Vec<f64> = sum.iter().zip(&count).map(mean).collect();
-    // Dijkstra's search from the smallest size. Positive floats sort like their bits.
+    // Dijkstra's search from the smallest size. The bits of positive floats sort like the floats.
     let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
         (0..sizes.len()).filter(|&i| sizes[i] > 0.0).map(|i| Reverse((sizes[i].to_bits(), i))).collect();
     while let Some(Reverse((bits, node))) = queue.pop() {

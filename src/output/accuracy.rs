@@ -1,4 +1,4 @@
-//! Accuracy of the results, if an accuracy was requested.
+//! Requested and reached accuracy of the results, for `summary.json`.
 
 use serde::Serialize;
 
@@ -10,9 +10,9 @@ pub struct AccuracyRecord {
     /// Quantities with a requested accuracy.
     #[serde(rename = "of")]
     pub quantities: Vec<&'static str>,
-    /// Whether all estimates are below the requested error.
+    /// Whether the last run reached the requested accuracy.
     pub met: bool,
-    /// Reason why the refinement ended early: a failed or diverging run, or the finest level of a setting.
+    /// Reason why the refinement ended early: a failed run, a value that does not converge, or the finest level of a setting.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Results with estimated errors.
@@ -24,9 +24,9 @@ pub struct AccuracyRecord {
 /// Result with its estimated error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EstimatedResult {
-    /// Step at whose end the result is taken.
+    /// Name of the step at whose end the result is taken.
     pub step: String,
-    /// Name of the quantity, as in `steps`.
+    /// Name of the result: a key of `summary.steps`, with the component of a vector.
     pub name: &'static str,
     /// Result of the last converged run.
     pub value: f64,
@@ -34,8 +34,8 @@ pub struct EstimatedResult {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<f64>,
     /// Estimated error relative to a reference: the total force for forces, the total displacement for tangential displacements,
-    /// otherwise the value itself. The reference is at least 1 % of the largest of all steps; for the wear volume, it is the
-    /// largest.
+    /// otherwise the value itself. The reference is at least 1 % of the largest reference of this result in any step; for the wear
+    /// volume, it is the largest reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
     /// Contribution of the cell size to `relative`.
@@ -44,10 +44,10 @@ pub struct EstimatedResult {
     /// Contribution of the increments to `relative`.
     #[serde(rename = "of_increments", skip_serializing_if = "Option::is_none")]
     pub increment_error: Option<f64>,
-    /// Contribution of the cycle jumps to `relative`.
+    /// Contribution of the wear jumps to `relative`.
     #[serde(rename = "of_jumps", skip_serializing_if = "Option::is_none")]
     pub jump_error: Option<f64>,
-    /// Order of convergence of the setting that was refined last, if the values show an order.
+    /// Order of convergence in the setting that was refined last; `None` if the order is out of bounds or there are too few values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<f64>,
     /// Richardson extrapolation, if the last three differences show one order.
@@ -55,16 +55,16 @@ pub struct EstimatedResult {
     pub extrapolated: Option<f64>,
 }
 
-/// Run with one refinement.
+/// Run of the refinement, with its settings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RefinementRun {
     /// Numbers of cells of the frame, if it is a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<[usize; 2]>,
-    /// Number of increments as a multiple of the number in the scene.
+    /// Factor by which the numbers of increments in the scene are multiplied.
     #[serde(rename = "increments")]
     pub increment_factor: usize,
-    /// Tolerance of the cycle jumps, or their number.
+    /// Tolerance or number of the wear jumps in the first step with wear jumps.
     #[serde(rename = "jumps", skip_serializing_if = "Option::is_none")]
     pub jump_setting: Option<f64>,
     /// Computing time, s.

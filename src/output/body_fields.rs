@@ -28,7 +28,8 @@ pub struct BodyOutput<'a> {
 }
 
 impl BodyOutput<'_> {
-    /// Stress peaks of a meshed body with recovered stress. `tractions` act on body 2, one triple per cell in its local axes.
+    /// Stress peaks; `None` unless the body has a mesh and `field` has stress. `tractions` act on body 2: one triple per cell, in
+    /// the local axes of the cell.
     pub(crate) fn peaks(
         &self,
         frame: &ContactFrame,
@@ -43,8 +44,8 @@ impl BodyOutput<'_> {
         Some(BodyPeaks::new(mesh, stress, &surface))
     }
 
-    /// Traction on this body at every node of the mesh, in global axes: area-weighted mean over the cells that the node lies over,
-    /// else zero. `faces` are the outer faces.
+    /// Traction on this body at every node of the mesh, in global axes. At a contact node: area-weighted mean of the cells over
+    /// which the node lies. Zero elsewhere. `faces` are the outer faces of the mesh.
     fn node_tractions(
         &self,
         frame: &ContactFrame,
@@ -93,8 +94,8 @@ pub enum RecoveryLocation<'a> {
     },
 }
 
-/// Displaced surface of a body with its displacement and traction in global axes and, for a meshed body, any recovered stress.
-/// `tractions` act on body 2, one triple per cell in its local axes.
+/// Surface of a body in its displaced shape, with displacement and traction in global axes. For a meshed body, recovered stress is
+/// added. `tractions` act on body 2: one triple per cell, in the local axes of the cell.
 ///
 /// The displacement excludes the rigid motion of body 2.
 ///
@@ -166,14 +167,14 @@ fn mesh_surface(
     Ok(grid)
 }
 
-/// Mesh node of a vertex, and recovery point of its stress; without stress, this is the node.
+/// Mesh node of a vertex, and recovery point of its stress. Without stress, the recovery point is the node.
 struct SurfaceVertex {
     node: usize,
     recovery_point: usize,
 }
 
-/// Adds the faces to the grid. Returns their vertices in order of first use; with recovered stress, a node has one vertex per
-/// material.
+/// Adds the faces to the grid. Returns the vertices of the faces in order of first use. With recovered stress, a node at a material
+/// interface has one vertex per material.
 fn push_faces(
     grid: &mut UnstructuredGrid,
     mesh: &Mesh,
@@ -205,8 +206,8 @@ fn push_faces(
     points
 }
 
-/// Outward direction at the nodes of the contact surface, `[n_points]`: sum of the area vectors of the adjacent contact `faces`;
-/// zero elsewhere.
+/// Sum of the area vectors of the adjacent contact faces at each mesh node, `[n_points]`. A contact face is a face whose nodes are
+/// all in `contact_nodes`.
 fn contact_normals(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) -> Vec<Point> {
     let mut in_contact = vec![false; mesh.n_points()];
     contact_nodes.iter().for_each(|&node| in_contact[node] = true);

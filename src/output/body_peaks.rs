@@ -44,7 +44,7 @@ pub struct ErrorRecord {
     pub energy_norm: f64,
     /// Centre of the cell with the largest error.
     pub position: [f64; 3],
-    /// Smallest set of cells that contains half of the squared error.
+    /// Smallest set of cells that contains at least half of the squared error.
     pub worst_cells: WorstCells,
 }
 
@@ -61,7 +61,7 @@ pub struct WorstCells {
     pub radius: f64,
 }
 
-/// Stress peaks of a body.
+/// Peaks of stress and failure indices of a body, with the estimated error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyPeaks {
     /// Largest von Mises stress.

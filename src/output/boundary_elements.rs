@@ -18,9 +18,10 @@ pub struct BoundaryElementRecord {
     pub unknowns: usize,
     /// Asymmetry of the flexibility under constant and linear tractions ([`BeBody::asymmetry`]).
     pub asymmetry: f64,
-    /// Error of the tabulated kernels, relative to their largest values.
+    /// Error of the tabulated kernels, relative to their largest values; 0 for closed forms.
     pub kernel_error: f64,
-    /// Largest residual of the equations that are recomputed after the solution, relative to their terms.
+    /// Largest residual of the equations that are recomputed after the solution, relative to the largest sum of magnitudes in an
+    /// equation.
     pub residual: f64,
     /// Form of the equations: "dense" or "compressed".
     pub equations: &'static str,

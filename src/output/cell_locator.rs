@@ -43,8 +43,9 @@ impl<'a> CellLocator<'a> {
         locator
     }
 
-    /// Cells that contain the projection of the point along the cell normal, at any distance, and that the surface at the point
-    /// faces. A point on a common edge has several cells.
+    /// Cells over which the point lies: the projection of the point along the cell normal lies in the cell, and the surface at the
+    /// point faces the cell. A curved frame gives only cells within one bin width, or else the nearest ones. A point on a common
+    /// edge has several cells.
     pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
         let mut cells = match (&self.frame.whole_grid(), self.common_normal) {
             (Some(grid), _) => grid_cells(grid, &point.at),
@@ -57,7 +58,8 @@ impl<'a> CellLocator<'a> {
         cells
     }
 
-    /// Cells of a curved frame over which the point lies, within one bin width along their normals, else the nearest ones.
+    /// Cells of a curved frame over which the point lies. Only cells within one bin width along their normals count, or else the
+    /// nearest ones.
     fn nearest(&self, point: &SurfacePoint) -> Vec<usize> {
         let distance =
             |cell: usize| self.frame.triads[cell].normal().dot(&(point.at - self.frame.centers[cell])).abs();
@@ -68,7 +70,7 @@ impl<'a> CellLocator<'a> {
             .filter(|&cell| distance(cell) <= self.bin)
             .collect();
         if found.is_empty() {
-            // This distance excludes most cells before the test of their polygons.
+            // This cheap test excludes most cells before the test of their polygons.
             let near = |cell: &usize| self.along_surface(*cell, &point.at) <= self.bin;
             found = (0..self.frame.n_cells()).filter(near).filter(over).collect();
             let least = found.iter().map(|&cell| distance(cell)).fold(f64::INFINITY, f64::min);
@@ -89,7 +91,7 @@ impl<'a> CellLocator<'a> {
         along == 0.0 && point.outward == Point::zeros() || along * self.side.outward() > 0.0
     }
 
-    /// Bin of a point, projected along the common normal, if there is one.
+    /// Bin of a point. With a common normal, the point is first projected along this normal.
     fn key(&self, point: &Point) -> [i64; 3] {
         let along =
             self.common_normal.map_or(Point::zeros(), |n| n * n.dot(&(point - self.frame.centers[0])));

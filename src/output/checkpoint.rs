@@ -41,7 +41,7 @@ pub struct Checkpoint {
     pub number: u64,
     /// Program, scene and files of the run.
     pub provenance: Provenance,
-    /// Warnings, for example about the other checkpoint file.
+    /// Warnings about a damaged checkpoint file.
     pub warnings: Vec<String>,
     path: PathBuf,
     bytes: Vec<u8>,
@@ -85,7 +85,7 @@ pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     }
 }
 
-/// Writes checkpoint `number` (from 1) into `folder`, in place of the older of the two files.
+/// Writes checkpoint `number` (from 1) into `folder`: odd numbers into the first of [`FILES`], even numbers into the second.
 ///
 /// # Errors
 /// If it cannot be written (kind `Resources`). Existing checkpoints then stay unchanged.
@@ -273,8 +273,8 @@ mod tests {
         assert!(FILES.iter().all(|name| text.contains(name)) && text.contains("without --resume"), "{text}");
     }
 
-    /// Truth (docs/checkpoints.md): a checkpoint of another format is refused with the format's name, a state with other fields as
-    /// the state of another build.
+    /// Truth (docs/checkpoints.md): a checkpoint of another format is refused with the number of this format. A state with other
+    /// fields is refused as the state of another build.
     #[test]
     fn foreign_checkpoints_are_refused() {
         let dir = tempfile::tempdir().unwrap();

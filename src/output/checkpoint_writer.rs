@@ -19,7 +19,7 @@ use crate::output::provenance::Provenance;
 pub struct CheckpointData<S> {
     /// State of the run, including the entries so far.
     pub snapshot: S,
-    /// History of the operators.
+    /// History of the flexibility operator.
     pub operator_history: OperatorHistory,
     /// Field output so far.
     pub written: WrittenFields,
@@ -29,7 +29,7 @@ pub struct CheckpointData<S> {
     /// Mesh updates due to wear.
     #[serde(default)]
     pub mesh_updates: MeshUpdates,
-    /// Result files so far.
+    /// Staged result files so far.
     pub files: Vec<StagedFile>,
 }
 
@@ -129,18 +129,18 @@ impl CheckpointWriter {
         self
     }
 
-    /// Sets the enlargements of the frame and the mesh updates so far.
+    /// Sets the number of enlargements of the frame, and the mesh updates so far.
     pub fn with_rebuilds(mut self, growths: usize, moves: &MeshUpdates) -> Self {
         (self.frame_growths, self.mesh_updates) = (growths, moves.clone());
         self
     }
 
-    /// Whether a checkpoint exists.
+    /// Whether a checkpoint was written, or the run resumed from one.
     pub fn has_written(&self) -> bool {
         self.number > 0
     }
 
-    /// Whether a checkpoint is due.
+    /// Whether a checkpoint is due after the work `now`: there are new entries, and one of the intervals has passed.
     pub fn is_due(&self, now: CompletedWork) -> bool {
         let CheckpointInterval { seconds, cycles } = self.interval;
         let waited = seconds > 0.0 && self.last_saved_at.elapsed().as_secs_f64() >= seconds;

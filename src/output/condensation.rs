@@ -11,7 +11,7 @@ pub struct CondensationRecord {
     pub method: &'static str,
     /// Whether the flexibility was read from the cache.
     pub cached: bool,
-    /// Relative residual of the check of the factorisation, or largest one of conjugate gradients.
+    /// Relative residual of the check of the factorisation, or the largest of the columns solved by conjugate gradients.
     pub residual: f64,
     /// Iterations of conjugate gradients in this run.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -19,7 +19,7 @@ pub struct CondensationRecord {
     /// Reason for not factorising the stiffness matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Memory that a factorisation would take, bytes.
+    /// Memory that a factorisation would take, with the body itself, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed_bytes: Option<usize>,
     /// Memory available to the body, bytes.

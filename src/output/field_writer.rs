@@ -65,16 +65,16 @@ pub struct FieldWriter<'a> {
     kinds: Vec<FieldKind>,
     /// Requested points inside the bodies for displacement and stress.
     pub interior_points: Vec<InteriorPointRequest>,
-    /// Only increments whose number in the step is a multiple of this stride are written. Increments that did not converge, cycle
-    /// jumps and rolling entries are always written.
+    /// Stride of the written increments: an increment is written if its number in the step is a multiple of the stride. Increments
+    /// that did not converge, cycle jumps and rolling entries are always written.
     pub increment_stride: usize,
     /// Axes and fibres of the surface, and the distribution of wear.
     pub surface: SurfaceProperties,
-    /// Series and figures written so far.
+    /// Field output so far.
     pub written: WrittenFields,
 }
 
-/// Field output so far: file series, and data of figures and peaks for the end of the run.
+/// File series so far, and the data of the figures and peaks that are written at the end of the run.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct WrittenFields {
     /// Number of the last written entry, from 1; 0 at first.
@@ -214,7 +214,7 @@ impl<'a> FieldWriter<'a> {
         request: &InteriorPointRequest,
         states: &PointStates,
     ) -> Result<()> {
-        // In comparisons, another kind of body may provide no states.
+        // A body whose kind a comparison has replaced may provide no states.
         let Some(states) = states else { return Ok(()) };
         let series = request.series();
         output.write_text(&format!("{series}_{:04}.csv", self.written.last_entry), &request.csv(states)?)?;

@@ -82,7 +82,7 @@ fn extent(frame: &ContactFrame) -> f64 {
 /// Grid of the frame with the cell fields of `state` (docs/results.md).
 ///
 /// # Errors
-/// If a field has the wrong length (kind `Numerical`).
+/// If traction, gap or slip has the wrong length (kind `Numerical`).
 pub fn frame_grid(
     frame: &ContactFrame,
     frame_mesh: &FrameMesh,
@@ -122,7 +122,7 @@ fn axes_are_global(frame: &ContactFrame) -> bool {
     frame.triads.distinct().iter().all(|triad| triad.0 == nalgebra::Matrix3::identity())
 }
 
-/// Adds a zero normal component, so that viewers can draw slip as a vector.
+/// Adds a zero normal component to slip with two components, so that viewers can draw slip as a vector.
 fn with_zero_normal(slip: &[f64], n: usize) -> Vec<f64> {
     if slip.len() == 2 * n { [slip, &vec![0.0; n]].concat() } else { slip.to_vec() }
 }

@@ -17,7 +17,7 @@ enum Cell<'a> {
 /// Name, and the function that returns the cell of an entry.
 type Column = (&'static str, fn(&IncrementRecord) -> Cell);
 
-/// Named as in `summary.steps`; vectors by component.
+/// Columns, named after the keys of `summary.steps`. A vector has one column per component.
 const HISTORY_COLUMNS: [Column; 46] = [
     ("name", |r| Text(&r.name)),
     ("increment", |r| Count(r.increment as u64)),
@@ -166,7 +166,7 @@ mod tests {
         );
     }
 
-    /// Truth (docs/results.md): values that only some entries have are in columns of their own.
+    /// Truth (docs/results.md): values that only some entries have are in separate columns.
     #[test]
     fn rolling_and_direct_sums_have_columns() {
         let roll = RollingRecord { creepage: [1e-3, -2e-3], spin: 0.25, distance: 7.0 };
@@ -201,7 +201,7 @@ mod tests {
         }
     }
 
-    /// Truth: a number that is not finite is refused by its column.
+    /// Truth: the error names the column of a number that is not finite.
     #[test]
     fn refuses_what_is_not_finite() {
         let record =

@@ -36,7 +36,7 @@ pub struct InteriorPointRequest {
     pub to: Point,
     /// End of the second side of a rectangle.
     pub across: Option<Point>,
-    /// Numbers of points along both sides; 1 across a line.
+    /// Numbers of points along both sides; [n, 1] for a line.
     pub counts: [usize; 2],
 }
 
@@ -81,7 +81,8 @@ impl InteriorPointRequest {
         (0..self.n_points()).map(at).collect()
     }
 
-    /// Corners with their scene keys. A convex body that contains the corners contains all points.
+    /// Ends of the line or corners of the rectangle, each with a key of the scene for messages. A convex body that contains these
+    /// points contains all points.
     pub fn corners(&self) -> Vec<(&'static str, Point)> {
         let mut corners = vec![("from", self.from), ("to", self.to)];
         if let Some(across) = self.across {

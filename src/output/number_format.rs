@@ -11,7 +11,7 @@ pub fn five_digits_of_group(x: f64, largest: f64) -> String {
     if x.abs() < 1e-12 * largest { "0".to_owned() } else { five_digits_of_small(x) }
 }
 
-/// As [`five_digits`], however small the number. For quantities without cancellation, such as volumes.
+/// As [`five_digits`], but small numbers are not replaced by 0. For quantities without cancellation, such as volumes.
 pub fn five_digits_of_small(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();

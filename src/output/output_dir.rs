@@ -105,8 +105,8 @@ impl OutputDir {
         self.resumes
     }
 
-    /// Resumes the run that staged `files`, found in the staging folder, in the directory or in `previous-N`. Returns the names of
-    /// missing files.
+    /// Takes over the staged `files` of the run that is resumed. They are searched in the staging folder, in the directory, and in
+    /// `previous-N`. Returns the names of the files that were not found.
     ///
     /// # Errors
     /// If a file cannot be moved or copied (kind `Resources`).
@@ -123,7 +123,7 @@ impl OutputDir {
         Ok(missing)
     }
 
-    /// Restores a file in the staging folder; false if it was not found.
+    /// Restores a file in the staging folder. Returns false if the file was not found.
     fn restage_file(&self, file: &StagedFile) -> Result<bool> {
         let to = self.staging.join(&file.name);
         if fs::metadata(&to).is_ok_and(|found| found.len() == file.bytes) {
@@ -147,7 +147,8 @@ impl OutputDir {
         Ok(true)
     }
 
-    /// Keeps the staged files if the run ends early, because a checkpoint lists them.
+    /// Moves an earlier unfinished run to `previous-N`. Then keeps the staged files if this run ends early, because a checkpoint
+    /// lists them.
     ///
     /// # Errors
     /// If an earlier unfinished run cannot be moved to `previous-N` (kind `Resources`).
@@ -271,8 +272,8 @@ impl OutputDir {
         })
     }
 
-    /// Leaves staged files and checkpoints for a later resume, and writes only the summary. Earlier results are set aside as in
-    /// [`OutputDir::finish`].
+    /// Leaves staged files and checkpoints for a later resume, and writes only the summary. As in [`OutputDir::finish`], earlier
+    /// results move to `previous-N`, unless this run resumes the earlier run with at least as many entries.
     ///
     /// # Errors
     /// As [`OutputDir::finish`].
@@ -336,7 +337,8 @@ impl Drop for OutputDir {
     }
 }
 
-/// A process that was killed, or that has just started another process, may hold the lock a moment longer.
+/// Number of attempts to lock a directory. The lock of a killed process, or of a process that has just started another process, may
+/// last a moment longer.
 const LOCK_ATTEMPTS: usize = 40;
 const LOCK_RETRY_DELAY: Duration = Duration::from_millis(50);
 
@@ -360,7 +362,7 @@ fn previous_dir(target: &Path, number: usize) -> PathBuf {
     target.join(format!("previous-{number}"))
 }
 
-/// Moves files into the next free `previous-N`, which it returns.
+/// Moves files into the next free `previous-N`. Returns this folder, or `None` without files.
 fn move_to_previous(target: &Path, files: &[PathBuf]) -> Result<Option<PathBuf>> {
     if files.is_empty() {
         return Ok(None);

@@ -8,7 +8,7 @@ pub fn peak_bytes() -> u64 {
 
 /// Resets the peak of [`peak_bytes`] to the present memory (Linux only).
 pub fn restart_peak() {
-    // Without a reset, the peak covers the whole process so far.
+    // If the reset fails, the peak covers the whole process so far.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 

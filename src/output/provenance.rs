@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// These keys may differ on resume: they change at most the number of entries, not their values.
+/// These keys may differ on resume. They change at most the number of entries, not the values in the entries.
 const KEYS_FREE_TO_DIFFER: [&str; 4] = ["title", "output.checkpoint", "frame.grow", "compare"];
 
 /// This key affects the condensation of bodies and must not differ on resume. The option --max-memory takes precedence and may
@@ -70,7 +70,7 @@ fn compare(key: &str, then: Option<&Value>, now: Option<&Value>, found: &mut Vec
                 compare(&join(key, name), a.get(name), b.get(name), found);
             }
         }
-        // A missing section has only default values.
+        // A missing section stands for default values, so its keys are compared one by one.
         (Some(Value::Object(a)), None) if !key.is_empty() => {
             a.iter().for_each(|(name, value)| compare(&join(key, name), Some(value), None, found));
         }
@@ -123,7 +123,7 @@ mod tests {
         Provenance::new(scene, vec![NamedFile { key: "body1.mesh".into(), sha256: "00".into() }])
     }
 
-    /// Truth (docs/checkpoints.md): another `solver.memory_limit` is refused with a hint at --max-memory.
+    /// Truth (docs/checkpoints.md): another `solver.memory_limit` is refused with a hint to --max-memory.
     #[test]
     fn another_memory_limit() {
         let then = json!({ "solver": { "memory_limit": "1 GB" } });
@@ -137,7 +137,8 @@ mod tests {
         }
     }
 
-    /// Truth (docs/checkpoints.md): every differing key is listed with both values, except for title and checkpoint interval.
+    /// Truth (docs/checkpoints.md): every differing key is listed with both values, except for keys that may differ, such as title
+    /// and checkpoint interval.
     #[test]
     fn differing_keys_are_listed() {
         let then = json!({

@@ -41,7 +41,7 @@ pub struct Recorder<'a> {
     pub has_checkpoint_files: bool,
 }
 
-/// State that a recorder hands over to the next segment's recorder.
+/// State that a recorder passes to the recorder of the next segment of the run.
 pub struct RecorderParts {
     /// Output directory with the files so far.
     pub output: Option<OutputDir>,
@@ -139,7 +139,7 @@ impl<'a> Recorder<'a> {
                 };
             }
             let target = output.path().to_owned();
-            // Frees disk space for the summary.
+            // Removes the staged files, so that the disk has space for the summary.
             drop(output);
             let second = OutputDir::open(&target).and_then(|output| output.finish(summary));
             return match second {

@@ -1,4 +1,4 @@
-//! Report file in a folder of results. A new run removes an outdated report.
+//! Report file in a folder of results.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -18,11 +18,11 @@ pub fn is_report(path: &Path) -> bool {
     String::from_utf8_lossy(&head[..read]).contains(r#"<meta name="generator" content="orthowear">"#)
 }
 
-/// Removes an outdated report from `directory`, but no other file of that name.
+/// Removes the report of this program from `directory`. Another file of this name stays.
 pub fn remove_stale_report(directory: &Path) {
     let path = directory.join(REPORT);
     if is_report(&path) {
-        // A report that remains still shows the SHA-256 of its scene.
+        // If this fails, the old report still shows the SHA-256 of its scene.
         let _ = fs::remove_file(path);
     }
 }

@@ -22,7 +22,7 @@ const MAPS: [(MapKind, &str); 4] = [
     (MapKind::Wear, "wear.svg"),
 ];
 
-/// Minimum wear depth of a step with a wear profile, relative to the largest of all steps.
+/// A step has wear profiles if its largest wear depth is at least this fraction of the largest of all steps.
 const MIN_RELATIVE_WEAR_DEPTH: f64 = 1e-6;
 
 /// Collects the data of the figures and draws them.
@@ -105,8 +105,8 @@ fn deepest(kept: &StepEndFields) -> f64 {
     kept.wear_depth.iter().copied().fold(0.0, f64::max)
 }
 
-/// Intersection of the profiles of a step: the origin of the frame if a profile through it reaches half of the peak pressure,
-/// otherwise the cell of the peak.
+/// Point at which the profiles of a step intersect: the centre of the cell with the peak pressure, unless a profile through the
+/// origin of the frame reaches half of this pressure. Then, or without pressure, it is the origin.
 fn profile_center(frame: &ContactFrame, surface: &SurfaceProperties, kept: &StepEndFields) -> [f64; 2] {
     let n = frame.n_cells();
     let Some(pressure) = kept.tractions.get(2 * n..3 * n) else { return [0.0; 2] };

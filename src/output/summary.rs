@@ -36,7 +36,8 @@ impl Units {
         }
     }
 
-    /// Unit of the values of a key of a scene or an entry, in the notation of figures ("mm^{3}"). Empty for counts and words.
+    /// Unit of the values of a key of a scene or an entry, in the notation of figures ("mm^{3}"). Empty for other keys, such as
+    /// counts and words.
     pub fn of_key(&self, key: &str) -> String {
         let Self { length, force } = self;
         match key {
@@ -78,7 +79,7 @@ impl Default for Units {
 pub enum Status {
     /// All steps converged.
     Converged,
-    /// A step did not converge or lost its physical meaning (see `reason`). The entries so far are valid.
+    /// A step did not converge, or the run ended for another `reason`.
     NotConverged,
     /// The run could not continue: wrong input, insufficient resources, or an unexpected failure.
     #[default]
@@ -161,9 +162,9 @@ pub struct Summary {
     pub program: &'static str,
     /// Version of the program.
     pub version: &'static str,
-    /// Title of the scene; empty if it has none.
+    /// Title of the run; empty if the scene could not be read.
     pub title: String,
-    /// SHA-256 of the scene file, hexadecimal; empty if it could not be read.
+    /// SHA-256 of the scene file and its overrides, hexadecimal; empty if the file could not be read.
     pub scene_sha256: String,
     /// Scene as read, including overrides; `None` if it could not be read.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -261,8 +262,8 @@ impl Summary {
         (self.error, self.exit_code) = (Some(error.to_string()), Some(error.exit_code()));
     }
 
-    /// Checks that all numbers are finite, and returns the JSON text in any case. A number that is not finite gives the text the
-    /// status `failed` and a warning.
+    /// Checks that all numbers are finite, and returns the JSON text in any case. If a number is not finite, the text has the
+    /// status `failed` and a further warning.
     ///
     /// # Errors
     /// If a number is not finite (kind `Numerical`).

@@ -33,8 +33,8 @@ impl Default for SurfaceProperties {
 }
 
 impl SurfaceProperties {
-    /// Sets e1 to the first axis of the wear law, or else of the friction law, if its coefficients are unequal. Otherwise, e1 is
-    /// along the first fibre, or along x.
+    /// Creates the properties. e1 is the first axis of the wear law, or else of the friction law; a law with equal coefficients
+    /// does not count. Otherwise, e1 is along the first fibre, or along x.
     pub fn new(friction: &FrictionLaw, wear: &WearLaw, wear_share: f64, fibres: Vec<SurfaceFibre>) -> Self {
         let ellipse = friction.ellipse();
         let unequal = |[a, b]: [f64; 2]| a != b;

@@ -6,7 +6,7 @@ use crate::body::StressField;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Area-weighted mean outward normal of the `faces` at each mesh node, `[n_nodes]`; zero without faces.
+/// Unit vector along the sum of the area vectors of the adjacent `faces` at each mesh node, `[n_nodes]`; zero without faces.
 fn normals<'a>(mesh: &Mesh, faces: impl Iterator<Item = &'a SurfaceFace>) -> Vec<Vector3<f64>> {
     let mut sums = vec![Vector3::zeros(); mesh.n_points()];
     for face in faces {
@@ -25,7 +25,8 @@ pub(crate) struct SurfaceStress<'a> {
 }
 
 impl<'a> SurfaceStress<'a> {
-    /// Prepares the stress on the outer `faces` of a body. `tractions` act on its contact surface, in global axes, `[n_nodes]`.
+    /// Prepares the stress on the outer `faces` of a body. `tractions` act on the contact surface of the body, in global axes,
+    /// `[n_nodes]`.
     pub fn new(
         mesh: &Mesh,
         faces: &[SurfaceFace],
@@ -37,7 +38,7 @@ impl<'a> SurfaceStress<'a> {
         Self { field, contact_point, normals: normals(mesh, faces.iter()), tractions }
     }
 
-    /// Stress at a recovery point, and its largest principal stress in the tangent plane. On the contact surface, surface strain
+    /// Stress at a recovery point, and the largest principal stress in the tangent plane. On the contact surface, surface strain
     /// and traction determine the stress.
     pub fn at(&self, point: usize) -> ([f64; 6], f64) {
         let node = self.field.points.mesh_nodes[point];

@@ -19,7 +19,8 @@ pub struct TruncationRecord {
     /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform traction along a on the
     /// displacements under a uniform traction along b.
     pub difference: f64,
-    /// Residual of equations that are recomputed after the solution, relative to their terms.
+    /// Largest residual of the equations that are recomputed after the solution, relative to the largest sum of magnitudes in an
+    /// equation.
     pub residual: f64,
 }
 

@@ -1,8 +1,9 @@
 //! Writer of VTK XML files: unstructured grids (.vtu, raw appended data) and collections over time (.pvd).
 //!
-//! Numbers are little-endian, with 64-bit headers and offsets. meshio requires the line end before `</AppendedData>`. Data blocks
-//! follow in the reverse order of the `DataArray` tags. meshio (5.3) finds arrays by offset and overwrites offsets; in the order of
-//! the tags, it might silently swap two fields.
+//! Numbers are little-endian, with 64-bit headers and offsets. meshio requires the line end before `</AppendedData>`.
+//!
+//! Data blocks follow in the reverse order of the `DataArray` tags. meshio (5.3) identifies arrays by their offsets, and overwrites
+//! the offsets while it reads. With blocks in the order of the tags, it might silently swap two fields.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};

@@ -59,7 +59,8 @@ pub fn hexahedron(n: usize) -> Vec<RulePoint<3>> {
 mod tests {
     use super::*;
 
-    /// Truth: exact for x^k with k <= 2n - 1, not for k = 2n. Tolerance: rounding.
+    /// Truth: the rule is exact for x^k with k <= 2n - 1. For n < 10, the test also requires an error for k = 2n. Tolerance 1e-14:
+    /// rounding.
     #[test]
     fn exact_to_degree_2n_minus_1() {
         for n in 1..=20 {

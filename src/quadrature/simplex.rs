@@ -10,7 +10,8 @@ fn unit_line(n: usize) -> Vec<(f64, f64)> {
 
 /// Rule on the reference triangle, exact to `degree`; weights sum to 1/2.
 ///
-/// Degree 2 uses the three-point rule of Strang and Fix (1973), higher degrees the collapsed square.
+/// Degrees 0 and 1 use the centroid, degree 2 the three-point rule of Strang and Fix (1973). Higher degrees use a Gauss rule on the
+/// square, which is collapsed to the triangle.
 pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
     const SIXTH: f64 = 1.0 / 6.0;
     match degree {
@@ -28,8 +29,8 @@ pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
 
 /// Rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
 ///
-/// Degree 2 uses the four-point rule of Hammer, Marlowe and Stroud (1956), degree 3 a rule of eight points. Higher degrees use the
-/// collapsed cube.
+/// Degrees 0 and 1 use the centroid, degree 2 the four-point rule of Hammer, Marlowe and Stroud (1956), degree 3 a rule of eight
+/// points. Higher degrees use a Gauss rule on the cube, which is collapsed to the tetrahedron.
 pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     if degree <= 1 {
         return vec![([0.25; 3], 1.0 / 6.0)];
@@ -56,7 +57,8 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     rule
 }
 
-/// Rule of degree 3 with eight points of equal weight, at the fractions t and u of the way from the centroid to the corners.
+/// Rule of degree 3 with eight points of equal weight. Four points lie at the fraction t of the way from the centroid to the
+/// corners, four at the fraction u.
 ///
 /// Degree 2 requires t² + u² = 2/5, and degree 3 requires t³ + u³ = 2/15. So s = t + u solves s³ - 6/5 s + 4/15 = 0. Viète's
 /// formula gives the root with all points inside.

@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     /// Truth: for even i and j, x^i y^j z^k has the integral 4 B(i + j + 3, k + 1) / ((i + 1) (j + 1)) over the pyramid, otherwise
-    /// 0 (beta function B).
+    /// 0 (beta function B). Over the wedge, the integral is the product of the integrals over triangle and line.
     #[test]
     fn moments() {
         let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();

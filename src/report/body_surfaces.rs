@@ -85,7 +85,7 @@ impl Bodies {
         Ok(())
     }
 
-    /// Index of a surface in `surfaces`, to which a new one is added.
+    /// Index of a surface in `surfaces`. A surface that is not in the list is added.
     fn surface(&mut self, surface: KnownSurface) -> usize {
         let size = surface.undeformed_points.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
         let near = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * size);
@@ -127,7 +127,7 @@ fn triangles(grid: &VtuGrid) -> Vec<[usize; 3]> {
     list
 }
 
-/// Magnitude of the normal traction at each point; contact tractions are compressive.
+/// Magnitude of the normal traction at each point. It is the contact pressure, because contact tractions are compressive.
 fn normal_traction(grid: &VtuGrid, triangles: &[[usize; 3]]) -> Vec<f64> {
     let Some(traction) = grid.point_field("traction").filter(|field| field.components == 3) else {
         return vec![0.0; grid.points.len()];

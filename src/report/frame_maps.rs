@@ -93,7 +93,8 @@ impl Frames {
     }
 }
 
-/// Index (from 0) of the summary entry of each field file; the number in the file name is one more.
+/// Index (from 0) of the summary entry of each field file; the number in the file name is one more. `None` if the summary has no
+/// such entry.
 pub(super) fn entries_of_files(said: &Value, files: &[(usize, String)]) -> Vec<Option<usize>> {
     let n = said["steps"].as_array().map_or(0, Vec::len);
     files.iter().map(|(number, _)| number.checked_sub(1).filter(|&entry| entry < n)).collect()
@@ -104,8 +105,8 @@ pub(super) fn last_files_of_steps(said: &Value, entries: &[Option<usize>]) -> Ve
     (0..entries.len()).filter(|&i| i + 1 == entries.len() || name(i) != name(i + 1)).collect()
 }
 
-/// Indices of the files to embed. If not all fit, the last file of each step comes first (late steps before early ones), then
-/// others at even distances.
+/// Indices of the files to embed. If not all fit, the last file of each step is chosen first (late steps before early ones), then
+/// other files at even distances.
 fn select_files(
     source: &ResultDirectory,
     files: &[(usize, String)],
@@ -139,7 +140,7 @@ impl MapPlane {
         Self { center, azimuth: number(&frame["azimuth"]).to_radians() }
     }
 
-    /// Cells, and their points in space and on the plane, as JSON.
+    /// Cells, and their points in space and on the plane of the map, as JSON.
     fn mesh(&self, grid: &VtuGrid) -> Value {
         let doubled: Vec<Vector3<f64>> =
             (0..grid.n_cells()).map(|cell| doubled_area_vector(grid, cell)).collect();

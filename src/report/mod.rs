@@ -24,7 +24,7 @@ use crate::report::result_directory::{ResultDirectory, ResultKind};
 pub struct Report {
     /// HTML text.
     pub html: String,
-    /// Missing or damaged content, with reasons.
+    /// Missing, damaged or omitted content, with reasons.
     pub problems: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Directory of results; damaged or missing files become reported problems.
+//! Directory of results. Damaged and missing files are reported as problems.
 
 use std::collections::HashSet;
 use std::fs;
@@ -94,7 +94,7 @@ impl ResultDirectory {
         self.names.binary_search_by(|known| known.as_str().cmp(name)).is_ok()
     }
 
-    /// Files with this prefix and suffix, sorted; only those that the summary lists, if it lists files.
+    /// Files with this prefix and suffix, sorted. If the summary lists files, only listed files.
     pub(super) fn files(&self, begin: &str, end: &str) -> Vec<String> {
         let own: Option<HashSet<&str>> =
             self.summary["files"].as_array().map(|list| list.iter().filter_map(Value::as_str).collect());
@@ -103,7 +103,7 @@ impl ResultDirectory {
         self.names.iter().filter(named).filter(counted).cloned().collect()
     }
 
-    /// Listed files that do not exist.
+    /// Files that the summary lists, but that do not exist.
     pub(super) fn missing(&self) -> Vec<String> {
         let own = self.summary["files"].as_array().into_iter().flatten().filter_map(Value::as_str);
         own.filter(|name| !self.has(name)).map(str::to_owned).collect()

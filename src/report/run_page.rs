@@ -15,7 +15,6 @@ use crate::report::value_text::{self, key_to_words, to_line, unit_of_key, units_
 /// Longer tables show only their first and last rows.
 const MAX_TABLE_ROWS: usize = 2000;
 
-/// Renders the page of a run.
 pub(super) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
     let (frames, bodies) = (Frames::read(source), Bodies::read(source));
     let missing = source.missing();
@@ -199,7 +198,7 @@ fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
     Table { heads, rows: rows.iter().map(row).collect(), ..Table::default() }
 }
 
-/// Quantities that may be below 1e-12 in metres, so that such values are not taken as round-off.
+/// Quantities that may be below 1e-12 in scenes in metres. Their small values are no round-off and are shown.
 const SMALL_QUANTITIES: [&str; 4] = ["worn_volume", "max_wear_depth", "contact_area", "stick_area"];
 
 /// Formats the value at `key` of an entry with load F and contact area A. Tangential forces below 1e-7 F and moments below 1e-7 F
@@ -297,7 +296,8 @@ fn convergence(records: &[Value]) -> Vec<EmbeddedImage> {
     ]
 }
 
-/// Table of a list of records. Columns: `first`, then further keys in order of first use, with the fields of nested records.
+/// Table of a list of records; `None` without records. Columns: the keys `first`, then further keys in order of first use. Fields
+/// of nested records have dotted keys.
 pub(super) fn list_table(title: &str, list: &Value, first: &[&str], units: &Units) -> Option<Table> {
     let list: Vec<Vec<(String, &Value)>> =
         list.as_array()?.iter().map(|record| flatten_record("", record)).collect();

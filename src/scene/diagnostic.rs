@@ -83,7 +83,8 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// Sorts the errors by position in the file; those of overrides, then of the whole scene, follow. Removes adjacent duplicates.
+    /// Sorts the errors by position in the file. Errors in overrides follow, then errors of the whole scene. Removes adjacent
+    /// duplicates.
     pub fn new(document: &Document, mut list: Vec<Diagnostic>) -> Self {
         list.sort_by_key(|mistake| match &mistake.location {
             Location::File(range) => (0, range.start),

@@ -160,8 +160,8 @@ impl Document {
         }
     }
 
-    /// Location from the start of a key to the end of its value if both are on one line, else of the key alone. An override of
-    /// either takes precedence.
+    /// Location from the start of a key to the end of its value if both are on one line, else of the key alone. If an override
+    /// gives the key or the value, the location is the option `--set`.
     fn place_of(&self, key: &ValueSource, value: &ValueSource) -> Location {
         match (key, value) {
             (ValueSource::File(key), ValueSource::File(value)) => {
@@ -244,7 +244,7 @@ impl TomlNode {
         }
     }
 
-    /// Description of the type and value, with an article.
+    /// Description of type and value for messages.
     pub fn describe(&self) -> String {
         match &self.value {
             TomlValue::Table(_) => "a table".to_owned(),

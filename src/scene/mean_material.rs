@@ -11,7 +11,7 @@ use crate::mesh::faces::{SurfaceFace, group_faces};
 /// Mean material of a part of a body.
 #[derive(Debug, Clone)]
 pub struct MeanMaterial {
-    /// Material with the mean fibre direction.
+    /// Material of the first of the averaged elements, with the mean fibre direction if the body has fibres.
     pub material: BodyMaterial,
     /// Largest angle between a fibre and the mean direction, radians.
     pub fibre_spread: f64,
@@ -104,7 +104,7 @@ fn lies_under(frame: &FramePlan, point: &Point) -> bool {
     }
 }
 
-/// Weighted mean of axes without sign, at most 90 degrees from the first.
+/// Mean direction of weighted axes without sign, at most 90 degrees from the first axis.
 fn mean_axis(lines: &[(Point, f64)]) -> Point {
     let first = lines[0].0;
     if lines.iter().all(|(line, _)| *line == first) {

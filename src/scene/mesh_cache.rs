@@ -23,7 +23,7 @@ struct KnownMesh {
 type FileState = (PathBuf, u64, SystemTime);
 
 impl MeshCache {
-    /// The mesh of a gmsh file, which is read only if it is new or has changed.
+    /// The mesh of a gmsh file. The file is read only if it is not in the cache or has changed.
     ///
     /// # Errors
     /// As [`gmsh::read`].
@@ -41,7 +41,7 @@ impl MeshCache {
         Ok(known.entry(state).or_insert(KnownMesh { mesh, quality: None }).mesh.clone())
     }
 
-    /// Quality of a mesh, computed once.
+    /// Quality of a mesh; computed only once for a mesh of the cache.
     ///
     /// # Errors
     /// As [`quality::check`].

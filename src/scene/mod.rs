@@ -46,7 +46,7 @@ pub fn read_with_meshes(path: &Path, overrides: &[String], meshes: &MeshCache) -
     plan_from_document(parse::read_document(path, overrides)?, meshes)
 }
 
-/// As [`read`], for a scene given as text. Its name and folder are those of `path`.
+/// As [`read`], for a scene given as text. The scene has the name and the folder of `path`.
 ///
 /// # Errors
 /// As [`read`].

@@ -91,7 +91,7 @@ fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>)
     // Two numbers in a row within a list or an inline table.
     let numbers = found.split([',', ']', '}']).next().unwrap_or("").split_whitespace();
     let in_list = text.get(start..span.start).is_some_and(|before| before.contains(['[', '{']));
-    // The crate toml gives its errors no kind.
+    // Errors of the crate `toml` have a message, but no kind.
     let mend = if message.contains("duplicate key") {
         "keep one of the two"
     } else if message.contains("missing comma")

@@ -48,7 +48,8 @@ pub struct Plan {
     pub friction: FrictionLaw,
     /// The wear law.
     pub wear: WearLaw,
-    /// Index (0 or 1) of the body whose fibre the friction law and the wear law use; `None` without a fibre or with own angles.
+    /// For the friction law and the wear law: index (0 or 1) of the body whose fibre the law uses. `None` if the law uses no fibre,
+    /// or has fibre angles of its own.
     pub fibre_bodies: [Option<usize>; 2],
     /// Fraction of the wear depth that is taken from body 1.
     pub wear_share: f64,

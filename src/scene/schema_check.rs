@@ -307,8 +307,8 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// Checks that a number is finite and within the bounds of the schema. Its magnitude must be 0 or lie within
-    /// [`MAGNITUDE_RANGE`]; that of a `whole` number is at most [`MAX_INTEGER`].
+    /// Checks that a number is finite and within the bounds of the schema. A `whole` number must be an integer of magnitude at most
+    /// [`MAX_INTEGER`]. Another number must be 0 or have a magnitude within [`MAGNITUDE_RANGE`].
     fn check_number(&mut self, node: &TomlNode, schema: &'a Json, key: &str, whole: bool) {
         let found = match node.value {
             TomlValue::Integer(number) => number as f64,
@@ -393,7 +393,7 @@ const MAX_KEYS_IN_HELP: usize = 4;
 
 const MAX_INTEGER: f64 = 1e15;
 
-/// Magnitudes of numbers other than 0. Products of up to three such numbers stay within the range of f64.
+/// Allowed magnitudes of numbers other than 0. Products of up to three such numbers stay within the range of f64.
 pub(super) const MAGNITUDE_RANGE: [f64; 2] = [1e-100, 1e100];
 
 /// The key whose constant distinguishes the branches.

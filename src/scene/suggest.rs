@@ -2,7 +2,7 @@
 
 use strsim::osa_distance;
 
-/// The candidate nearest to `word`, within an edit distance of a third of its length (at least 1).
+/// The candidate nearest to `word`, within an edit distance of a third of the word's length (at least 1).
 pub(crate) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let plain = normalised(word);
     let most = (plain.chars().count() / 3).max(1);

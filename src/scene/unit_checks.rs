@@ -130,7 +130,8 @@ fn line_contact_length(frame: &FramePlan) -> Option<f64> {
     }
 }
 
-/// Half-width and cell side of any frame; for a mesh, from its two largest extents and its number of faces.
+/// Half-width and cell side of any frame. For a mesh frame, both follow from the two largest extents and the number of faces of the
+/// contact group.
 fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     let FramePlan::Mesh { body, .. } = plan.frame else { return grid_half_width_and_cell(&plan.frame) };
     let fe = plan.bodies[body].as_meshed()?;

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::evolution::step::Step;
 
-/// Error during the preparation of a plan.
+/// Error with the scene key that causes it.
 #[derive(Debug, Clone)]
 pub struct SceneError {
     /// The error.

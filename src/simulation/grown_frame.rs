@@ -1,7 +1,7 @@
 //! Frames that are enlarged when wear brings the contact to their edge.
 //!
-//! Each enlargement adds about a quarter of the initial cells at both ends of an axis. After two, the frame has up to four times
-//! the initial cells.
+//! An enlargement adds about a quarter of the initial cells at both ends of each axis along which the bodies continue. After two
+//! enlargements, the frame has up to four times the initial cells.
 
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;

@@ -26,9 +26,9 @@ const OWN_LOAD_GAP_TOLERANCE: f64 = 1e-4;
 pub struct FrameGrowth {
     /// Frame before the enlargement.
     pub frame: ContactFrame,
-    /// Initial gap on that frame, mm, `[3, N]`: all x components, all y components, then all normal components.
+    /// Initial gap on `frame`, mm, `[3, N]`: all x components, all y components, then all normal components.
     pub gap: Vec<f64>,
-    /// Whether the near field of each body on that frame is a half-space.
+    /// Whether the near field of each body on `frame` is a half-space.
     pub half_spaces: [bool; 2],
     /// State before the jump that would bring the contact to the edge.
     pub checkpoint: RunCheckpoint,

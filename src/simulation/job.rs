@@ -6,8 +6,10 @@ use crate::scene::Plan;
 /// Stack size of computing threads, as of a main thread, bytes.
 pub const THREAD_STACK_BYTES: usize = 8 << 20;
 
-/// Starts a thread of a pool, and waits until it runs. A thread that finds no memory for its signal stack ends the program. If
-/// earlier threads have all of their memory, memory runs out at the much larger stack of the next thread, which is an error.
+/// Starts a thread of a pool, and waits until it runs.
+///
+/// Threads thus start one after the other. If memory runs out, the large stack of the next thread cannot be allocated, which is an
+/// error. Without memory for its small signal stack, a thread would end the program.
 ///
 /// # Errors
 /// If the thread cannot be started.

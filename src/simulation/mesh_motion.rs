@@ -23,7 +23,7 @@ pub struct WearBudget {
 }
 
 impl WearBudget {
-    /// Budget of `simulation` after the mesh motions so far; `None` if its meshes do not move or no longer move.
+    /// Budget of `simulation` after the mesh motions so far; `None` if the meshes do not move, or no longer move.
     ///
     /// # Errors
     /// If the contact group of a body is wrong.

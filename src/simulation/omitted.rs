@@ -23,7 +23,8 @@ use crate::simulation::plan_bodies::SIDES;
 use crate::simulation::plan_bodies::bare_half_space;
 use crate::simulation::worn_meshes;
 
-/// Omitted work that the run of `plan` on `frame` will report, in the order of its report.
+/// Omitted work that the run of `plan` on `frame` will report, in the order of the report. Factorisations that the cache replaces
+/// are not included.
 ///
 /// # Errors
 /// If the frame is not plane under a half-space, or a surface Green's function does not converge.

@@ -14,7 +14,7 @@ pub(crate) const BODY_KEYS: [&str; 2] = ["body1", "body2"];
 
 pub(crate) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 
-/// Unconstrained rigid-body modes of `body`, if it is meshed and its supports do not fix it.
+/// Unconstrained rigid-body modes of `body`; `None` if `body` has no mesh, or if its supports fix it.
 pub(crate) fn free_motions(body: &BodyPlan, key: &str) -> Result<Option<RigidBodyModes>, SceneError> {
     match body {
         BodyPlan::Fe(fe) => fem::find_rigid_body_modes(&fe.fem_spec(key)).at(key),
@@ -45,8 +45,8 @@ pub(crate) fn bare_half_space(
     HalfSpaceBody::new(&elastic.stiffness_in_frame(0.0), SIDES[index], frame).at(BODY_KEYS[index])
 }
 
-/// Map between `frame` and the contact faces of body `index`. Errors for uncovered cells name the key of the grid, or else of the
-/// contact group.
+/// Map between `frame` and the contact faces of body `index`. Errors of the map have the key `frame.half_width` on a grid, and the
+/// key of the contact group on other frames.
 pub(crate) fn face_map(
     fe: &MeshedBodyPlan,
     index: usize,
@@ -85,7 +85,7 @@ pub(super) fn ensure_faces_other_body(
     )))
 }
 
-/// Wearing finite-element bodies of a plan: index, body, and share of the wear depth.
+/// Finite-element bodies of a plan with a positive share of the wear depth: index, body, and share.
 pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedBodyPlan, f64)> {
     let parts = [plan.wear_share, 1.0 - plan.wear_share];
     let bodies = plan.bodies.iter().zip(parts).enumerate();

@@ -49,7 +49,8 @@ pub(super) struct SimulationBuilder<'a, 'p> {
 }
 
 impl<'p> SimulationBuilder<'_, 'p> {
-    /// Builds the simulation with the meshes as moved so far, on the enlarged frame, else on the shared one.
+    /// Builds the simulation with the meshes as moved so far. Its frame is the enlarged frame, or else `self.frame`, or else the
+    /// frame of the plan.
     pub fn build(&mut self, rebuilds: &RebuildState) -> std::result::Result<Simulation<'p>, SceneError> {
         let larger = frame_of_state(self.plan, rebuilds)?;
         let frame = larger.as_ref().or(self.frame);
@@ -97,7 +98,7 @@ impl<'p> SimulationBuilder<'_, 'p> {
         Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map: None })
     }
 
-    /// Builds the simulation of the next segment, and transfers the state of the last one (`simulation`) to it.
+    /// Applies `change` after a segment: returns the simulation of the next segment, and the state transferred to it.
     pub fn rebuild(
         &mut self,
         simulation: Simulation<'p>,
@@ -126,7 +127,7 @@ fn frame_of_state(
 }
 
 impl Continuation {
-    /// Decides whether and how the run continues after a segment. A frame of several runs (`shared`) never grows.
+    /// Decides whether and how the run continues after a segment. A frame that several runs share (`shared`) never grows.
     pub fn after(
         result: Result<RunResult>,
         plan: &Plan,

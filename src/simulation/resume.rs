@@ -37,7 +37,7 @@ pub struct ResumePoint {
 }
 
 impl ResumePoint {
-    /// Returns `keeper`, continuing from this checkpoint.
+    /// Returns `keeper`, set to continue from this checkpoint.
     pub fn keeper(&self, keeper: CheckpointWriter) -> CheckpointWriter {
         keeper.continuing_from(self.number, CompletedWork::of(self.checkpoint_data.snapshot.records()))
     }
@@ -122,8 +122,8 @@ pub fn decide_resume(
     Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data })))
 }
 
-/// Loads the results in `directory` into `summary`. Returns false, without a change, unless they belong to `plan` and have one of
-/// the outcomes `ways`.
+/// Loads the results in `directory` into `summary`. Returns false, without a change, unless the results are readable, belong to
+/// `plan` and have one of the statuses `ways`.
 pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary: &mut Summary) -> bool {
     let Some(mut found) = matching_summary(plan, directory) else { return false };
     let Ok(status) = serde_json::from_value::<Status>(found["status"].take()) else { return false };
@@ -162,7 +162,7 @@ fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
     is_of_plan.then_some(summary)
 }
 
-/// An option may set the accuracy, which determines the cells.
+/// Whether `summary` has the accuracy that `plan` requests. This accuracy determines the cells, and an option may set it.
 fn has_accuracy_of(plan: &Plan, summary: &Value) -> bool {
     match (summary["accuracy"]["requested"].as_f64(), &plan.accuracy) {
         (Some(requested), Some(accuracy)) => requested == accuracy.relative,

@@ -232,7 +232,7 @@ fn run_segments<'p>(
     let initial = (summary.warnings.clone(), summary.skipped.clone());
     loop {
         let Segment { simulation, parts, from, rebuilds } = segment;
-        // The summary lists warnings and omitted work of the last segment only, besides its initial entries.
+        // Besides its initial entries, the summary lists the warnings and omitted work from the last built simulation only.
         summary.warnings = initial.0.iter().chain(&simulation.report.warnings).cloned().collect();
         summary.skipped = initial.1.iter().chain(&simulation.report.skipped).cloned().collect();
         fill_from_build(summary, &simulation);
@@ -312,7 +312,7 @@ fn segment_recorder<'r>(
     }
 }
 
-/// Recorder for the remaining output after the last segment, without its bodies.
+/// Recorder for the remaining output after the last segment, without bodies.
 fn final_recorder<'r>(
     plan: &Plan,
     frame: &'r ContactFrame,
@@ -384,7 +384,7 @@ mod tests {
         (path, few.into_iter().chain([output]).map(str::to_owned).collect())
     }
 
-    /// Records the cell count of each frame, and at each increment those of the last frame and of the state.
+    /// Records the cell count of each frame. At each increment, records the cell counts of the last frame and of the state.
     #[derive(Default)]
     struct Frames {
         heard: Vec<usize>,
@@ -428,7 +428,7 @@ mod tests {
     }
 
     /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic is reported as an internal error with the scene's SHA-256, also
-    /// in the summary. The checkpoint contains the two increments before it.
+    /// in the summary. The checkpoint contains the two increments before the panic.
     #[test]
     fn panics_are_internal_errors() {
         let folder = tempfile::tempdir().unwrap();

@@ -29,7 +29,7 @@ pub(super) struct KeyLocation {
     axis: usize,
     pub name: String,
     key: usize,
-    /// Number of keys of the axis.
+    /// Number of keys of the axis in the study file, before axes are merged.
     pub of: usize,
     source: AxisKind,
 }
@@ -56,7 +56,7 @@ impl Axis {
         self.values[value].iter().map(word).collect::<Vec<_>>().join(", ")
     }
 
-    /// Number at the index `value`; `None` for other values, several keys or a sample.
+    /// Numeric value at the index `value`. `None` if the value is not a number, or if the axis has several keys or is a sample.
     pub fn number(&self, value: usize) -> Option<f64> {
         (self.keys.len() == 1 && !self.is_sample).then(|| self.value_of_key(value, 0)).flatten()
     }
@@ -297,7 +297,7 @@ fn assign_names(axes: &mut [Axis]) {
     }
 }
 
-/// Merges axes with the same `zip`, and all sampled axes, into one axis at the position of the first.
+/// Merges axes with the same `zip` into one axis at the position of the first of them. Likewise merges all sampled axes.
 fn merge_zipped(
     document: &Document,
     keys: &StudyFile,

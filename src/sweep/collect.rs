@@ -64,8 +64,9 @@ impl CollectedQuantity {
         self.value_in(records.iter().rev().find(|record| record.name == self.step)?)
     }
 
-    /// Points `[abscissa, value]` of the entries of the step. The abscissa is the number of the increment, or with wear jumps the
-    /// cycles or the sliding distance. Curves of cumulative quantities then start from the entry before the step, or from 0.
+    /// Points `[abscissa, value]` of the entries of the step. The abscissa is the number of fretting cycles, the sliding distance
+    /// in other steps with wear jumps, or else the number of the increment. With wear jumps, curves of cumulative quantities start
+    /// from the last entry before the step, or from 0.
     pub fn curve(&self, records: &[IncrementRecord]) -> Vec<[f64; 2]> {
         let entries = || records.iter().filter(|record| record.name == self.step);
         let cycles = entries().any(|record| record.stroke_ends.is_some());

@@ -89,7 +89,8 @@ impl StudyPlots<'_> {
         !axis.is_sample && axis.values.len() > 2
     }
 
-    /// Heat maps of a result: one panel per pair of suitable axes and combination of the other axes.
+    /// Heat maps of a result: one panel per pair of axes with more than two values and combination of the other axes. Samples are
+    /// excluded.
     fn heats(&self, quantity: &CollectedQuantity) -> Panels {
         let sides: Vec<usize> = (0..self.axes().len()).filter(|&i| self.is_side(i)).collect();
         let pairs = sides.iter().enumerate().flat_map(|(k, &x)| sides[k + 1..].iter().map(move |&y| [x, y]));
@@ -204,7 +205,7 @@ impl StudyPlots<'_> {
     fn curves(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         if self.axes().iter().any(|axis| axis.is_sample) {
-            // Each point of the sample would have a curve.
+            // A sample would give one curve per point.
             return panels;
         }
         for family in self.varied() {
@@ -253,7 +254,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// Points of a result against the values of an axis, in ascending order. Other values than numbers are numbered from 1.
+    /// Points of a result against the values of an axis, in ascending order. Values that are not numbers are numbered from 1.
     fn over(&self, over: usize, choice: &[usize], quantity: &CollectedQuantity) -> Vec<[f64; 2]> {
         let axis = &self.axes()[over];
         let numeric = axis.is_numeric();

@@ -76,7 +76,8 @@ pub(super) fn values(
     Ok(numbers.into_iter().map(node).collect())
 }
 
-/// Integers times one power of ten that equal `numbers`, unless the powers differ by more than [`MAX_EXPONENT_SPREAD`].
+/// Integers that equal `numbers` when multiplied by a common power of ten, and the exponent of this power. `None` if the exponents
+/// of the numbers differ by more than [`MAX_EXPONENT_SPREAD`].
 fn decimals<const N: usize>(numbers: [f64; N]) -> Option<([i128; N], i32)> {
     let mut parts = [(0_i128, 0_i32); N];
     for (part, number) in parts.iter_mut().zip(numbers) {

@@ -32,7 +32,7 @@ pub struct RunSpec {
     pub overrides: Vec<String>,
     /// Name of the folder.
     pub folder: String,
-    /// Memory limit from the scene, or the default at the start of the study; independent of the number of parallel runs.
+    /// Memory limit of the run. It does not depend on the number of parallel runs.
     pub memory: MemoryLimit,
 }
 
@@ -91,8 +91,8 @@ impl Sweep {
 /// Reads the study file at `path`; `overrides` apply to the scene of every run.
 ///
 /// # Errors
-/// Errors of the study file. If it has none except in `output`, also all errors of its scene with each combination of values. The
-/// list has one item per file.
+/// Errors of the study file. If only its table `output` has errors, or none, also all errors of the scene with each combination of
+/// values. The list has one item per file.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>> {
     let (document, keys, mut mistakes) = read_keys(path)?;
     let axes = axes(&document, &keys, overrides, &mut mistakes);
@@ -238,7 +238,8 @@ fn choices(
     choices
 }
 
-/// Runs of the combinations `choices` with valid scenes. `read` reads the scene of a run and returns its memory limit.
+/// Runs of the combinations `choices` with valid scenes. `read` reads the scene of a run and returns its memory limit, or `None`
+/// for an invalid scene.
 fn runs(
     axes: &[Axis],
     choices: Vec<Vec<usize>>,

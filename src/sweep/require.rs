@@ -88,7 +88,7 @@ impl Requirement {
 }
 
 impl Expression {
-    /// Value of the expression, and the magnitude of its terms for the rounding error.
+    /// Value of the expression, and the magnitude of its terms, to which the rounding error is proportional.
     fn value(&self, axes: &[Axis], choice: &[usize]) -> [f64; 2] {
         match self {
             Self::Number(number) => [*number, number.abs()],

@@ -106,9 +106,9 @@ mod tests {
         met.into_iter().filter(|met| *met).count()
     }
 
-    /// Truth: a Latin hypercube has one point in each of `count` equal intervals of each axis. So has a scrambled Sobol sequence
-    /// for powers of two. In its first two axes, every cell of a 2^a x 2^b grid with `count` cells then contains one point (McKay
-    /// et al. 1979; Owen 1995).
+    /// Truth: a Latin hypercube has one point in each of `count` equal intervals of each axis. A scrambled Sobol sequence has this
+    /// property if `count` is a power of two. On its first two axes, every cell of a 2^a x 2^b grid with `count` cells contains one
+    /// point (McKay et al. 1979; Owen 1995).
     #[test]
     fn points_are_stratified() {
         let latin = points(&keys(SampleMethod::LatinHypercube, 37, 5), 6);

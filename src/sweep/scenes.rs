@@ -119,7 +119,8 @@ impl<'a> SceneReader<'a> {
         let run = self.n_runs - 1;
         for mistake in std::mem::take(&mut remaining.list) {
             let known = &mut self.scene_diagnostics.get_or_insert_with(|| remaining.clone()).list;
-            // Messages may contain numbers that differ between runs.
+            // Messages may contain numbers that differ between runs, so errors of different runs are compared by key, label and
+            // location.
             let is_same = |(other, (runs, _)): (&Diagnostic, &(Vec<usize>, String))| {
                 *other == mistake
                     || runs.last() != Some(&run)

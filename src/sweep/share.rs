@@ -51,8 +51,8 @@ fn sets_size(key: &str) -> bool {
     !SECTIONS_WITHOUT_MEMORY.contains(&section) && !is_value_of_step && !key.contains(".fibre.")
 }
 
-/// Distribution of `threads` over `runs` runs. Each run needs about `needed` of the `free` bytes; `None` if unknown. Parallel runs
-/// come first, because a thread is more effective in a run of its own.
+/// Distribution of `threads` over `runs` runs. Each run needs about `needed` of the `free` bytes; `None` if unknown. As many runs
+/// as possible are parallel, because a thread is more effective in a run of its own.
 pub fn plan_concurrency(runs: usize, threads: usize, needed: Option<f64>, free: Option<u64>) -> Concurrency {
     let fit = match (needed, free) {
         (Some(needed), Some(free)) if needed > 0.0 => (free as f64 / needed) as usize,

@@ -62,7 +62,7 @@ pub struct StudyRun {
     pub divergence: Option<Divergence>,
     /// SHA-256 of the scene file and its overrides.
     pub scene_sha256: String,
-    /// Total time, including output, s.
+    /// Run time, s.
     pub seconds: f64,
     /// Largest natural residual of all entries.
     pub natural_residual: Option<f64>,
@@ -209,7 +209,7 @@ impl StudyResult {
         archive.finish()
     }
 
-    /// CSV table with one row per run. Without times, so that it does not depend on the number of threads.
+    /// CSV table with one row per run. It contains no times, so that it does not depend on the number of threads.
     pub fn to_csv(&self) -> String {
         let keys: Vec<&String> = self.axes.iter().flat_map(|axis| &axis.keys).collect();
         let fixed = ["status", "reason", "folder", "natural_residual"].map(str::to_owned);

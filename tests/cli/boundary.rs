@@ -47,7 +47,7 @@ fn place(mesh: &str) -> tempfile::TempDir {
     folder
 }
 
-/// Elements of the mesh, changed by `change` or removed if it returns `None`.
+/// The mesh with its lines of elements changed by `change`, or removed where it returns `None`.
 fn elements(mesh: &str, change: impl Fn(usize, &str) -> Option<String>) -> String {
     let (head, rest) = mesh.split_once("$Elements\n").unwrap();
     let list: Vec<String> = rest
@@ -168,7 +168,7 @@ fn surfaces_and_supports_that_are_wrong() {
     refused(&small, &[cells, displaced], &["prescribes another displacement along z"]);
 }
 
-/// Truth: a body that exceeds the memory limit is refused before any allocation.
+/// Truth: a body that exceeds the memory limit is refused.
 #[test]
 fn too_little_memory() {
     let folder = place(&block());

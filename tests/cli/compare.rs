@@ -20,7 +20,7 @@ fn pairs(names: &[&str]) -> Vec<orthowear::scene::variant::DiscretisationPair> {
     names.iter().map(|name| name.parse().unwrap()).collect()
 }
 
-/// Without computing times.
+/// Resultants, areas and wear volume of the steps.
 fn results(summary: &Value) -> Vec<Vec<f64>> {
     let keys = ["normal_force", "contact_area", "stick_area", "peak_pressure", "worn_volume"];
     let numbers = |step: &Value| keys.iter().map(|key| step[key].as_f64().unwrap()).collect::<Vec<f64>>();

@@ -112,7 +112,7 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     };
     assert!(told(&compressed) && !told(&exact));
     let coarse = answer(&["--set", "solver.compression_tolerance=1e-3"]);
-    // A direct solution of the plate checks the operator in the first step only, the compressed operator is checked in all steps.
+    // A direct solution of the plate checks the operator in the first step only. The compressed operator is checked in all steps.
     let defect = |summary: &Value, step: usize| {
         summary["steps"][step].pointer("/certificate/operator_defect").and_then(Value::as_f64)
     };

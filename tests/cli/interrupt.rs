@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// The factorisation of the cube takes seconds.
 const N: usize = 30;
 
-/// Sides of 1, with the upper face in z = 0.
+/// A cube of `N`³ hexahedra with sides of 1. The upper face lies in z = 0.
 fn cube() -> String {
     let at = |i: usize, j: usize, k: usize| (i * (N + 1) + j) * (N + 1) + k + 1;
     let mut text =

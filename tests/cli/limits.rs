@@ -78,7 +78,7 @@ fn noted(from: &str, to: &str, word: &str, there: bool) {
     }
 }
 
-/// Truth: tractions are unique if the frame has no more points than the finer body has degrees of freedom in contact.
+/// Truth: tractions are unique only if the frame has no more points than the finer body has degrees of freedom in contact.
 #[test]
 fn cells_finer_than_the_elements() {
     refused(

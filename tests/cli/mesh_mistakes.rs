@@ -475,7 +475,7 @@ fn unmerged_nodes_are_told_with_the_mistake() {
 }
 
 /// A ring of radii 6 and 10, one element thick along y, with its lowest line at z = 0. The group "lower" contains the faces of
-/// "outer" whose normals point down by more than 2.9 degrees.
+/// "outer" whose normals point down, at more than 2.9 degrees to the horizontal.
 fn ring(n: usize) -> String {
     let (mut nodes, mut elements) = (String::new(), Vec::new());
     let number = |layer: usize, i: usize, y: usize| 1 + y + 2 * (layer + 2 * (i % n));

@@ -134,7 +134,7 @@ fn warned(summary: &Value, words: &[&str]) -> usize {
     warnings.filter(|text| words.iter().all(|word| text.as_str().unwrap().contains(word))).count()
 }
 
-/// Approach minus wear depth.
+/// Elastic compression of each entry: approach minus wear depth.
 fn elastic(summary: &Value) -> Vec<f64> {
     entries(summary).iter().map(|entry| number(entry, "approach") - number(entry, "max_wear_depth")).collect()
 }

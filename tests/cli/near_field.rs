@@ -167,7 +167,7 @@ fn a_correction_that_is_not_used() {
             .contains(&format!("with its mesh instead of a half-space: {reason}")),
         "{given_up}"
     );
-    // Before the solution and at the end.
+    // The warning is printed before the solution and at the end.
     let (_, text) = call("run", place.path(), &sets);
     let said: Vec<usize> = text
         .match_indices("WARNING: the near field of body1 is computed with its mesh")

@@ -60,8 +60,8 @@ fn flat_faces_are_bowed_under_a_half_space() {
     );
 }
 
-/// Truth: the sag h^2 / 8R of the faces remains in the gap of a condensed mesh. Under a prescribed force, it is compared with the
-/// resulting approach. The same faces are fine enough for an approach nine times as large.
+/// Truth: the sag h^2 / 8R of the faces remains in the gap of a condensed mesh. Under a prescribed force, the sag is compared with
+/// the resulting approach. The same faces are fine enough for an approach nine times as large.
 #[test]
 fn flat_faces_of_a_condensed_mesh_are_doubtful() {
     let place = cap(20.0, 12);
@@ -135,7 +135,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
 }
 
 /// Truth: geometry: the frame of half-width 1.35 mm is 0.95 mm from the edge of the block. The enlarged frame of half-width 2.025
-/// mm is 0.275 mm from it, less than 0.3 of half its side.
+/// mm is 0.275 mm from this edge, less than 0.3 of its half-width.
 #[test]
 fn a_frame_that_outgrows_its_half_space() {
     let place = place([2.3, 2.3], 2.3, [6, 6, 6]);
@@ -162,7 +162,7 @@ fn a_frame_that_outgrows_its_half_space() {
     assert!(!warnings.contains("tractions are not determined"), "{warnings}");
 }
 
-/// Truth: the final frame from the start gives the same results, to 1e-3.
+/// Truth: a run with the final frame from the start gives the same results, to 1e-3.
 #[test]
 fn frames_grow_under_own_loads() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -196,8 +196,8 @@ fn frames_grow_under_own_loads() {
     }
 }
 
-/// Truths: the displacement of a body's surface is proportional to the loads of the body, and so is its estimated error. The error
-/// matters relative to the overlap.
+/// Truths: the displacement of a body's surface is proportional to the loads of the body, and so is its estimated error. A large
+/// error gives a warning, under a prescribed approach as well as a prescribed force.
 #[test]
 fn surfaces_that_loads_move() {
     let place = place([3.0, 3.0], 3.0, [6, 6, 6]);

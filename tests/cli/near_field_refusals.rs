@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::near_field::{call, place, run};
 
-/// `line` gets the numbers and the text of each line.
+/// Replaces each line of a section of block.msh by the result of `line`, which gets the numbers and the text of the line.
 fn rewrite(folder: &Path, section: &str, line: impl Fn(&[f64], &str) -> String) {
     let path = folder.join("block.msh");
     let text = fs::read_to_string(&path).unwrap();

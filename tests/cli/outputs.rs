@@ -342,7 +342,7 @@ fn a_place_that_cannot_be_written_ends_with_code_4() {
     assert!(message.contains("/proc/orthowear.out"), "{message}");
 }
 
-/// `limits` are shell commands of bash.
+/// Exit code and standard error of the program after the bash commands `limits`.
 #[cfg(target_os = "linux")]
 fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -29,7 +29,7 @@ fn call(command: &str, scene: &str) -> (Option<i32>, String, Value) {
 
 const PRESS: &str = "[[steps]]\nnormal_force = 10.0\n[[steps]]\n";
 
-/// Truth: flat periodic surfaces bear the force P on the area A as a uniform pressure P / A. Nothing deforms under it
+/// Truth: flat periodic surfaces bear the force P on the area A as a uniform pressure P / A. This pressure deforms nothing
 /// (docs/scene.md: the mean displacement is zero). Friction carries the prescribed tangential force, or 0.3 P against a motion, to
 /// 1e-7.
 #[test]
@@ -95,8 +95,8 @@ fn a_thin_period_is_no_narrow_frame() {
     assert!(!noted("4.0") && noted("4e3"));
 }
 
-/// Truth: docs/scene.md: cells outside an outline stay open, so an approach is possible. On a periodic frame it is relative to the
-/// mean plane, which the load moves too. The same approach therefore takes more force than without periodicity.
+/// Truth: docs/scene.md: cells outside an outline stay open, so an approach is possible. On a periodic frame the approach is
+/// relative to the mean plane, which the load moves too. The same approach therefore takes more force than without periodicity.
 #[test]
 fn outlines_on_repeated_frames() {
     let frame = |periodic: &str| {

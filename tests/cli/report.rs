@@ -222,7 +222,7 @@ fn files_outside_of_the_directory_are_not_read() {
     assert!(!page.contains("data:image/svg+xml"), "{page}");
 }
 
-/// The tangential load exceeds friction.
+/// The sound scene with a hostile title and step name, and with a tangential force beyond the friction limit.
 fn sliding() -> String {
     let scene = SOUND.replace("title = \"sound\"", &format!("title = \"{HOSTILE}\""));
     let scene = scene.replace("name = \"indent\"", &format!("name = \"{HOSTILE}\""));

@@ -42,7 +42,7 @@ fn certified(summary: &Value) {
 }
 
 /// Truth: the wear volume is below pi R approach^2, the overlap with the sphere of radius R. For specific wear rates i = k mu in
-/// every direction, it is k = 1.25e-9 times the friction energy.
+/// every direction, the wear volume is k = 1.25e-9 times the friction energy.
 #[test]
 fn sphere_on_block() {
     let scene = scene("sphere-on-cfrp-block.toml");

@@ -467,7 +467,7 @@ colect = []
     told(&one(&laws), &[], &["steps.0.tangential_force", run]);
 }
 
-/// Truth: docs/results.md explains every field of study.json and every fixed column of study.csv.
+/// Truth: docs/results.md explains every field of study.json.
 #[test]
 fn the_documents_explain_the_study() {
     let folder =

@@ -95,7 +95,7 @@ pub fn foretold(said: &str) -> f64 {
 }
 
 /// Bytes in the message of a run that is refused for lack of memory: needed, allowed, and rest of the scene. The allowed bytes are
-/// the limit without this rest, which is exact to 0.05 MiB, and 0 if the message omits it.
+/// the limit without the rest. The rest is exact to 0.05 MiB, and 0 if the message omits it.
 pub fn refusal(said: &str) -> [f64; 3] {
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     let exactly = |text: &str| {
@@ -121,7 +121,7 @@ pub fn refusal(said: &str) -> [f64; 3] {
     [exactly(after(" needs ")), exactly(allowed), rest]
 }
 
-/// Without the fields that may differ from run to run.
+/// The summary without the fields that may differ from run to run.
 pub fn timeless(mut summary: Value) -> Value {
     let fields = summary.as_object_mut().unwrap();
     fields.remove("timings").unwrap();

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use crate::meter::measured;
 use crate::mutate::{Random, mutate};
 
-/// Stack size, bytes, as of the program's own threads.
+/// Stack size, bytes, equal to the stacks of the program's own threads.
 const STACK: usize = 8 << 20;
 /// Maximum number of inputs that are kept for further mutation.
 const POOL: usize = 600;
@@ -88,7 +88,7 @@ impl Reader<'_> {
         assert!(failed.is_empty(), "{}: {failed:#?}", self.name);
     }
 
-    /// The input can be found if the process dies.
+    /// Writes the input to a file, where it can be found if the process dies.
     fn note(&self, input: &[u8]) {
         put(&place(&format!("{}-last", self.name)), input);
     }

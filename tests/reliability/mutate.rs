@@ -212,7 +212,7 @@ fn change_lines(bytes: &mut Vec<u8>, random: &mut Random) {
     *bytes = lines.concat();
 }
 
-/// Of 4 or 8 bytes in either byte order.
+/// Overwrites bytes from `at` on with one of `WORDS`, as 4 or 8 bytes in either byte order.
 fn put_word(bytes: &mut [u8], at: usize, random: &mut Random) {
     let word = *random.pick(&WORDS);
     let mut piece =

@@ -273,7 +273,7 @@ pub fn check_plan(path: &Path, plan: Plan) -> String {
     format!("a plan of {} steps {:?}", plan.steps.len(), plan.notes)
 }
 
-/// Sorted, because maps have no order.
+/// Words of a debug text, sorted because maps have no order.
 fn parts(debug: &str) -> Vec<&str> {
     let is_part = |c: char| c.is_alphanumeric() || ".-+_".contains(c);
     let mut parts: Vec<&str> = debug.split(|c| !is_part(c)).collect();

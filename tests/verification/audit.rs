@@ -14,7 +14,8 @@ pub struct Audit {
     pub complementarity: f64,
     /// Violation of |q|_mu <= p, divided by the largest pressure. |q|_mu is the norm of (q1 / mu1, q2 / mu2) in the ellipse's axes.
     pub cone: f64,
-    /// Slip of cells inside their friction ellipse, divided by the largest pressure and `unit`.
+    /// Slip of cells inside their friction ellipse, divided by the largest pressure and `unit`. Only cells with more than 1e-3 of
+    /// the largest pressure count.
     pub stick: f64,
     /// Angle between slip and the inward normal of a cell's ellipse, degrees, if pressure and slip exceed 1e-3 of their scales.
     pub angle: f64,

@@ -22,7 +22,7 @@ pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
     if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
 }
 
-/// Asserts the order of convergence on meshes with `cells` along a side. Earlier orders may be lower by 0.3.
+/// Asserts that the last order of convergence on meshes with `cells` along a side exceeds `order`, and earlier ones `order` - 0.3.
 pub fn assert_order<const N: usize>(errors: &[f64; N], cells: &[usize; N], order: f64, case: &str) {
     let found = |k: usize| (errors[k] / errors[k + 1]).ln() / (cells[k + 1] as f64 / cells[k] as f64).ln();
     let orders: Vec<f64> = (0..N - 1).map(found).collect();

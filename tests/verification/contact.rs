@@ -37,8 +37,8 @@ fn frictionless_indentation_matches_the_exact_ellipse() {
     }
 }
 
-/// Truth: independent program on 256 x 256 cells. 5e-4 covers the discretisation errors of both programs, ours at 64 x 64 cells.
-/// Forces that vanish by symmetry are zero to 1e-9.
+/// Truth: independent program on 256 x 256 cells. The normal and the larger tangential force agree to 5e-4, which covers the
+/// discretisation errors of both programs, ours at 64 x 64 cells. Forces that vanish by symmetry are zero to 1e-9.
 #[test]
 fn friction_and_shift_match_the_independent_program() {
     let data = reference();
@@ -99,8 +99,8 @@ fn hertz_circular() {
     assert!(order >= 1.0, "errors {errors:?}, order {order}");
 }
 
-/// Truth: elliptic Hertz contacts of the catalogue (`hertz-elliptic-2to1`, `hertz-elliptic-10to1`). Tolerances for delta are 3e-3
-/// and 5e-3.
+/// Truth: elliptic Hertz contacts of the catalogue (`hertz-elliptic-2to1`, `hertz-elliptic-10to1`). Tolerances are 3e-3 and 5e-3
+/// for delta, 1e-2 for the peak pressure and one cell for the semi-axes.
 #[test]
 fn hertz_elliptic() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -133,7 +133,7 @@ fn hertz_elliptic() {
 
 /// Truth: the solution of Cattaneo and Mindlin, which is exact for nu = 0, for equal spheres (R 10, P 1000, mu 0.3, E 210 GPa). At
 /// tangential forces Q = 0.3 and 0.9 mu P the displacement agrees with the closed form to 5e-3 at 40 cells per diameter. Q changes
-/// the pressures by less than 1e-8. The traction at the centre is right to 1e-2 of mu p0.
+/// the peak pressure and the approach by less than 1e-8. The traction at the centre is right to 1e-2 of mu p0.
 #[test]
 fn cattaneo_mindlin() {
     let (e, radius, load, mu) = (210e3_f64, 10.0, 1000.0, 0.3);
@@ -292,7 +292,7 @@ fn tiny_forces_are_carried() {
     }
 }
 
-/// An operator with NaN in one cell.
+/// An operator whose gap has NaN in one entry.
 struct Damaged(Arc<dyn Flexibility>);
 
 impl Flexibility for Damaged {
@@ -332,7 +332,7 @@ fn not_a_number_is_an_error() {
     assert!(run.expect_err("no inverse").to_string().contains("friction coefficient"));
 }
 
-/// Truth: `rel-nonconvergence-is-loud`. A run that is out of iterations keeps its state.
+/// Truth: `rel-nonconvergence-is-loud`. A run that reaches the iteration limit ends as not converged and keeps its last record.
 #[test]
 fn too_few_iterations_are_loud() {
     let model = sphere_on_frp(30.0, 1.2, 16);

@@ -7,7 +7,7 @@ use orthowear::laws::friction::FrictionLaw;
 
 use crate::common::{half_spaces, indent, press, relative, solve, solve_with, sphere, steel, step};
 
-/// Gap of two equal spheres of radius 5 at x = -1 and x = 1. The second one is lower by `height`.
+/// Gap of two equal spheres of radius 5 at x = -1 and x = 1. The second sphere has a gap that is larger by `height`.
 fn spots(height: f64) -> impl Fn(f64, f64) -> f64 {
     move |x: f64, y: f64| {
         let round = |at: f64| ((x - at).powi(2) + y * y) / 10.0;

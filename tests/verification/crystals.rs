@@ -48,7 +48,7 @@ pub fn cfrp_of_tables() -> Stiffness {
     Stiffness::orthotropic(&CFRP).expect("CFRP")
 }
 
-/// The fibre lies along x.
+/// A material with E1 / E2 = `ratio` and the fibre along x.
 pub fn with_ratio(ratio: f64) -> Stiffness {
     let e2 = 10e3;
     let g23 = e2 / 2.6;

@@ -149,8 +149,8 @@ fn same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: the estimated bytes cover at least the factor entries and one dense matrix of the contact unknowns, and less than ten
-/// times as much.
+/// Truth: the estimated bytes exceed the bytes of the factor entries and of one dense matrix of the contact unknowns, but by less
+/// than a factor of ten.
 #[test]
 fn analysis_foretells_the_memory() {
     let mesh = block(Hex8, [6, 6, 6], [1.0; 3], |x| x);

@@ -122,7 +122,7 @@ fn lekhnitskii(pressure: f64, [a, b]: [f64; 2]) -> f64 {
 }
 
 /// Truth: [`lekhnitskii`] for a tube with hoop fibres, radii 1 and 2. The error is second order in the element size between n = 4,
-/// 8 and 16 cells, and 0.5 % at n = 16. A table with the axes of every element gives the same displacement to rounding.
+/// 8 and 16 cells, and below 0.5 % at n = 16. A table with the axes of every element gives the same displacement to rounding.
 #[test]
 fn hoop_wound_tube_under_internal_pressure() {
     let (radii, pressure) = ([1.0, 2.0], 100.0);

@@ -66,7 +66,7 @@ fn refuses_wrong_specs() {
     assert_says(&refusal(surface), &["body", "surfaces"]);
 }
 
-/// Truth: the message names an inverted or degenerate element by its number.
+/// Truth: the message names an inverted element by its number. A degenerate element is refused, too.
 #[test]
 fn refuses_inverted_elements() {
     for kind in [Hex8, Tet4] {

@@ -29,7 +29,7 @@ fn radius(record: &IncrementRecord) -> f64 {
     (record.contact_area / PI).sqrt()
 }
 
-/// Truth: case `cone-sneddon`. The approach is delta = (pi / 2) a tan b for the slope b, to 5e-3. The contact radius a agrees
+/// Truth: case `cone-sneddon`. The approach is delta = (pi / 2) a tan b for the slope angle b, to 5e-3. The contact radius a agrees
 /// within a cell, the pressure at half the radius, away from the singularity at the tip, to 1e-2.
 #[test]
 fn a_cone() {

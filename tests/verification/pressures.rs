@@ -11,7 +11,7 @@ use orthowear::frame::ContactFrame;
 
 use crate::common::{half_spaces, im7, indent, press, solve_with, sphere, steel};
 
-/// The contact consists of several islands.
+/// Gap of a rough sphere, whose contact consists of several islands.
 fn rough(x: f64, y: f64) -> f64 {
     let wave = |k: f64, angle: f64| (k * (angle.cos() * x + angle.sin() * y)).cos();
     sphere(20.0)(x, y) + 5e-4 * (3.0 + wave(9.0, 0.3) + wave(17.0, 1.4) + wave(31.0, 2.2))

@@ -297,7 +297,7 @@ fn spinning_with_elliptic_friction() {
 }
 
 /// Truth: case `str-conforming-flat`. Every cell of a flat contact stays in contact, although the pressure is singular at the edge.
-/// Noise of an ulp in the gaps changes nothing beyond 1e-9.
+/// Noise in the gaps as small as rounding changes nothing beyond 1e-9.
 #[test]
 fn noise_in_a_conforming_gap() {
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
@@ -319,7 +319,7 @@ fn noise_in_a_conforming_gap() {
 }
 
 /// Truth: case `str-conforming-flat`. Pressing and then pulling with mu P / 3 each take fewer than ten iterations to a residual of
-/// 1e-6. Noise of an ulp in the gaps adds no iteration: the active set does not oscillate.
+/// 1e-6. Noise in the gaps as small as rounding adds no iteration: the active set does not oscillate.
 #[test]
 fn conforming_contacts_take_few_iterations() {
     let square = ContactFrame::grid([1.0; 2], [40; 2], [0.0; 2], 0.0).expect("a grid");

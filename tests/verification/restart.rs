@@ -109,7 +109,8 @@ fn run(
     })
 }
 
-/// Resumes from each checkpoint, and each resumed run once more.
+/// Asserts that runs resumed from each checkpoint end as the uninterrupted run. Each resumed run that writes checkpoints is itself
+/// resumed from its middle one.
 fn check(scene: &str, frame: Option<&ContactFrame>) {
     check_every(1, scene, frame);
 }

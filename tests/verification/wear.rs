@@ -140,7 +140,7 @@ fn wear_is_shared_as_told() {
     assert!(relative(last.worn_volume_by_body.iter().sum(), last.worn_volume) < 1e-12);
 }
 
-/// Truth: a step without wear has no worn volume. The cold start of `skip = false` ends in the same state.
+/// Truth: a step without wear has no worn volume. A run with cold starts (`AllowedOmissions::NONE`) ends in the same state.
 #[test]
 fn wear_off_and_cold_starts() {
     let mut model = sphere_on_frp(0.0, 1.4, 12);

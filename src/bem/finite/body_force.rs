@@ -32,7 +32,7 @@ pub(super) fn inverse_acoustic_tensor(stiffness: &Stiffness, n: &Point) -> Matri
 }
 
 impl BodyForceSolution {
-    /// Solution for the force per volume `force` (N/mm³), about the point `origin`.
+    /// Solution for the force per volume `force` (N/mm³), with x0 = `origin`.
     pub fn new(stiffness: &Stiffness, force: &Point, origin: Point) -> Self {
         // The square of a very large or small force would overflow or underflow.
         let direction =

@@ -18,7 +18,7 @@ const ADMISSIBILITY: f64 = 2.0;
 pub(super) struct TreeOrder {
     pub elements: Vec<usize>,
     pub nodes: Vec<usize>,
-    /// Element and local node index at each position.
+    /// Element and local node index of each node.
     pub node_locations: Vec<(usize, usize)>,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct BoundaryKernel<'a> {
     pub summed_columns: SummedColumns,
 }
 
-/// Further columns of the equations, of which only the row sums are stored.
+/// Additional columns of the equations. Each column is a sum over all elements, and only the sum is stored.
 #[derive(Clone, Copy)]
 pub(super) struct SummedColumns {
     /// Whether the columns of rigid translations of the prescribed dofs are included.
@@ -101,7 +101,7 @@ impl CollocationKernel for BoundaryKernel<'_> {
     }
 }
 
-/// Block structure over the cluster tree of the elements, with `summed` further columns.
+/// Block structure over the cluster tree of the elements, with `summed` additional columns.
 pub(super) fn layout(elements: &BoundaryElements, summed: usize) -> CollocationLayout {
     let n = elements.n_elements();
     let extent = |i: usize| -> BoundingBox<3> {

@@ -1,7 +1,7 @@
 //! Collocation equations in low-rank blocks, solved by the generalised minimal residual method (GMRES).
 //!
 //! As in the dense equations, the diagonal block of a node follows from rigid translations. It is minus the sum of the compressed
-//! off-diagonal blocks, so translations stay stress-free to rounding.
+//! off-diagonal blocks, plus the unit matrix for exterior domains.
 
 use faer::{MatMut, MatRef};
 use nalgebra::Matrix3;
@@ -21,8 +21,8 @@ use crate::linalg::hierarchical::{
     CoarseBlockJacobi, CollocationMatrix, CollocationUnknowns, DiagonalAndBorder,
 };
 
-/// Allowed error of an entry, divided by tolerance / √n for n unknowns. The error of a row, divided by the free term 1/2, then
-/// stays below the tolerance.
+/// Allowed error of an entry, divided by tolerance / √n for n unknowns. With independent errors, the error of a row sum is then
+/// about the tolerance, relative to the free term 1/2.
 const ENTRY_ERROR_SHARE: f64 = 0.5;
 
 const RIGHT_SIDES_PER_BLOCK: usize = 24;
@@ -39,10 +39,10 @@ const BATCH: usize = 16;
 const RESIDUAL_OVER_TOLERANCE: f64 = 0.05;
 const MIN_SINGLE_PRECISION_RESIDUAL: f64 = 1e-7;
 
-/// Admissible tolerances. The blocks are stored in single precision.
+/// Admissible tolerances. The lower limit follows from blocks in single precision.
 pub const TOLERANCE_RANGE: [f64; 2] = [1e-6, 1e-2];
 
-/// A far block `[m, n]` takes about this × d² × (m + n) bytes, where d = -log10(tolerance).
+/// Memory of a far block `[m, n]`, bytes, divided by d² (m + n) with d = -log10(tolerance). A typical value.
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 4.3;
 
 /// Equations of a problem in low-rank blocks.
@@ -67,7 +67,7 @@ pub struct CompressionReport {
     pub tolerance: f64,
     /// Largest number of matrix products for a right-hand side.
     pub iterations: usize,
-    /// Largest residual of the iteration, relative to the residual of the zero vector.
+    /// Largest residual of the iteration, relative to the right-hand side.
     pub residual: f64,
     /// Memory of the matrix and its approximate inverse, bytes.
     pub bytes: usize,
@@ -125,7 +125,8 @@ impl CompressedEquations {
         })
     }
 
-    /// Memory of assembly, right-hand sides and solution, bytes. Near blocks are counted, far blocks estimated by typical ranks.
+    /// Estimated memory of assembly, right-hand sides and solution, bytes. Near blocks are counted, far blocks estimated by typical
+    /// ranks.
     pub fn expected_bytes(elements: &BoundaryElements, n_loaded: usize, tolerance: f64) -> u128 {
         let layout = layout(elements, 0);
         let [near, far] = layout.storage_counts();
@@ -139,7 +140,7 @@ impl CompressedEquations {
         parts as u128 + dense_lu::product_buffer_bytes(8 * (n as u128).pow(2))
     }
 
-    /// Memory of the equations, bytes.
+    /// Memory of the compressed matrix and its approximate inverse, bytes.
     pub fn bytes(&self) -> usize {
         self.matrix.bytes() + self.preconditioner.bytes()
     }
@@ -245,7 +246,7 @@ impl CompressedEquations {
     }
 }
 
-/// `areas` belong to the nodes, mm2.
+/// `areas`: nodal areas, mm².
 fn summed_columns(
     problem: &BoundaryValueProblem,
     traction_scale: f64,
@@ -317,7 +318,7 @@ impl RowSums<'_> {
         right
     }
 
-    /// Border columns and rows; `areas` belong to the nodes, mm2.
+    /// Border columns and rows; `areas`: nodal areas, mm².
     fn motion_border(&self, areas: &[f64]) -> Result<[DenseMatrix; 2]> {
         let BoundaryKernel { order, motions, summed_columns, .. } = self.kernel;
         let n = self.held.len();
@@ -337,7 +338,7 @@ impl RowSums<'_> {
     }
 }
 
-/// The buffers `x` and `y` hold a vector and its product with the blocks, which are stored in single precision.
+/// `x` and `y` are buffers in single precision, like the blocks: for vectors and for their products with the blocks.
 struct KrylovSystem<'a> {
     equations: &'a CompressedEquations,
     count: usize,

@@ -14,7 +14,7 @@ use crate::geometry::Point;
 use crate::geometry::ball_tree::{Ball, BallTree};
 use crate::material::Stiffness;
 
-/// Distance along a ray to a polygon; `None` if the ray misses it.
+/// Distance from the point `from` along the unit vector `along` to a convex polygon; `None` if the ray misses it.
 fn depth(from: &Point, along: &Point, corners: &[Point]) -> Option<f64> {
     (1..corners.len() - 1).find_map(|k| {
         let (u, v) = (corners[k] - corners[0], corners[k + 1] - corners[0]);
@@ -123,15 +123,15 @@ impl BoundaryElements {
         self.each_node(|panel, node, nodes| panel.area_vector(nodes.reference_points()[node]).normalize())
     }
 
-    /// Nodal areas ∫ N_a dS, mm².
+    /// Nodal areas ∫ N_a dS by the quadrature rule of the nodes, mm².
     pub fn areas(&self) -> Vec<f64> {
         self.each_node(|panel, node, nodes| {
             nodes.weights()[node] * panel.area_vector(nodes.reference_points()[node]).norm()
         })
     }
 
-    /// Element with the largest ratio of node spacing to thickness behind its centre, and this ratio. `None` if no ray from a
-    /// centre into the body meets an element without common corners.
+    /// Element with the largest ratio of node spacing to thickness behind its centre, and this ratio. The thickness is the distance
+    /// along the inward ray from the centre to the nearest element without common corners. `None` if no ray meets such an element.
     pub fn max_spacing_to_thickness(&self) -> Option<(usize, f64)> {
         let corners = |panel: &Panel| -> Vec<Point> {
             let places = &panel.kind.face_reference_nodes()[..panel.kind.n_corners()];

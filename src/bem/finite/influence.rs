@@ -1,8 +1,8 @@
 //! Influence of unit tractions and displacements of an element at a point: integrals of the kernels U and T over the element. U and
 //! T are the displacement and the traction of a unit point force.
 //!
-//! For points off the element, Gauss rules apply, with near elements divided. For points on the element the rules run along rays
-//! from the point to the edge; the Jacobian of the polar coordinates cancels 1/r.
+//! For points off the element, Gauss rules apply; elements near the point are divided. For points on the element the rules run
+//! along rays from the point to the edge; the Jacobian of the polar coordinates cancels 1/r.
 
 use nalgebra::Matrix3;
 
@@ -80,7 +80,8 @@ pub(super) struct NodalState {
     pub traction: Point,
 }
 
-/// Step of the fourth-order differences of the traction kernel, relative to the distance. Their relative error is 1e-7.
+/// Step of the fourth-order differences of the traction kernel, relative to the distance. The relative error of these differences
+/// is about 1e-7.
 const STEP: f64 = 0.01;
 
 /// Displacement field of a double layer (unit area with a displacement `density`).
@@ -96,8 +97,8 @@ impl DoubleLayer<'_> {
         self.traction_operator.apply(&self.kernels.field.at(r)).transpose() * self.density
     }
 
-    /// Adds displacement and gradient at y due to the layer and a traction, times the area. The derivative along r is exact, from
-    /// the decay like 1/r².
+    /// Adds displacement and gradient at y due to the `traction` minus the double layer, both on the given `area`. The derivative
+    /// of the double layer along r is exact, since the layer decays as 1/r².
     fn add(&self, r: &Point, traction: Point, area: f64, sum: &mut DisplacementGradient) {
         let field = self.kernels.field.at(r);
         let own = self.traction_operator.apply(&field).transpose() * self.density;
@@ -112,7 +113,7 @@ impl DoubleLayer<'_> {
             let far = self.at(&(r + step * 2.0)) - self.at(&(r - step * 2.0));
             slope += (near * 8.0 - far) / (12.0 * STEP * distance) * axis.transpose();
         }
-        // The derivative is with respect to y, hence the minus sign.
+        // U is differentiated along r, which decreases with y, hence the minus sign.
         let single = Matrix3::from_columns(&field.gradient.map(|part| part * traction));
         sum.gradient += (slope - single) * area;
     }
@@ -145,7 +146,7 @@ impl ReferencePart {
         [0, 1].map(|c| self.first[c] + u * self.sides[0][c] + v * self.sides[1][c])
     }
 
-    /// Parallelogram that the sides span on a panel, linearised about its centre.
+    /// Parallelogram that the sides span on a panel, linearised about the centre of the parallelogram.
     fn linearised_on(&self, panel: &Panel) -> Parallelogram {
         let middle = self.at([0.5; 2]);
         let [a, b] = panel.tangents(middle);
@@ -243,7 +244,7 @@ impl InfluenceIntegrator {
         }
     }
 
-    /// Adds the displacement and gradient at `y`, off the element.
+    /// Adds displacement and gradient at `y`, off the element, due to the nodal states `nodal`.
     pub fn add_field(
         &self,
         element: ElementView,
@@ -281,8 +282,8 @@ impl InfluenceIntegrator {
 
     /// Principal value of ∫ T dS over a plane element at its own node `node`.
     ///
-    /// On the plane T = f(φ) / r² with f(φ + π) = -f(φ). Therefore ∫ T dS = ∫ f(φ) ln R(φ) dφ with the distance R of the edge, in
-    /// any unit. Along a side dφ = d / r² dl, with the distance d from the node to the line of the side.
+    /// On the plane T = f(φ) / r² with f(φ + π) = -f(φ). Therefore ∫ T dS = ∫ f(φ) ln R(φ) dφ, where R is the distance from the
+    /// node to the edge, in any unit. Along a side dφ = d / r² dl, with the distance d from the node to the line of the side.
     pub fn principal_value(&self, element: ElementView, node: usize) -> Matrix3<f64> {
         let panel = &element.prepared.panel;
         let xi = element.nodes.reference_points()[node];
@@ -311,7 +312,7 @@ impl InfluenceIntegrator {
     ) {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let n = self.quadrature_order.points_along(&middle, &half, &seen.y);
-        // The logarithm is singular at the same points as the kernel, and takes two more Gauss points.
+        // The logarithm is singular at the same points as the kernel, and requires two more Gauss points.
         let n = n.map(|n| (n + 2).min(MOST_POINTS));
         if n.is_none() && divisions > 0 {
             self.add_edge_principal_value(seen, from, middle, divisions - 1, sum);
@@ -372,7 +373,7 @@ impl InfluenceIntegrator {
             return;
         }
         let cross = (from[0] - xi[0]) * (to[1] - xi[1]) - (from[1] - xi[1]) * (to[0] - xi[0]);
-        // Along a ray the integrand is a polynomial on flat elements and smooth on curved ones.
+        // Along a ray the integrand is a polynomial on affine elements and smooth on others.
         let radial = &self.rules[MOST_POINTS - 1];
         for &(t, by_t) in &self.rules[n.unwrap_or(MOST_POINTS) - 1] {
             let end = [0, 1].map(|c| 0.5 * ((1.0 - t) * from[c] + (1.0 + t) * to[c]));
@@ -406,8 +407,8 @@ mod tests {
     use super::*;
     use crate::element::ElementKind;
 
-    /// Truth: the tractions of a point force at y on a closed box balance the force. Weakly anisotropic fibres need only a small
-    /// table.
+    /// Truth: the tractions of a point force at y on a closed box balance the force. Without ORTHOWEAR_THOROUGH, the fibres are
+    /// weakly anisotropic, so that their table is small.
     #[test]
     fn flux_through_a_box() {
         let along = if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { 140e3 } else { 14e3 };

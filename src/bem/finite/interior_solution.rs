@@ -2,7 +2,7 @@
 //!
 //! The kernels of Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and of its derivative grow like 1/r² and 1/r³. The linear field
 //! at the nearest surface point is therefore subtracted before integration, so that the remaining density vanishes there. For
-//! interior domains the integrals of a linear field reproduce it; for exterior domains they are zero.
+//! interior domains the integrals of a linear field reproduce the field; for exterior domains they are zero.
 
 use nalgebra::Matrix3;
 
@@ -16,7 +16,7 @@ use crate::geometry::Point;
 
 const STEPS: usize = 30;
 
-/// Distance below which a point counts as on an element, relative to the size of the element.
+/// Distance below which a point counts as on an element, relative to the radius of the element's bounding sphere.
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
 const MIN_NORMAL_COSINE: f64 = 0.99;
@@ -87,7 +87,7 @@ impl BoundaryElements {
         best.expect("a surface has elements")
     }
 
-    /// Points on which `y` lies within the tolerance; several on a common side or corner.
+    /// Nearest points on the elements that contain `y` within the tolerance; several on a common side or corner.
     fn coincident_points(&self, y: &Point) -> Vec<NearestPoint> {
         let on = |i: usize| {
             let (middle, radius) = self.bounding_sphere(i);
@@ -105,7 +105,7 @@ impl BoundaryElements {
         (middle, 1.5 * nodes.iter().map(|node| (node - middle).norm()).fold(0.0, f64::max))
     }
 
-    /// Gauss-Newton steps restricted to the element.
+    /// Nearest point on element `i`, by Gauss-Newton steps restricted to the element.
     fn nearest_point_on(&self, i: usize, y: &Point) -> NearestPoint {
         let panel = self.panel(i);
         let triangle = panel.is_triangle();

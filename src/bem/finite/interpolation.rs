@@ -158,7 +158,8 @@ fn on_triangle(interpolation: Interpolation) -> Vec<RulePoint<2>> {
 mod tests {
     use super::*;
 
-    /// Truth: the polynomials and their derivatives are reproduced, and their squares are integrated exactly.
+    /// Truth: monomials up to the degree of the interpolation and their derivatives are reproduced, and their squares are
+    /// integrated exactly.
     #[test]
     fn polynomials_are_reproduced() {
         for interpolation in Interpolation::ALL {

@@ -36,7 +36,8 @@ impl Panel {
         a.cross(&b)
     }
 
-    /// The same element, with second-order nodes for quadratic interpolation.
+    /// For quadratic interpolation, the element with six nodes (triangle) or nine nodes (quadrilateral); otherwise the element
+    /// itself.
     pub fn with_second_order_nodes(self, interpolation: Interpolation) -> Self {
         let kind = if self.is_triangle() { ElementKind::Tri6 } else { ElementKind::Quad9 };
         if interpolation != Interpolation::Quadratic || self.kind == kind {

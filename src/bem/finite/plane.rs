@@ -1,7 +1,7 @@
 //! Plane surface of a half-space, discretised with the kernels of a full space and fixed beyond its elements.
 //!
-//! The equation of each node y is ½ u(y) + ∫ T u dS = ∫ U t dS; the first integral is a principal value, since the surface is open
-//! and rigid motions cannot provide the diagonal blocks.
+//! The equation of each node y is ½ u(y) + ∫ T u dS = ∫ U t dS, where the first integral is a principal value. Rigid motions cannot
+//! provide the diagonal blocks, because the surface is open.
 
 use faer::Par;
 use nalgebra::Matrix3;
@@ -25,7 +25,8 @@ type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 pub struct PlaneResponse {
     /// Displacement of the nodes, `[3 n, 3 n_loaded]`, mm/MPa.
     pub displacement: DenseMatrix,
-    /// Residual of recomputed equations under all unit tractions together, relative to the magnitude of their terms.
+    /// Largest residual of some recomputed equations under all unit tractions together, relative to the largest sum of the
+    /// magnitudes of their terms.
     pub residual: f64,
 }
 

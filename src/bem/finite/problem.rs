@@ -3,7 +3,7 @@
 use super::elements::BoundaryElements;
 use crate::fem::RigidBodyModes;
 
-/// Above this number of unknowns, compressed equations take less time than dense factorisation.
+/// Largest number of unknowns that are solved by dense equations by default. Above it, compressed equations take less time.
 pub const MAX_DENSE_UNKNOWNS: usize = 10_000;
 
 /// Side of the surface on which the body lies.
@@ -15,7 +15,8 @@ pub enum Domain {
     Exterior,
 }
 
-/// Displacement or traction along each axis at every node; component c of node i is dof 3 i + c.
+/// Boundary-value problem: along each axis at every node, either the displacement or the traction is given. Component c of node i
+/// is dof 3 i + c.
 pub struct BoundaryValueProblem<'a> {
     /// Boundary elements of the surface.
     pub elements: &'a BoundaryElements,
@@ -25,7 +26,7 @@ pub struct BoundaryValueProblem<'a> {
     pub displacement_known: &'a [bool],
     /// Prescribed displacement (mm), or traction on the body (MPa) for the other dofs, `[3 n]`.
     pub boundary_values: &'a [f64],
-    /// Nodes for which the response to unit tractions is computed; not with prescribed displacements.
+    /// Nodes for which the response to unit tractions is computed. Their displacements must not be prescribed.
     pub loaded: &'a [usize],
     /// Rigid motions that the prescribed displacements leave free, with mean square 1 over the surface.
     pub free_motions: Option<&'a RigidBodyModes>,

@@ -26,7 +26,7 @@ pub struct BoundarySolution {
 }
 
 impl BoundarySolution {
-    /// Residual of recomputed equations, relative to the magnitude of their terms.
+    /// Largest residual of some recomputed equations, relative to the largest sum of the magnitudes of their terms.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -41,7 +41,8 @@ impl BoundarySolution {
         &self.loaded
     }
 
-    /// Displacement of the unprescribed `dof` due to a unit traction component c at loaded node j, mm/MPa, with `loaded = 3 j + c`.
+    /// Displacement of `dof` due to a unit traction component c at loaded node j, mm/MPa, with `loaded = 3 j + c`. The displacement
+    /// of `dof` must not be prescribed.
     pub fn response(&self, dof: usize, loaded: usize) -> f64 {
         self.unknown.at(dof, 1 + loaded)
     }
@@ -78,7 +79,8 @@ impl BoundarySolution {
         state
     }
 
-    /// Tractions along the free motions that balance the loads of [`Self::state`] with the same arguments, MPa.
+    /// Amplitudes of the tractions in the shapes of the free motions that balance the loads of [`Self::state`] with the same
+    /// arguments, MPa.
     pub fn balance(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
         let found = self.superpose(own, tractions);
         found[self.boundary_values.len()..].iter().map(|x| x * self.traction_scale).collect()

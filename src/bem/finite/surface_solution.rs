@@ -20,7 +20,7 @@ use crate::geometry::Point;
 /// Smallest cosine between the normals of smoothly connected neighbours (45 degrees).
 const MIN_SMOOTH_COSINE: f64 = 0.707;
 
-/// Share of the largest singular value that is neglected in the fit (neighbours on a line).
+/// Singular values below this share of the norm are neglected in the fit, as for neighbours on a line.
 const ON_A_LINE: f64 = 1e-9;
 
 /// Displacement and traction of a surface between its nodes.
@@ -95,7 +95,8 @@ impl SurfaceSolution<'_> {
         self.interpolate(&self.state.traction, i, xi)
     }
 
-    /// Surface gradient of the displacement at `xi`; rows are components, columns are directions. The normal derivative is zero.
+    /// Surface gradient of the displacement at `xi` of element `i`; rows are components, columns are directions. The derivative
+    /// along the normal is set to zero.
     pub fn surface_gradient(&self, i: usize, xi: [f64; 2]) -> Matrix3<f64> {
         if let Some(slope) = self.slopes.get(i) {
             return *slope;

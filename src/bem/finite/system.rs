@@ -4,8 +4,8 @@
 //! the other blocks, plus the unit matrix for the body around a cavity.
 //!
 //! Each free rigid motion adds an unknown and an equation. The unknown is the amplitude of tractions in the shape of the motion,
-//! which balance the loads. They act on all dofs without prescribed displacement. The equation prescribes the mean displacement
-//! along the motion, zero by default.
+//! which balance the loads. These tractions act on all dofs without prescribed displacement. The equation prescribes the mean
+//! displacement along the motion, zero by default.
 
 use faer::Par;
 use nalgebra::{DMatrix, Matrix3};
@@ -43,13 +43,13 @@ pub enum SolutionMethod {
 }
 
 impl SolutionMethod {
-    /// Method for this number of unknowns.
+    /// Default method for this number of unknowns.
     pub fn of(n_unknowns: usize) -> Self {
         if n_unknowns <= MAX_DENSE_UNKNOWNS { Self::Dense } else { Self::Compressed(DEFAULT_TOLERANCE) }
     }
 }
 
-/// Displacement and traction blocks of all nodes, for a node's three rows.
+/// Blocks of the displacements and of the tractions of all nodes, in the three equations of one node.
 type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 
 impl BoundaryElements {
@@ -162,7 +162,7 @@ impl BoundaryValueProblem<'_> {
         Ok((left, right))
     }
 
-    /// Free motions at the dofs, `[3 n, motions]`; zero for prescribed displacements.
+    /// Free motions at the dofs, `[3 n, motions]`; zero at dofs with prescribed displacement.
     pub(super) fn motions(&self) -> DMatrix<f64> {
         let Some(free) = self.free_motions else { return DMatrix::zeros(3 * self.elements.n_nodes(), 0) };
         let positions = self.elements.positions();
@@ -243,8 +243,8 @@ impl BoundaryValueProblem<'_> {
         Ok(solution)
     }
 
-    /// Largest residual of recomputed rows, relative to the largest sum of magnitudes in a row. Boundary values and unit tractions
-    /// are checked separately, since their magnitudes may differ strongly.
+    /// Largest residual at up to `CHECKED` nodes, relative to the largest sum of magnitudes at one of them. Boundary values and
+    /// unit tractions are checked separately, since their magnitudes may differ strongly.
     fn residual(&self, solution: &BoundarySolution) -> Result<f64> {
         let n = 3 * self.loaded.len();
         let loads = [(1.0, vec![0.0; n]), (0.0, vec![1.0; n])];

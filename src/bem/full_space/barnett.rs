@@ -11,7 +11,7 @@ use crate::material::Stiffness;
 /// First and largest number of directions over half a turn.
 const DIRECTIONS: [usize; 2] = [32, 16384];
 
-/// Largest change on doubling the directions, relative to the largest value. The remaining error is about its square.
+/// Largest change on doubling the directions, relative to the largest value. The remaining error is about the square of the change.
 const MAX_CHANGE: f64 = 1e-7;
 
 /// Field of a unit force at the origin of an anisotropic full space.

@@ -1,8 +1,8 @@
 //! Finite bodies of boundary elements ([`BeBody`]), condensed to the nodes under the frame.
 //!
-//! The collocation equations give the displacement u = S_bb t of the nodes b under the frame due to tractions t at these nodes.
-//! Frame tractions become the nodal tractions that do the same work, t = M⁻¹ Iᵀ A t_frame. M contains the nodal areas, A the cell
-//! areas, and I averages nodal values over the cells. Hence S = I F Iᵀ A as for finite elements, with F = S_bb M⁻¹. The exact F is
+//! The collocation equations give the displacement u = U t of the nodes under the frame due to tractions t at these nodes. The
+//! operator on the frame is S = I F Iᵀ A with F = U M⁻¹. I averages nodal values over the cells, A contains the cell areas, M the
+//! nodal areas. Iᵀ A converts tractions on the cells to nodal forces, M⁻¹ nodal forces to nodal tractions. The exact F is
 //! symmetric, but collocation gives a symmetric F only in the limit of small elements. `symmetrize.rs` therefore makes F symmetric.
 
 mod spec;
@@ -181,22 +181,22 @@ impl BeBody {
     }
 
     /// Asymmetry |W - Wᵀ| / (2 |W|) of the works W that constant and linear tractions over the frame do on each other's
-    /// displacements. It measures the error of the elements.
+    /// displacements. The asymmetry measures the discretisation error.
     pub fn asymmetry(&self) -> f64 {
         self.asymmetry
     }
 
-    /// Largest relative residual of the equations that are recomputed after the solution.
+    /// Residual of the equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub fn residual(&self) -> f64 {
         self.solution.residual()
     }
 
-    /// Report on the compression of the equations.
+    /// Report on the compression of the equations; `None` for dense equations.
     pub fn compression(&self) -> Option<&CompressionReport> {
         self.solution.compression()
     }
 
-    /// Error of the tabulated kernels, relative to their largest values; 0 for closed forms.
+    /// Error of the tabulated kernels, relative to their largest values; 0 for kernels in closed form.
     pub fn kernel_error(&self) -> f64 {
         self.kernel_error
     }
@@ -245,7 +245,7 @@ impl BeBody {
     }
 }
 
-/// Far too large elements, or an invalid surface, cause diagonal entries that are not positive.
+/// Elements that are far too large, or an invalid surface, cause diagonal entries that are not positive.
 fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()> {
     if (0..n).all(|i| entry(i, i) > 0.0) {
         return Ok(());

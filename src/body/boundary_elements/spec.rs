@@ -24,7 +24,7 @@ use crate::mesh::{CellRef, Mesh};
 /// Accuracy of the integrals, relative to their largest values. It is far below the discretisation error.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Weight of a node in the mean over a cell below which it counts as rounding error.
+/// Largest absolute weight of a node in the mean over a cell that counts as a rounding error.
 const MIN_SHAPE_WEIGHT: f64 = 1e-9;
 
 const POINTS_PER_CANCEL_CHECK: usize = 1024;
@@ -60,7 +60,8 @@ pub struct FrameFit {
     pub n_nodes: usize,
     /// Whether each cell lies on a single element.
     pub cells_within_elements: bool,
-    /// Number (among the outer faces) and ratio of the element with the largest ratio of node spacing to the thickness behind it.
+    /// Index (among the outer faces) of the element with the largest ratio of node spacing to the thickness behind it, and this
+    /// ratio.
     pub thinnest_element: Option<(usize, f64)>,
 }
 
@@ -74,7 +75,8 @@ pub(super) struct NodalConditions {
 }
 
 impl NodalConditions {
-    /// Mean displacement along each unconstrained mode that cancels the mean of the particular solution over the free dofs.
+    /// Negative mean of u·m over the surface, for the particular solution u and each unconstrained mode m. Prescribed dofs do not
+    /// contribute. Empty without a body force.
     pub(super) fn counter_mean(&self, free: &RigidBodyModes, elements: &BoundaryElements) -> Vec<f64> {
         let Some(weight) = &self.weight else { return Vec::new() };
         let (positions, areas) = (elements.positions(), elements.areas());
@@ -168,7 +170,7 @@ impl BeSpec {
         Ok(NodalConditions { held: held.iter().map(Option::is_some).collect(), values, weight })
     }
 
-    /// Unconstrained rigid-body modes.
+    /// Unconstrained rigid-body modes; `None` if the supports fix the body.
     ///
     /// # Errors
     /// If a group is missing, or supports contradict one another.
@@ -185,7 +187,7 @@ impl BeSpec {
         outer_faces(&self.mesh).iter().map(of_face).sum()
     }
 
-    /// Fit of the body to a frame, after all checks of [`BeBody::new`](super::BeBody::new) that need no integration.
+    /// Checks the body against a frame without solving its equations, and returns how it fits the frame.
     ///
     /// # Errors
     /// As [`BeBody::new`](super::BeBody::new), except that the flexibility and the memory are not checked.
@@ -230,7 +232,7 @@ impl BeSpec {
         Ok(None)
     }
 
-    /// The same body with a material that needs no table.
+    /// This body with an isotropic material, whose kernels need no table.
     fn with_unit_material(&self) -> Result<Self> {
         Ok(Self { stiffness: Stiffness::isotropic(1.0, 0.0)?, ..self.clone() })
     }

@@ -16,8 +16,8 @@ use crate::mesh::faces::outer_faces;
 const POINTS_PER_CANCEL_CHECK: usize = 64;
 
 impl BeBody {
-    /// Stress at the points of the surface mesh due to tractions on body 2. A point has one value for each smooth part of the
-    /// surface around it: the mean over the elements of this part.
+    /// Stress at the points of the surface mesh due to the body's own loads and the `tractions` on body 2. A point has one value
+    /// for each smooth part of the surface around it: the mean over the elements of this part.
     pub(super) fn surface_stress(&self, tractions: &[f64]) -> StressField {
         let nodal = self.nodal_tractions(tractions);
         let state = self.solution.state(1.0, &nodal);
@@ -53,7 +53,7 @@ impl BeBody {
                 let sample = FaceContribution { area, weight, gradient, stiffness, own_traction };
                 whole.add(point, &sample);
                 if touches {
-                    // The contact traction is added later from the cells.
+                    // The traction of the sample leaves out the contact tractions.
                     let load = own_traction - field.interpolate(&of_contact, i, *xi);
                     contact.add(point, &FaceContribution { own_traction: load, ..sample });
                 }

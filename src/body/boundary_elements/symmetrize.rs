@@ -1,19 +1,19 @@
-//! Makes a nearly symmetric flexibility symmetric and keeps its response to constant and linear tractions.
+//! Makes a nearly symmetric flexibility symmetric, with little change of its response to constant and linear tractions.
 //!
 //! Let D be the antisymmetric part of the flexibility F, and V the nodal forces of constant and linear tractions over the frame.
 //! With nodal tractions W such that Wᵀ V = 1,
 //!
 //! F' = (F + Fᵀ) / 2 + D V Wᵀ + W (D V)ᵀ
 //!
-//! is symmetric and F' V = F V - W Vᵀ D V. Only Vᵀ D V is lost. It is the antisymmetric part of the works Vᵀ F V, and measures the
-//! error of the elements.
+//! is symmetric and F' V = F V - W Vᵀ D V. Only the last term changes the response to V. Vᵀ D V is the antisymmetric part of the
+//! works Vᵀ F V, and measures the discretisation error.
 
 use nalgebra::DMatrix;
 
 use crate::frame::{ContactFrame, FaceMap};
 use crate::linalg::vector::dot;
 
-/// Share of a traction's norm below which its remainder after orthogonalisation counts as zero.
+/// Norm after orthogonalisation, divided by the norm before, up to which a force vector counts as linearly dependent.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
 
 pub(super) struct Symmetrization {
@@ -26,7 +26,7 @@ pub(super) struct Symmetrization {
 }
 
 impl Symmetrization {
-    /// Evaluates the flexibility `entry` of the nodes of `map`, which have the areas `areas`.
+    /// Symmetrization of the flexibility `entry` of the nodes of `map`. `areas` are the areas of these nodes.
     pub fn new(
         map: &FaceMap,
         frame: &ContactFrame,
@@ -96,8 +96,8 @@ mod tests {
     use crate::mesh::faces::group_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: the corrected matrix is symmetric. Under uniform tractions it keeps the response, except for displacements of
-    /// constant and linear shape. The asymmetry of a symmetric matrix is 0.
+    /// Truth: the corrected matrix is symmetric. Its response to uniform tractions changes only by displacements of constant and
+    /// linear shape. The asymmetry of a symmetric matrix is 0.
     #[test]
     fn uniform_tractions_keep_their_response() {
         let mesh = GradedBlock::uniform([1.0; 2], 1.0, [4, 4, 2]).mesh().unwrap();

@@ -1,18 +1,20 @@
 //! Displacement of a body's surface under the frame due to its loads, prescribed displacements and weight.
 //!
 //! Let g = G + u_c be the body's displacement under a unit force at x on the patch: half-space field G plus correction u_c. Betti's
-//! theorem gives the surface displacement w due to tractions t, body force b and prescribed displacements ū,
+//! theorem gives the surface displacement w due to tractions t, weight b and prescribed displacements ū,
 //!
 //! w(x) = ∫ t·g dS + ∫ b·g dV - ū·R(g),
 //!
-//! with the support forces R under g. The error of w is the product of two mesh errors. The displacement u_p = -z²/2 T⁻¹ b with T =
-//! C(e3, e3) balances the weight b and leaves the surface free of traction. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over the
-//! boundary outside the plane of the patch. t_G and t_p are the tractions of G and u_p.
+//! where R(g) are the support forces under the unit force. The error of w is of the order of the product of two mesh errors: the
+//! error of g, and the error of the stress due to the body's own loads. The displacement u_p = -z²/2 T⁻¹ b with T = C(e3, e3)
+//! balances b and leaves the surface free of traction. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over the boundary outside the plane
+//! of the patch. t_G and t_p are the tractions of G and u_p.
 //!
 //! On fixed faces u_c equals -G only at the nodes. Between the nodes, the support tractions do the work ∫ (σ n)·g dS. σ is the
 //! recovered stress of the body's own loads, n the normal.
 //!
-//! Loads in the plane of the patch, on or near the patch, act on the half-space, by exact integrals over the loaded faces.
+//! Loads in the plane of the patch act on the half-space. Exact integrals over the loaded faces give their displacement: at the
+//! cells for loads on or near the patch, at the nodes of the polynomials for other loads.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -41,7 +43,7 @@ use crate::mesh::faces::{SurfaceFace, outer_faces};
 /// Largest ratio of the size of a face part to its distance from the forces.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.35;
 
-/// Distance from the patch up to which faces in its plane are near loads, divided by its longer half-side.
+/// Distance from the patch within which loads in its plane count as near, divided by the longer half-side of the patch.
 const NEAR_LOAD_DISTANCE: f64 = 1.0;
 
 const FACES_PER_BATCH: usize = 64;
@@ -145,7 +147,6 @@ struct FaceLoads<'a> {
     supports: HashMap<usize, f64>,
     /// T⁻¹ b of the weight b, axes of the patch.
     weight: Point,
-    /// Recovery points.
     points: &'a RecoveryPoints,
     /// Stress at `points` due to the body's own loads, global axes, MPa.
     stress: &'a [[f64; 6]],
@@ -291,13 +292,14 @@ impl<'a> FaceLoads<'a> {
         Self { model, forces, loads, supports, weight, points, stress, rules: FaceRules::new() }
     }
 
-    /// Work per unit force, N mm per N, axes of the patch: of the face's loads on G, and of the support tractions on G + u_c.
+    /// Work per unit force, N mm per N, axes of the patch: first of the [`FaceAction`] with the field G, then of the support
+    /// tractions on G + u_c.
     fn work(&self, (face, in_plane): &(SurfaceFace, bool)) -> [Vec<Point>; 2] {
         let forces = self.forces;
         let none = Point::zeros();
         let [mut work, mut rest] = [0, 1].map(|_| vec![none; forces.points.len()]);
         let (mesh, patch) = (self.model.mesh(), &forces.patch);
-        // Components prescribed at all nodes of the face. All other components are contained in the loads of u_c.
+        // Components prescribed at all nodes of the face. The tractions of G along the other components are loads of u_c.
         let held = [0, 1, 2]
             .map(|c| face.nodes.iter().all(|&node| self.model.prescribed_displacement(node, c).is_some()));
         let is_held = held.contains(&true);

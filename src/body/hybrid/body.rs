@@ -50,7 +50,7 @@ pub struct HybridBody {
     surface: MeshedSurface,
     free_gap: Option<Vec<f64>>,
     applied_load_error: Option<AppliedLoadError>,
-    /// Whether each mesh node lies on the surface of the half-space, or on a curved face that represents it.
+    /// Whether each mesh node lies on the plane of the patch, or on a curved face that counts as part of this plane.
     on_surface: Vec<bool>,
 }
 
@@ -137,7 +137,7 @@ impl HybridBody {
         self.cache_warning.as_deref()
     }
 
-    /// Estimated errors of the displacement under the frame due to applied loads and prescribed displacements.
+    /// Estimated errors of the displacement under the frame due to applied loads and prescribed displacements; `None` without them.
     pub fn applied_load_error(&self) -> Option<AppliedLoadError> {
         self.applied_load_error
     }
@@ -157,7 +157,7 @@ impl HybridBody {
         build_corrected_flexibility(&self.green, far, &self.grid, self.grid_indices.as_deref(), cross)
     }
 
-    /// Square root of twice the strain energy under tractions on body 2.
+    /// Square root of twice the strain energy under the `tractions` on body 2 alone.
     fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
         let operator = self.flexibility(CrossBlocks::Keep)?;
         let mut gap = vec![0.0; tractions.len()];
@@ -167,7 +167,7 @@ impl HybridBody {
         Ok((area * work).max(0.0).sqrt())
     }
 
-    /// Displacement of all nodes without the half-space displacement.
+    /// Displacement of all nodes, less the half-space displacement due to the tractions on body 2.
     fn corrections(&self, tractions: &[f64]) -> Vec<[f64; 3]> {
         let n_points = self.model.mesh().n_points();
         let mut displacement = self
@@ -184,7 +184,7 @@ impl HybridBody {
     fn traction_tree(&self, tractions: &[f64]) -> TractionTree {
         let n = tractions.len() / 3;
         let sign = self.side.gap_sign();
-        // The axes of body 2 are the axes of the frame, rotated by half a turn about x.
+        // The patch axes of body 2 are the axes of the frame, rotated by half a turn about x.
         let turned = self.side == Side::Upper;
         let cells = self.grid.cells;
         let own = |ix: usize, iy: usize| -> Point {

@@ -27,7 +27,8 @@ pub(super) struct BoundaryFace {
 }
 
 pub(super) struct BoundaryTerms {
-    /// Nodal forces -∫ N_a t dS: shape functions N_a, half-space tractions t; N per unit force, `[3 n_points, n_columns]`.
+    /// Nodal forces -∫ N_a t dS over the free boundary, N per unit force, `[3 n_points, n_columns]`. N_a are the shape functions, t
+    /// the half-space tractions.
     pub loads: DenseMatrix,
     /// Work -∫ u·t over the free boundary plus ∫ t·u over the fixed boundary, mm/N, `[n_columns, n_columns]`. The first factor of
     /// each product is due to the force of the row.
@@ -55,8 +56,8 @@ impl BoundaryFaces {
         Self(faces.collect())
     }
 
-    /// Imbalance as in [`BoundaryTerms::imbalance`], among `forces`. Face parts are at most `ratio` times their distance from the
-    /// forces.
+    /// Imbalance as in [`BoundaryTerms::imbalance`], among `forces`. Faces are divided until the size of a part is at most `ratio`
+    /// times its distance from the forces.
     pub fn imbalance(&self, mesh: &Mesh, forces: &PatchForces, ratio: f64) -> f64 {
         let rules = FaceRules::new();
         let fluxes: Vec<Vec<Matrix3<f64>>> = self
@@ -82,7 +83,8 @@ impl BoundaryFaces {
 }
 
 impl BoundaryTerms {
-    /// Integrates over the boundary, with face parts of at most `ratio` times their distance from the forces.
+    /// Integrates over the boundary. Faces are divided until the size of a part is at most `ratio` times its distance from the
+    /// forces.
     pub fn new(model: &FeModel, forces: &PatchForces, faces: &BoundaryFaces, ratio: f64) -> Result<Self> {
         let n = forces.n_columns();
         let n_rows = 3 * model.mesh().n_points();
@@ -156,7 +158,7 @@ impl FaceContribution {
 struct Fields {
     /// Displacements at the quadrature points, global axes, mm/N, `[3 n_points, n_columns]`.
     displacements: DenseMatrix,
-    /// Tractions times quadrature weights, in the same layout.
+    /// Tractions times quadrature weights, in the layout of `displacements`.
     tractions: DenseMatrix,
     loads: Vec<f64>,
     flux: Vec<Matrix3<f64>>,

@@ -78,7 +78,7 @@ impl Flexibility for CorrectedFlexibility {
         PerCell::Each(blocks)
     }
 
-    /// The far field of a few dozen polynomials is left to the iterations.
+    /// Preconditions by the half-space operator alone.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.near.precondition_normal(normal_gap, pressure)
     }
@@ -115,7 +115,7 @@ impl Flexibility for CorrectedFlexibility {
         self.near.grid()
     }
 
-    /// The half-space operator does not depend on position; [`Self::restriction_at`] adds the far field.
+    /// Restriction of the half-space operator alone. [`Self::restriction_at`] adds the far field, which depends on position.
     fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
         self.near.restrict(at_least, factor)
     }

@@ -7,11 +7,11 @@
 //! # Source
 //! docs/theory-hybrid.md. The matrix follows from Betti's theorem with the half-space field of the target point,
 //!
-//! Ĉ(x, y) = -∫_free u_x·t_y dS + ∫_fixed t_x·u_y dS + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
+//! Ĉ(x, y) = -∫_free u_x·t_y dS + ∫_fixed t_x·u_y dS + r_xᵀ K⁻¹ r_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
 //!
-//! where b = f_f - K_fb g. K is the stiffness matrix, f are the nodal loads, g = -u_hs the prescribed displacements; indices f and
-//! b mark free and prescribed dofs. The integrals extend over the free and the fixed boundary. Ĉ is symmetric, and its order of
-//! convergence is that of the strain energy, twice the order of the energy norm.
+//! where r = f_f - K_fb g. K is the stiffness matrix, f are the nodal loads, g = -u_hs the prescribed displacements; indices f and
+//! b mark free and prescribed dofs. Ĉ is symmetric, and its order of convergence is that of the strain energy, twice the order of
+//! the energy norm.
 
 use super::applied_loads::{AppliedLoadResponse, PrescribedMotion};
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
@@ -28,7 +28,7 @@ use crate::linalg::vector::dot;
 /// Imbalance of half-space tractions and unit force above which faces are subdivided further.
 pub const TARGET_IMBALANCE: f64 = 1e-4;
 
-/// First and last ratio of the size of face parts to their distance from the forces.
+/// First ratio of the size of face parts to their distance from the forces, and ratio at which the subdivision ends.
 const FACE_RATIO_RANGE: [f64; 2] = [1.0, 1.0 / 16.0];
 
 const FACE_RATIO_FACTOR: f64 = 0.7;
@@ -39,13 +39,13 @@ const OUTER_IMBALANCE_SHARE: f64 = 0.3;
 /// Ratio of the size of face parts to their distance from the forces, for bodies with a curved contact surface.
 const CURVED_FACE_RATIO: f64 = 0.35;
 
-/// Correction between point forces, and the displacement fields of the forces.
+/// Correction u_c of unit forces on a patch: the matrix between the points of the forces, and the fields at all nodes.
 pub struct Correction {
     /// Ĉ by Betti's theorem, symmetrised, axes of the patch, mm/N, `[3 n, 3 n]`; component j of force i has index 3 i + j.
     pub matrix: DenseMatrix,
     /// u_c at all nodes per unit force, global axes, mm/N, `[3 n_points, 3 n]`.
     pub fields: DenseMatrix,
-    /// Largest component of the sum of a unit force and the resultant of its half-space tractions.
+    /// Largest component, among all forces, of the sum of a unit force and the resultant of its half-space tractions.
     pub imbalance: f64,
     /// Asymmetry of the boundary terms, divided by the norm of the matrix.
     pub asymmetry: f64,
@@ -165,11 +165,11 @@ impl Correction {
         }
     }
 
-    /// Correction matrix from the mesh displacement u_c at the points of `at`, for each force, mm/N. For quadratic elements it
-    /// converges more slowly than `matrix`.
+    /// Mesh displacement u_c at the points of `at` due to each force of this correction, axes of the patch, mm/N. For quadratic
+    /// elements, this matrix converges more slowly than `matrix`.
     ///
     /// # Errors
-    /// If a force does not act on a face of the mesh.
+    /// If a point of `at` lies on no face of the mesh.
     pub fn at_mesh_nodes(&self, model: &FeModel, at: &PatchForces) -> Result<DenseMatrix> {
         let n = at.n_columns();
         let mut displacement = DenseMatrix::zeros(n, self.fields.n_columns())?;
@@ -205,8 +205,9 @@ fn held_displacements(model: &FeModel, forces: &PatchForces, prescribed: &[usize
     Ok(held)
 }
 
-/// Work of the body's loads and prescribed displacements, less their rigid motion, on the correction of each force. The correction
-/// is `free` at the free dofs and `held` at the dofs `prescribed`. `held_loads` are its nodal loads on the dofs `prescribed`.
+/// Work of the body's loads and of its prescribed displacements, less a rigid motion, on the correction of each force. The
+/// correction is `free` at the free dofs and `held` at the dofs `prescribed`. `held_loads` are the nodal loads of the correction on
+/// the dofs `prescribed`.
 fn work_of_own(
     model: &FeModel,
     supports: &PrescribedMotion,

@@ -31,7 +31,7 @@ pub(super) fn outline_loops<'a>(
         for k in 0..n {
             let (a, b) = (corners[k], corners[(k + 1) % n]);
             let [from, to] = [face.nodes[k], face.nodes[(k + 1) % n]];
-            // The same edge in the opposite direction cancels it.
+            // An edge and its reverse cancel.
             if edges.remove(&[to, from]).is_none() {
                 let middle = [0, 1].map(|c| 0.5 * (a[c] + b[c]));
                 edges.insert([from, to], [at(a), at(middle)]);

@@ -37,8 +37,8 @@ pub(super) struct FarFieldScratch {
 }
 
 impl FarField {
-    /// Far field of the body at `side` from the correction `matrix` between forces at the nodes `[m_x, m_y]`. Force i = a m_y + b
-    /// acts at node a along x and b along y.
+    /// Far field of the body at `side` from the correction `matrix`, axes of the patch, between forces at `m` = [m_x, m_y] nodes.
+    /// Force i = a m_y + b acts at node a along x and b along y.
     pub(super) fn new(matrix: &DenseMatrix, m: [usize; 2], patch: &ContactPatch, side: Side) -> Self {
         let nodes = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
         let matrix = by_planes(matrix, side);
@@ -142,9 +142,10 @@ impl FarField {
     }
 }
 
-/// Transforms the matrix from axes of the patch to axes of the frame, and from node by node to component by component, row by row.
+/// Transforms the matrix from axes of the patch to axes of the frame, and sorts rows and columns by component instead of by node.
+/// The result is stored row by row.
 fn by_planes(matrix: &DenseMatrix, side: Side) -> Vec<f64> {
-    // The axes of body 2 are the axes of the frame, rotated by half a turn about x.
+    // The patch axes of body 2 are the axes of the frame, rotated by half a turn about x.
     let sign = |c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
     let (n_rows, n_columns) = (matrix.n_rows(), matrix.n_columns());
     let mut planes = vec![0.0; n_rows * n_columns];

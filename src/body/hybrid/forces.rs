@@ -26,7 +26,7 @@ pub struct PatchForces<'a> {
     pub stiffness: &'a Stiffness,
     /// Field of a point force in the half-space.
     pub field: &'a PointForceField,
-    /// Positions of the forces in the patch, `[n]`, each with unit forces along x, y, z of the patch.
+    /// Positions of the forces in the patch, `[n]`, mm. At each position, unit forces act along x, y and z of the patch.
     pub points: Vec<[f64; 2]>,
     /// Faces of a curved contact surface around the patch, which are treated as part of its plane.
     pub curved_faces: &'a [FaceId],

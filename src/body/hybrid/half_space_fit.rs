@@ -28,7 +28,7 @@ const MIN_MATERIAL_DISTANCE: f64 = 0.4;
 /// Largest rise of a curved surface under the frame, divided by the longer half-side.
 pub const MAX_RISE: f64 = 0.05;
 
-/// Largest angle, radians, between the normals of the patch and of a face that continues its curved surface.
+/// Largest angle, radians, between the patch normal and the normal of a face that continues the curved contact surface.
 const MAX_SLOPE_RAD: f64 = 0.2;
 
 /// Smallest advised frame, as a fraction of the present frame.
@@ -46,7 +46,7 @@ pub struct HalfSpaceFit {
     pub stiffness: Stiffness,
     /// Whether the stiffness is isotropic.
     pub isotropic: bool,
-    /// Distance from the patch to the rest of the boundary, or to another material, mm.
+    /// Smaller of the distances from the patch to edges or supports, and to another material, mm.
     pub distance: f64,
     /// Whether another material, not the boundary, is nearest to the patch.
     pub limited_by_material: bool,
@@ -121,7 +121,7 @@ impl HalfSpaceFit {
         }))
     }
 
-    /// Initial number of nodes along x and y of the patch.
+    /// Initial number of polynomial nodes along x and y of the patch.
     pub fn first_nodes(&self) -> [usize; 2] {
         self.patch.half_width.map(|half| {
             let nodes = match self.distance / half {
@@ -141,12 +141,12 @@ struct PatchSurface {
     patch: ContactPatch,
     rise: f64,
     curved_faces: Vec<FaceId>,
-    /// Solid of a face under the frame.
+    /// Solid that owns a face under the frame.
     owner: CellRef,
 }
 
 impl PatchSurface {
-    /// Finds the plane and the curvature of the contact `faces` under the rectangle `level` at z = 0.
+    /// Finds the plane of the contact `faces` under the rectangle `level` at z = 0, their rise, and the faces of a curved surface.
     fn find(
         mesh: &Mesh,
         faces: &[SurfaceFace],
@@ -215,7 +215,8 @@ fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> bool {
     })
 }
 
-/// Points on a face, including its edges, at most `apart` along the edges within the limits of the number of steps.
+/// Sample points on a face, including its edges. Along the edges they are at most `apart` apart, unless [`MAX_SAMPLE_STEPS`] is
+/// reached.
 fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
     let n = face.kind.n_corners();
     let at = |k: usize| Point::from(mesh.points[face.nodes[k % n]]);
@@ -252,7 +253,7 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f
     own.chain(pairs.filter_map(height)).collect()
 }
 
-/// Faces near the patch, of the contact group or continuing its curved surface with limited slope and depth.
+/// Outer faces near the patch that belong to the contact group, or whose slope and depth against the patch are small.
 fn curved_surface_faces(mesh: &Mesh, faces: &[SurfaceFace], patch: &ContactPatch, rise: f64) -> Vec<FaceId> {
     let group: HashSet<FaceId> = faces.iter().map(SurfaceFace::id).collect();
     // A parabola falls nine times as far over three times the length.
@@ -316,7 +317,7 @@ impl Surroundings<'_> {
         Ok(format!("; frame.half_width up to [{x}, {y}] is allowed"))
     }
 
-    /// Distance from the patch to supported nodes and to outer faces outside its surface, mm.
+    /// Distance from the patch to supported nodes, and to outer faces that are neither in its plane nor among `curved_faces`, mm.
     fn distance_to_edges(&self, patch: &ContactPatch) -> Result<f64> {
         let mesh = &self.spec.mesh;
         let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
@@ -335,7 +336,8 @@ impl Surroundings<'_> {
         Ok(least)
     }
 
-    /// Distance from the patch to elements of another material, mm; infinite if there are none.
+    /// Distance from the patch to elements of another material, taken as boxes in the axes of the patch, mm; infinite if there are
+    /// none.
     fn distance_to_others(&self, patch: &ContactPatch) -> f64 {
         let (mesh, regions) = (&self.spec.mesh, self.regions);
         let other = |&i: &usize| !is_same_stiffness(&regions.stiffness(i), &self.stiffness);

@@ -20,7 +20,7 @@ const ELEMENTS_PER_BATCH: usize = 64;
 /// Number of Gauss points along an edge of an element part: in general, and along a short edge of a hexahedral part.
 const GAUSS_POINTS: [usize; 2] = [3, 2];
 
-/// Length of short edges of a hexahedral part, divided by the largest size of an undivided part.
+/// Length below which an edge of a hexahedral part counts as short, divided by the largest size of an undivided part.
 const COARSE_RULE_EDGE: f64 = 0.5;
 
 const POINTS_PER_BATCH: usize = 64;
@@ -63,7 +63,7 @@ struct Inclusion<'a> {
 
 struct Rule<'a> {
     distance: &'a dyn Fn(&Point) -> f64,
-    /// Gauss points on [0, 1], for each number of [`GAUSS_POINTS`].
+    /// Gauss points and weights on [0, 1], for each number of [`GAUSS_POINTS`].
     lines: [Vec<(f64, f64)>; 2],
 }
 
@@ -79,7 +79,7 @@ impl Inclusion<'_> {
         self.kind.shape_values(xi).iter().zip(&self.points).map(|(value, x)| x * *value).sum()
     }
 
-    /// Quadrature points for a field with the length scale `distance(x)` at x, as of a point force at this distance.
+    /// Quadrature points for a field with the length scale `distance(x)` at x.
     fn quadrature(&self, distance: &dyn Fn(&Point) -> f64) -> Vec<VolumePoint> {
         let line =
             |n| gauss_legendre(n).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();

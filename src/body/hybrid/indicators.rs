@@ -14,19 +14,19 @@ use crate::linalg::dense_matrix::DenseMatrix;
 
 const COMPARISON_CELLS: usize = 24;
 
-/// Largest imbalance with which a correction is used.
+/// Largest imbalance with which the correction of a body with a plane surface is used.
 pub const MAX_IMBALANCE: f64 = 1e-4;
-/// Largest asymmetry of the boundary terms with which a correction is used.
+/// Largest asymmetry of the boundary terms with which the correction of a body with a plane surface is used.
 pub const MAX_ASYMMETRY: f64 = 1e-3;
-/// Factor times the rise by which imbalance and asymmetry may exceed their limits on a curved surface. Tractions on its faces are
-/// missing from the balance.
+/// Amount, per unit of [`Indicators::rise`], by which imbalance and asymmetry may exceed their limits on a curved surface.
+/// Tractions on curved faces are missing from the balance.
 pub const ALLOWANCE_PER_RISE: f64 = 5.0;
 /// Largest [`Indicators::direct_difference`] with which a correction is used.
 pub const MAX_DIRECT_DIFFERENCE: f64 = 0.1;
 /// Largest [`Indicators::mesh_error`] with which a correction is used.
 pub const MAX_MESH_ERROR: f64 = 0.1;
-/// Value of [`Indicators::mesh_error`] above which a warning is given, divided by the square root of [`Indicators::share`] if it
-/// exceeds 1.
+/// Value of [`Indicators::mesh_error`] above which a warning is given. If [`Indicators::share`] exceeds 1, the value is divided by
+/// the square root of this share.
 pub const MESH_ERROR_WARNING: f64 = 0.02;
 /// Largest [`Indicators::field_error`] with which a correction is used.
 pub const MAX_FIELD_ERROR: f64 = 1e-3;
@@ -38,23 +38,23 @@ pub const TARGET_TAIL: f64 = 2e-3;
 /// Quality of a correction, judged without a reference solution.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Indicators {
-    /// Nodes along x and y of the frame.
+    /// Polynomial nodes along x and y of the frame.
     pub nodes: [usize; 2],
     /// Height difference of the surface under the frame, divided by the longer half-side.
     pub rise: f64,
     /// Largest error in the table of point forces, relative to the largest entry; 0 for isotropic bodies.
     pub field_error: f64,
-    /// Largest component of the sum of a unit force and the resultant of its half-space tractions.
+    /// Largest component, among all forces, of the sum of a unit force and the resultant of its half-space tractions.
     pub imbalance: f64,
     /// Asymmetry of the boundary terms.
     pub asymmetry: f64,
-    /// Relative change of the mean displacement under uniform tractions if the correction is read from the displacement of the
-    /// mesh. It shows mesh errors near the patch.
+    /// Largest relative change of the mean displacement under uniform tractions if the correction is read from the displacement of
+    /// the mesh. The change shows mesh errors near the patch.
     pub direct_difference: f64,
-    /// Estimated relative error of the mean displacement under uniform tractions, from finite-element and recovered stress.
+    /// Largest estimated relative error of the mean displacement under uniform tractions, from finite-element and recovered stress.
     pub mesh_error: f64,
-    /// `share` × |a_highest| / |a|, where a are the Chebyshev coefficients of the correction, and a_highest those of the highest
-    /// degree in any variable.
+    /// `share` × |a_highest| / |a|, where a are the Chebyshev coefficients of the correction. a_highest are the coefficients of the
+    /// highest degree in any variable.
     pub tail: f64,
     /// Norm of the correction divided by the norm of the half-space operator.
     pub share: f64,
@@ -120,7 +120,7 @@ impl Indicators {
         })
     }
 
-    /// Reason why the correction must not be used.
+    /// Reason why the correction must not be used; `None` if it may be used.
     pub fn rejection_reason(&self) -> Option<String> {
         let curved = ALLOWANCE_PER_RISE * self.rise;
         let limits = [

@@ -1,4 +1,4 @@
-//! Search for the mesh face that contains a point of the patch, and interpolation of nodal values there.
+//! Search for the mesh face that contains a point of the patch, and interpolation of nodal values at this point.
 
 use super::forces::PatchForces;
 use super::patch::ContactPatch;
@@ -60,7 +60,8 @@ impl<'a> PatchFaceLocator<'a> {
     }
 }
 
-/// Reference coordinates of the point `at` on a face, projected along the patch normal.
+/// Reference coordinates of the point `at` on a face, projected along the patch normal; `None` if the point is not on the face. The
+/// `nodes` of the face are given in axes of the patch.
 pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
     let triangle = face.kind.n_corners() == 3;
     let mut xi = if triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
@@ -86,7 +87,7 @@ pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> 
             break;
         }
     }
-    // For points outside the face, Newton's method need not converge, and may end inside.
+    // For points outside the face, Newton's method may diverge, or end inside the face without convergence.
     if last_step > CONVERGED_STEP {
         return None;
     }
@@ -106,8 +107,8 @@ mod tests {
     use crate::element::ElementKind;
     use crate::mesh::CellRef;
 
-    /// Truth: the reference coordinates map back to the point. The face x = s + 2 s², y = t is folded at x = -1/8; points beyond
-    /// are not on it.
+    /// Truth: the reference coordinates map back to the point. The face x = s + 2 s², y = t is folded at x = -1/8; points with
+    /// smaller x are not on the face.
     #[test]
     fn points_beside_a_folded_face_are_not_on_it() {
         let nodes = (0..9).collect();

@@ -9,13 +9,13 @@ pub struct ContactPatch {
     pub axes: Triad,
     /// Centre of the rectangle, global, mm.
     pub center: Point,
-    /// Half of its sides, mm.
+    /// Half of the sides, mm.
     pub half_width: [f64; 2],
 }
 
 impl ContactPatch {
-    /// Rectangle about `center` on the body at `side` of a frame, with sides along x and y of the frame. The axes of body 2 are
-    /// rotated by half a turn about x.
+    /// Rectangle about `center` on the body at `side` of a frame, with sides along x and y of the frame. For body 2, the axes of
+    /// the rectangle are the axes of the frame, rotated by half a turn about x.
     pub fn on_body(frame: &Triad, side: Side, center: Point, half_width: [f64; 2]) -> Self {
         let mut axes = frame.0;
         if side == Side::Upper {

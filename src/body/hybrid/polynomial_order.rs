@@ -49,7 +49,7 @@ impl<'a> PatchHalfSpace<'a> {
 }
 
 /// Correction of the half-space `near`, and its quality indicators. Nodes are added while the highest polynomials are significant
-/// and memory suffices.
+/// and memory suffices, up to [`MAX_NODES_PER_SIDE`].
 pub(super) fn adaptive_correction(
     model: &FeModel,
     recovery: &StressRecovery,
@@ -85,7 +85,7 @@ pub(super) fn adaptive_correction(
 /// Estimated errors of the displacement that the body's own loads cause on a patch.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct AppliedLoadError {
-    /// Error of the mean displacement, mm.
+    /// Largest error of a component of the mean displacement, mm.
     pub mean: f64,
     /// Error of tilt and curvature of the normal displacement over the patch, mm. It remains if body 2 can move freely along the
     /// normal.
@@ -93,7 +93,7 @@ pub struct AppliedLoadError {
 }
 
 /// Product of the energy-norm errors of two fields: of the body's own loads (`by_own`), and of forces on the patch. The relative
-/// stress error times the support work `remainder` is added.
+/// stress error of the first field times the support work `remainder` is added.
 pub(super) fn applied_load_error(
     model: &FeModel,
     recovery: &StressRecovery,

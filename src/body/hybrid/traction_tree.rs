@@ -337,8 +337,8 @@ mod tests {
         }
     }
 
-    /// Truth: the surface gradient equals gradients at small depths, extrapolated. The surface stresses xz, yz and zz equal the
-    /// given tractions.
+    /// Truth: the surface gradient equals the extrapolation of gradients at small depths. The surface stresses xz, yz and zz equal
+    /// the given tractions.
     #[test]
     fn surface_of_an_anisotropic_body() {
         let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), 0.5);

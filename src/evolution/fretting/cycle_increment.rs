@@ -10,7 +10,7 @@ use crate::evolution::fretting::settings::STICK_ZONE;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::run::Run;
 
-/// Solver options for strokes that only determine the stick zone.
+/// Solver options for strokes that are solved increment by increment.
 pub(super) fn stroke_options(options: &SolverOptions) -> SolverOptions {
     SolverOptions { tolerance: options.tolerance.max(STICK_ZONE.stroke_tolerance), ..*options }
 }
@@ -38,7 +38,7 @@ pub(super) struct SolvedIncrement {
 }
 
 impl IncrementStart {
-    /// Start at a path point of a cycle whose state is evaluated.
+    /// Start at a path point of a cycle whose gap has been evaluated.
     pub fn at_path_point(cycle: &ContactState, point: usize) -> Self {
         let n = cycle.wear_per_pass.len();
         let mut contact = ContactState::new(n, vec![cycle.rigid_motion[point]]);

@@ -21,7 +21,7 @@ pub(super) struct RefinedCycle {
     /// Relative change of the wear by the last refinement, `[N]`.
     pub change: Vec<f64>,
     pub increments: usize,
-    /// Whether the wear volumes of the coupled cycle, this cycle and a coarser resolved cycle agree within the tolerance.
+    /// Whether the wear volumes of the coupled cycle, this cycle and an earlier resolved cycle agree within the tolerance.
     pub agrees_with_coupled: bool,
 }
 
@@ -54,7 +54,8 @@ struct Convergence {
 }
 
 impl Refinement<'_> {
-    /// Whether two cycles are extrapolated. On an ellipse, chords are a first-order approximation along the whole path.
+    /// Whether the wear of two resolved cycles is extrapolated: on an ellipse, whose chords are a first-order approximation of the
+    /// path.
     fn extrapolates(&self) -> bool {
         self.closed.amplitude[1] != 0.0
     }
@@ -80,8 +81,8 @@ impl Refinement<'_> {
         self.coupled.slip.full_slip && self.settings.correction == Correction::WhereNeeded
     }
 
-    /// Ratio of the next number of increments to `increments`. If the cycle `first` agrees with the coupled path points, possibly by
-    /// chance, the next one tests the agreement.
+    /// Ratio of the next number of increments to `increments`. If the cycle `first` agrees with the coupled path points, possibly
+    /// by chance, the ratio is larger to test the agreement.
     fn next_ratio(&self, increments: usize, first: Option<&Resolution>) -> usize {
         let confirms = self.may_agree()
             && first.is_some_and(|(at, wear)| increments == *at && self.agree(&self.coupled.wear, wear));
@@ -92,7 +93,7 @@ impl Refinement<'_> {
         }
     }
 
-    /// `last` is the coarser cycle before `now`, and `first` the first refined cycle.
+    /// `last` is the coarser cycle before `now`, and `first` the first cycle for which `is_refined` holds.
     fn convergence(
         &self,
         increments: usize,
@@ -113,7 +114,8 @@ impl Refinement<'_> {
         let agrees_with_coupled = near && first.is_some_and(confirmed);
         let is_open = near && first.is_none_or(|(at, _)| increments < confirming(at));
         let settled = !corrects || now.force_change(last) <= REFINEMENT.max_force_change;
-        // At least two refinements are required, because the first alone may change little by chance.
+        // At least `min_refinement` times the coupled increments are required, because the first refinement alone may change little
+        // by chance.
         let suffices = self.is_refined(increments)
             && !is_open
             && settled
@@ -131,7 +133,7 @@ impl Run<'_> {
     ) -> Result<Option<RefinedCycle>> {
         let (extrapolates, coupled) = (refinement.extrapolates(), refinement.coupled);
         let mut increments = refinement.first_increments(wear_step.path_correction.as_ref());
-        // Each cycle starts from the coarser one before it, so the tractions approach the steady state.
+        // Each resolved cycle starts from a state of the coarser cycle before, so the tractions approach the steady state.
         let mut start =
             IncrementStart::at_path_point(&coupled.cycle.contact, refinement.path.reversal_index());
         let mut coarser = if increments == refinement.closed.increments && !extrapolates {
@@ -173,8 +175,8 @@ impl Run<'_> {
         }
     }
 
-    /// Warns that the last refinement still changes the wear, unless the resolved cycle before had the largest number of
-    /// increments, too.
+    /// Warns if the last refinement still changes the corrected wear by more than the tolerance. Does not warn if the wear agrees
+    /// with the coupled cycle, or if the previous resolved cycle had the largest number of increments, too.
     fn warn_of_refinement(
         &mut self,
         refinement: &Refinement,
@@ -219,8 +221,8 @@ impl Run<'_> {
         let mut wear =
             CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0, reversals: Default::default() };
         let mut here = start.clone();
-        // The first of three strokes does not count: after it only sticking cells remember the initial state. `drift` compares the
-        // last stroke with the first.
+        // The first of three strokes does not count: after this stroke only sticking cells depend on the initial state. `drift`
+        // compares the last stroke with the first.
         let up = (increments + 1..=2 * increments).map(|point| (point, false));
         let round = (1..=2 * increments).map(|point| (point, true));
         for (point, counts) in up.chain(round) {

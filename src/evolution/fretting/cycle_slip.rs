@@ -36,7 +36,8 @@ impl Run<'_> {
         found
     }
 
-    /// Relative change of the slip between the coupled path points: root mean square over the cells in contact at any path point.
+    /// Relative change of the slip between the coupled path points since `before`: root mean square over the cells in contact at
+    /// any path point.
     pub(super) fn slip_change(&self, it: &ContactState, before: &[f64]) -> f64 {
         let n = self.prepared.n();
         let (touching, areas) = (self.cells_in_contact(&it.scaled), &self.prepared.model.frame.areas);

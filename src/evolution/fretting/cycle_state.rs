@@ -1,4 +1,4 @@
-//! State of a fretting cycle: its path points, solved together as a closed cycle, and its stick zone, which `stick_zone` decides.
+//! State of a fretting cycle: its path points, solved together as a closed cycle, and its stick zone.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ impl StickZone {
     }
 }
 
-/// What remains of a cycle between jumps.
+/// Unknowns and stick zone of a cycle, from which its state can be evaluated.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CycleUnknowns {
     pub contact: Unknowns,
@@ -73,7 +73,7 @@ impl CycleState {
         }
     }
 
-    /// Stores the solution `it` of the increment that ends at `point`, and its tangential gap as stick gap.
+    /// Stores the solution `it` of the increment that ends at `point`, and the tangential gap of `it` as stick gap.
     pub(super) fn record_increment(&mut self, it: &ContactState, point: usize) {
         let n = self.stick_zone.mask.len();
         let planes = point * 3 * n..(point + 1) * 3 * n;
@@ -84,7 +84,7 @@ impl CycleState {
         self.stick_zone.gap.copy_from_slice(&it.gap[..2 * n]);
     }
 
-    /// Half of the largest distance between two path points, mm.
+    /// Half of the largest distance between the positions of body 2 at two path points, mm.
     pub(super) fn amplitude(&self) -> f64 {
         let rigid = &self.contact.rigid_motion;
         let apart = |a: &[f64; 3], b: &[f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);

@@ -40,7 +40,8 @@ impl CycleWear {
     }
 }
 
-/// Root mean square of the difference of two wear rates over the cells that wear, relative to the largest value of `rate`.
+/// Root mean square of the difference of two wear rates over the cells with positive `rate`, relative to the largest value of
+/// `rate`.
 pub(super) fn relative_rms_difference(rate: &[f64], other: &[f64], areas: &[f64]) -> f64 {
     let difference: Vec<f64> = rate.iter().zip(other).map(|(rate, other)| rate - other).collect();
     let largest = rate.iter().copied().fold(0.0, f64::max);
@@ -54,8 +55,8 @@ pub(super) fn volume_difference(wear: &CycleWear, other: &CycleWear, areas: &[f6
     if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
 }
 
-/// Factors on the wear of the coupled cycle, `[N]`, that give the wear of the resolved cycle. Also returns the share of the
-/// resolved wear volume that they miss.
+/// Factors on the wear of the coupled cycle, `[N]`, that approximate the wear of the resolved cycle. Also returns the share of the
+/// resolved wear volume that the factors miss.
 pub(super) fn wear_factors(wear: &[f64], coupled: &[f64], areas: &[f64]) -> (Vec<f64>, f64) {
     let [all, all_coupled] = [wear, coupled].map(|rate| volume(rate, areas));
     if all <= 0.0 || all_coupled <= 0.0 {

@@ -34,7 +34,7 @@ impl AcceptedJump {
     }
 }
 
-/// Means of the resultants at both reversal points. The tangential force and the moment are those at the + reversal point.
+/// Means of the resultants at both reversal points. Tangential force and moment are not means, but values at the + reversal point.
 fn mean_of_reversal_points(reversals: &[Resultants; 2]) -> Resultants {
     let mean = |value: fn(&Resultants) -> f64| 0.5 * (value(&reversals[0]) + value(&reversals[1]));
     Resultants {
@@ -67,7 +67,7 @@ impl Run<'_> {
             self.step().name,
             wear_step.length_unit()
         ));
-        // A resumed run has not evaluated its path points yet.
+        // After a resumption, the path points of the cycle have not been evaluated yet.
         let worn = self.state.wear_depth.clone();
         let mut jump = WearJump::new(wear_step, length);
         let problem = self.reporting_problem(wear_step, &jump.cycle, &worn);

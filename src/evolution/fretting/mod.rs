@@ -1,12 +1,12 @@
 //! Wear steps: fretting cycles or steady sliding, computed in jumps over many cycles (equations in `wear_integrator`).
 //!
-//! * Step: `wear_step` runs it: it finds the periodic cycle (`strokes`), evaluates its rates (`rates`) and takes jumps.
+//! * Step: `wear_step` finds the periodic cycle (`strokes`), evaluates its rates (`rates`) and takes jumps.
 //! * Jump: `next_jump` tries jumps until the step controller accepts one, and `jump_record` commits it. `wear_integrator`
 //!   integrates a trial; each of its stages solves one cycle at a wear depth.
 //! * Stick zone: `stick_zone` solves the path points of a cycle together and decides which cells stick. `cycle_state` contains the
 //!   zone.
-//! * Path between the path points: `resolved_cycle` corrects the wear by a cycle of more increments (`cycle_refinement`); `loops`
-//!   records such cycles.
+//! * Path between the path points: `resolved_cycle` corrects the wear by a cycle of more increments (`cycle_refinement`). `loops`
+//!   records cycles of many increments.
 
 mod critical_jump;
 mod cycle_increment;

@@ -111,7 +111,7 @@ impl Run<'_> {
                 <= WEAR_STEP.worn_out_pressure_ratio * wear_step.initial_peak_pressure
     }
 
-    /// Warns of a jump with `ratio` times the allowed error, accepted because no trials are left.
+    /// Warns once per step of a jump with `ratio` times the allowed error, accepted because no trials are left.
     fn warn_of_jump_error(&mut self, wear_step: &WearStepState, length: f64, ratio: f64) {
         if ratio <= 1.0 || !self.is_first_in_step(StepWarning::JumpError) {
             return;
@@ -202,7 +202,8 @@ impl Run<'_> {
         }
     }
 
-    /// Radii of two circles, with the area of the cells in contact at any path point, and of those that stick.
+    /// Radii of two circles. The first circle has the area of the cells in contact at any path point, the second the area of the
+    /// sticking cells among these.
     fn contact_and_stick_radius(&self, scaled: &[f64], stick_zone: &StickZone) -> [f64; 2] {
         let areas = &self.prepared.model.frame.areas;
         let touching = self.cells_in_contact(scaled);

@@ -18,7 +18,7 @@ pub struct FrettingPath {
 }
 
 impl FrettingPath {
-    /// The centre is the displacement `center` or the force `force` at the start of the step.
+    /// The centre of the path is `center` if displacements are prescribed, and `force` if forces are prescribed.
     pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
         Self::from_offsets(&closed.offsets(), closed.drive, center, force)
     }
@@ -29,7 +29,7 @@ impl FrettingPath {
         Self { drive, path_points, center, center_force }
     }
 
-    /// The same path with the increments of `closed`, at [`ClosedPath::graded_offsets`].
+    /// Path about the same centre with the increments of `closed`, at [`ClosedPath::graded_offsets`].
     pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
         Self::from_offsets(&closed.graded_offsets(transition), closed.drive, self.center, self.center_force)
     }
@@ -49,7 +49,7 @@ impl FrettingPath {
         }
     }
 
-    /// Loads that return to the start of the path, and the tangential control for the steps that follow.
+    /// Loads at the centre of the path, and the tangential control for the steps that follow.
     pub fn return_to_center(&self, loads: PrescribedLoads) -> (PrescribedLoads, Tangential) {
         match self.drive {
             Drive::Shift => (

@@ -21,9 +21,9 @@ pub struct PathCorrection {
     pub(super) factor_rate: Vec<f64>,
     /// Cycles of the step before the resolved cycle.
     pub(super) at_cycle: f64,
-    /// Ratio of the dissipation of the resolved cycle to that of the coupled path points; 1 without correction.
+    /// Ratio of the dissipation of the resolved cycle to the dissipation of the coupled path points; 1 without correction.
     pub dissipation_factor: f64,
-    /// Increments per stroke.
+    /// Increments per stroke of the resolved cycle.
     pub increments: usize,
     /// Whether no jump has followed this resolved cycle yet.
     pub is_new: bool,
@@ -37,14 +37,14 @@ pub struct PathCorrection {
     pub(super) normal_force: f64,
     /// Wear depth at the resolved cycle, `[N]`, mm.
     pub(super) wear_depth: Vec<f64>,
-    /// Remaining error of the wear per cycle, `[N]`. With correction it is relative to the wear of the cell. Otherwise it is the
-    /// error of the wear depth per wear volume, 1/mm2.
+    /// Remaining error of the wear per cycle, `[N]`. With correction it is relative to the wear of the cell. Without correction it
+    /// is the error of the wear depth per wear volume, 1/mm2.
     pub(super) remaining_error: Vec<f64>,
     /// Remaining relative error of the wear volume per cycle, to which the errors of the cells are added with correction.
     pub(super) remaining_volume_error: f64,
     /// Share of the wear volume that the factors do not represent.
     pub(super) unresolved_wear_fraction: f64,
-    /// Correction of the resultants at the reversal points (+, -). `None` for prescribed increments and without convergence.
+    /// Correction of the resultants at the reversal points (+, -). `None` with [`Correction::Never`].
     pub reversal_correction: Option<[ReversalCorrection; 2]>,
 }
 
@@ -94,12 +94,13 @@ pub(super) struct CycleSlip {
     /// Largest ratio of the elastic lag of a cell to the displacement of body 2: share of a stroke in which slip spreads over the
     /// contact.
     pub(super) slip_spread_share: f64,
-    /// Ratio of elastic lag to slip, both as pressure-weighted means over the contact.
+    /// Ratio of elastic lag to slip, both as means over the contact that are weighted by the normal force.
     pub(super) lag: f64,
 }
 
 impl PathCorrection {
-    /// Factors extrapolated to the middle of a jump of `length` cycles that begins after `done` cycles of the step, `[N]`.
+    /// Factors extrapolated to the middle of a jump of `length` cycles that begins after `done` cycles of the step, `[N]`. The
+    /// change by extrapolation is limited.
     pub fn extrapolated_factors(&self, done: f64, length: f64) -> Vec<f64> {
         let ahead = done + 0.5 * length - self.at_cycle;
         let factor = |(found, slope): (&f64, &f64)| {

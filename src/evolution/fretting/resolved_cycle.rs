@@ -1,6 +1,6 @@
 //! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). A resolved cycle gives factors on the wear
-//! that follows from the slip between the coupled path points. A cycle is resolved again only when this slip or the normal force
-//! has changed. It does not change the stick zone of the coupled cycle.
+//! that follows from the slip between the coupled path points. A cycle is resolved again only when slip, elastic lag or normal
+//! force has changed. Resolved cycles do not change the stick zone of the coupled cycle.
 
 use crate::error::Result;
 use crate::evolution::field_measures::volume;
@@ -42,7 +42,7 @@ impl<'a> Run<'a> {
         CoupledCycle { slip: self.cycle_slip(&problem, &cycle), wear, cycle }
     }
 
-    /// Resolves the cycle if that is due. With correction, also updates factors and rates of `wear_step`.
+    /// Resolves the cycle if that is due, and updates factors and rates of `wear_step`.
     pub(super) fn update_path_correction(&mut self, wear_step: &mut WearStepState) -> Result<()> {
         let (SlipSource::ClosedPath(path), Some((closed, settings))) =
             (&wear_step.slip_source, self.resolved_path())
@@ -181,7 +181,7 @@ impl<'a> Run<'a> {
     }
 
     /// Adds the error from outdated factors: the wear since the last resolved cycle, times the relative error of the factors used.
-    /// Their true value is taken as the mean of old and new factors.
+    /// The mean of old and new factors stands for the true factors.
     fn add_factor_drift_error(&mut self, factors: &[f64], before: &PathCorrection) {
         let areas = &self.prepared.model.frame.areas;
         let mut volume = 0.0;

@@ -7,7 +7,8 @@ use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::run::Run;
 
 impl Run<'_> {
-    /// Warns if the factors miss more wear than the tolerance, unless they did at the previous resolved cycle.
+    /// Warns if the factors miss a larger share of the wear than the tolerance, unless the factors of the previous resolved cycle
+    /// did, too.
     pub(super) fn warn_of_unresolved_wear(&mut self, wear_step: &WearStepState, missed: f64, tolerance: f64) {
         if missed <= tolerance
             || wear_step

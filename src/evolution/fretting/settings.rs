@@ -1,16 +1,16 @@
-//! Settings of wear steps. Where a setting names no measurement, none is recorded that chose its value.
+//! Settings of wear steps. Unless a setting names a measurement, no measurement that chose its value is recorded.
 
 pub(super) struct StickZoneSettings {
-    /// Largest ratio of the slip in one increment to the amplitude at which a cell counts as sticking. Strokes do not use the
-    /// margin of [`crate::contact::Increment::sticks`], because their tractions are less accurate.
+    /// Largest ratio of the slip in one increment to the amplitude at which a cell counts as sticking. The margin of
+    /// [`crate::contact::Increment::sticks`] is not used for strokes, whose tractions are less accurate.
     pub stick_slip_share: f64,
-    /// Largest number of solutions of a stage.
+    /// Largest number of coupled solutions per stage.
     pub max_passes: usize,
     /// Largest number of cycles without wear that are solved until a cycle is periodic.
     pub max_settling_cycles: usize,
     /// Largest change of the responses from one cycle to the next for which the cycle counts as periodic, relative to their range.
     pub periodic_tolerance: f64,
-    /// Smallest tolerance of the natural residual for strokes that only determine the stick zone.
+    /// Smallest tolerance of the natural residual for strokes that are solved increment by increment.
     pub stroke_tolerance: f64,
 }
 
@@ -25,11 +25,13 @@ pub(super) const STICK_ZONE: StickZoneSettings = StickZoneSettings {
 pub(super) struct WearStepSettings {
     /// Largest wear depth that the first controlled jump aims at, relative to the approach.
     pub first_jump_depth_share: f64,
-    /// Smallest ratio of jump tolerance to solver tolerance without a warning. Below it the contact solutions dominate the error.
+    /// Smallest ratio of jump tolerance to solver tolerance without a warning. Below this ratio, errors of the contact solutions
+    /// dominate.
     pub min_tolerance_ratio: f64,
-    /// Ratio of wear depth to approach below which errors are negligible.
+    /// Depth, relative to the approach, that is added to the largest wear depth in the reference of the jump error. The addition
+    /// keeps errors of negligible depths from limiting the jumps.
     pub negligible_depth_share: f64,
-    /// Ratio of the largest pressure to its value at the start of the step, below which wear at a fixed approach has ended. Smaller
+    /// Ratio of the largest pressure to its value at the start of the step, at which wear at a fixed approach ends. Smaller
     /// pressures are lost in the rounding of the gap.
     pub worn_out_pressure_ratio: f64,
     /// Largest share of the contact area that the second stage of SDIRK2 may lose. Wear widens contacts, so a jump that loses more
@@ -57,13 +59,13 @@ pub(super) struct RefinementSettings {
     pub max_increments: usize,
     /// Least number of increments of a resolved cycle, as a multiple of the increments of the coupled cycle.
     pub min_refinement: usize,
-    /// Ratio of the increments of a second resolved cycle to the increments of the first. The coupled cycle stays uncorrected only
-    /// if its wear volume agrees with both resolved cycles.
+    /// Ratio of the increments of a second resolved cycle to the increments of the first. A coupled cycle whose wear volume agrees
+    /// with the first resolved cycle stays uncorrected only if the volume of the second agrees, too.
     pub confirming_refinement: usize,
     /// Largest relative change of the tangential force at a reversal point by the last refinement. With 8 increments the wear was
     /// right to 1e-3, but the force across the stroke was 15 % too small.
     pub max_force_change: f64,
-    /// Relative accuracy with which a resolved cycle measures the error of the coupled cycle if it does not correct this error.
+    /// Relative accuracy with which a resolved cycle measures the error of the coupled cycle if the wear is not corrected.
     pub measurement_tolerance_share: f64,
     /// Lower bound on the share of a stroke in which slip spreads over the contact.
     pub min_slip_spread_share: f64,
@@ -94,7 +96,8 @@ pub(super) struct CorrectionSettings {
     /// Factor of change of the normal force after which a cycle is resolved again, because the elastic lag then takes another share
     /// of the stroke.
     pub recheck_force_ratio: f64,
-    /// Estimated change of the wear volume until the tractions are steady, relative to its change from one cycle to the next.
+    /// Estimated change of the wear volume until the tractions are steady, relative to the change of the wear volume from one cycle
+    /// to the next.
     pub drift_error_factor: f64,
     /// Relative difference between the tangential forces of prescribed increments and of the resolved cycle, above which a warning
     /// is given.

@@ -5,7 +5,7 @@
 //!   tests whether the zone agrees with the solution. If not, the zone is recomputed, unless the responses of the cycle no longer
 //!   change.
 //!
-//! A cycle without an accepted zone ends with `StickZoneNotConverged`. The run then ends, unless a shorter jump is possible.
+//! A cycle without an accepted zone ends with `StickZoneNotConverged`.
 
 use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, Increment, SlipReference, Unknowns};
@@ -23,8 +23,8 @@ use crate::evolution::run::Run;
 impl CycleState {
     /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`.
     ///
-    /// Point 1 follows the + reversal point; there all cells are in the zone again. The zone is thus that of the stroke to the -
-    /// reversal point: in a periodic cycle the other stroke slips back.
+    /// Point 1 follows the + reversal point: there the zone starts with all cells. At the - reversal point, the zone therefore
+    /// describes the stroke from + to -. In a periodic cycle, the other stroke reverses the slip of this stroke.
     pub(super) fn decide_by_stroke(&mut self, it: &ContactState, point: usize) {
         let (n, slip_limit) = (self.stick_zone.mask.len(), STICK_ZONE.stick_slip_share * self.amplitude());
         if point == 1 {
@@ -35,7 +35,7 @@ impl CycleState {
         }
     }
 
-    /// Releases cells that slip at a path point of a state that did not converge. Returns whether there were any.
+    /// Removes cells that slip at a path point from the stick zone. Returns whether there were any.
     pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
         let (n, points, slip_limit) =
             (problem.n(), problem.path_points.len(), STICK_ZONE.stick_slip_share * self.amplitude());
@@ -54,8 +54,9 @@ impl CycleState {
         any
     }
 
-    /// Returns whether the stick zone agrees with the solution: its cells stick at all path points, and no other cell does. A cell
-    /// that starts to stick needs new strokes, because its stick gap depends on the history.
+    /// Returns whether the stick zone agrees with the solution: cells of the zone stick or slip little at all path points, and each
+    /// other cell slips at a path point. A cell that starts to stick needs new strokes, because its stick gap depends on the
+    /// history.
     pub fn has_consistent_stick_zone(&self, problem: &Increment) -> bool {
         let (n, points, slip_limit) =
             (problem.n(), problem.path_points.len(), STICK_ZONE.stick_slip_share * self.amplitude());
@@ -179,7 +180,7 @@ impl Run<'_> {
                 reference = solved.next.reference;
             }
             let found = self.responses_at_path_points(cycle, path);
-            // A cycle that is not periodic after the last pass still gives a zone; the path points test it.
+            // A cycle that is not periodic after the last pass still gives a stick zone.
             if is_periodic(&found, &before) {
                 break;
             }

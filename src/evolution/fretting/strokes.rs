@@ -1,4 +1,4 @@
-//! Strokes of a fretting cycle, solved one after the other, from which its stick zone follows.
+//! Strokes of a fretting cycle, solved one after the other to find the stick zone of the cycle.
 
 use std::time::Instant;
 
@@ -18,7 +18,8 @@ use crate::evolution::state;
 use crate::evolution::step::Drive;
 use crate::omitted::OmittableWork;
 
-/// Returns whether the responses equal those of the previous cycle, within `periodic_tolerance` of their range.
+/// Returns whether the responses `found` differ from the responses `before` of the previous cycle by at most `periodic_tolerance`
+/// of the range of `found`.
 pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
     let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
@@ -123,7 +124,7 @@ impl Run<'_> {
         Ok((it, report))
     }
 
-    /// Slip at each path point is measured from the previous path point.
+    /// Path points whose slip is measured from the previous path point, or in sticking cells from the stick gap.
     pub(in crate::evolution) fn path_points(
         &mut self,
         path: &FrettingPath,

@@ -85,8 +85,8 @@ impl Integrator {
 
     /// Allowed error of a jump that covers the part `share` of its step, as a fraction of the allowed error of the step. With
     /// SDIRK2 most of the error is in cells that come into contact. These cells differ from jump to jump, so the squares of their
-    /// errors add up. Errors of the Euler methods have the same sign in all cells, except in cells that come into contact, which
-    /// set the lower bound.
+    /// errors add up. With the Euler methods, errors have the same sign, except in cells that come into contact. The lower bound
+    /// covers these cells.
     pub(super) fn error_budget(self, share: f64) -> f64 {
         if self == Self::Sdirk2 {
             share.sqrt()

@@ -23,7 +23,7 @@ use crate::geometry::format_short;
 impl Run<'_> {
     pub(in crate::evolution) fn run_wear_step(&mut self) -> Advance {
         loop {
-            // A jump changes this copy. If the run ends in the jump, it resumes from the state before: `self.progress`.
+            // A jump changes this copy. A run that ends in the jump resumes from `self.progress`, the state before the jump.
             let mut wear_step = match &self.progress {
                 StepProgress::WearStep(committed) => committed.clone(),
                 _ => Box::new(self.begin_wear_step()?),

@@ -64,7 +64,7 @@ impl WearStepState {
         }
     }
 
-    /// Ratio of the dissipation of a cycle to that of its coupled path points.
+    /// Factor of a resolved cycle on the dissipation of the coupled path points; 1 without a resolved cycle.
     pub fn dissipation_factor(&self) -> f64 {
         self.path_correction.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
     }

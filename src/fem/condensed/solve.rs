@@ -5,9 +5,10 @@ use crate::error::Result;
 use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
-    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to the body's own loads, its prescribed displacements and
-    /// contact forces. The contact forces, N, `[3 n_c]`, are in global axes and in the order of [`Self::flexibility`]. Takes one
-    /// solve. For an unconstrained body, the forces are put in equilibrium first, and the mean rigid-body motion is zero.
+    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to contact forces, own loads and prescribed
+    /// displacements. The contact forces, N, `[3 n_c]`, are in global axes and in the order of [`Self::flexibility`]. For an
+    /// unconstrained body, the forces are put in equilibrium first, and the mean rigid-body motion is zero. The cost is one solve
+    /// with the stiffness matrix.
     ///
     /// # Errors
     /// If memory does not suffice, or the solver cannot be created or does not converge.
@@ -33,8 +34,8 @@ impl CondensedBody {
         Ok(self.model.expand(&rhs))
     }
 
-    /// Displacement of nodes (mm) due to forces (N) on the same nodes, `[3 n]`, global axes, without the body's own loads. Takes
-    /// one solve.
+    /// Displacement of `nodes`, mm, `[3 n]`, due to `forces` on these nodes, N, `[3 n]`, global axes. Own loads and prescribed
+    /// displacements of the body count as zero. The cost is one solve with the stiffness matrix.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -44,8 +45,8 @@ impl CondensedBody {
         Ok(self.at_nodes(nodes, &rhs))
     }
 
-    /// As [`Self::displacement_of_forces`], followed by one step of iterative refinement. `None` if no solver exists yet, because
-    /// the flexibility came from the cache.
+    /// As [`Self::displacement_of_forces`], followed by one step of iterative refinement. `None` if the body has no solver yet,
+    /// which happens only if its flexibility came from the cache.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -93,7 +94,7 @@ impl CondensedBody {
     }
 
     /// Displacement of the nodes `at` due to unit forces on the nodes `loaded`, global axes, mm/N, `[3 n_loaded, 3 n_at]` row by
-    /// row. Takes one solve for each dof of `loaded`.
+    /// row. The cost is one solve with the stiffness matrix for each dof of `loaded`.
     ///
     /// # Errors
     /// As [`Self::solve`].

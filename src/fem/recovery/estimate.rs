@@ -41,13 +41,14 @@ impl ErrorEstimate {
         self.stress_norm * self.stress_norm + self.error_norm().powi(2)
     }
 
-    /// Error of the body relative to the norm of its stress; 0 if the stress is zero.
+    /// Norm of the error relative to the estimated norm of the true stress; 0 if the stress is zero.
     pub fn relative_error(&self) -> f64 {
         let whole = self.norm_squared().sqrt();
         if whole > 0.0 { self.error_norm() / whole } else { 0.0 }
     }
 
-    /// Squared error per volume, relative to the mean squared norm per volume, `[n_cells]`; 0 if the stress is zero.
+    /// Squared error per volume of each cell, relative to the mean squared norm per volume of the body, `[n_cells]`; 0 if the
+    /// stress is zero.
     pub fn error_density(&self) -> Vec<f64> {
         let mean = self.norm_squared() / self.cell_volumes.iter().sum::<f64>();
         let density = |(e, v): (&f64, &f64)| if mean > 0.0 { e * e / (v * mean) } else { 0.0 };
@@ -74,7 +75,7 @@ impl StressRecovery {
     /// Estimates the error of the element stress, for a displacement of all mesh nodes and the recovered `stress`.
     ///
     /// # Errors
-    /// If an element is inverted ([`FeModel`] already refuses such meshes).
+    /// If the Jacobian of an element is not positive at a point where the stress is evaluated.
     pub fn estimate_error(
         &self,
         model: &FeModel,

@@ -12,12 +12,12 @@ pub struct ExposureField {
     pub criterion: FailureCriterion,
     /// Largest exposure at each recovery point over the adjacent cells, `[n_points]`.
     pub points: Vec<StressExposure>,
-    /// Largest exposure over the nodes of each solid cell, `[n_cells]`.
+    /// Largest exposure over the nodes of each cell, `[n_cells]`.
     pub cells: Vec<StressExposure>,
 }
 
 /// Exposures for each criterion that applies to at least one cell, from the recovered `stress` at the points. `limit` returns the
-/// strength and the material axes (columns, global) of a cell. Without a known strength, the exposure is zero.
+/// strength and the material axes (columns, global) of a cell. Where it returns `None`, the exposure is zero.
 pub(crate) fn exposures<'a>(
     points: &RecoveryPoints,
     stress: &[[f64; 6]],

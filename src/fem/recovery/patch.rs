@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use crate::error::Result;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 
-/// Fraction of the largest singular value up to which components are undetermined, for example if all samples lie in one plane.
-/// Patches with an aspect ratio of 1e4 have only larger singular values.
+/// Singular values up to this fraction of the largest count as zero, for example if all samples lie in one plane. Patches with an
+/// aspect ratio of 1e4 have only larger singular values.
 const RANK_TOLERANCE: f64 = 1e-9;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -31,8 +31,8 @@ pub(super) struct PatchFit {
 }
 
 impl PatchFit {
-    /// Fits polynomials of `space`, in coordinates along the columns of `axes`, to `samples`. Undetermined components are zero: the
-    /// fit falls back to lower degrees, in the end to the mean.
+    /// Fits polynomials of `space`, in coordinates along the columns of `axes`, to `samples`. Components that the samples do not
+    /// determine are zero; a single sample gives a constant.
     pub fn new(
         space: PolynomialSpace,
         axes: Matrix3<f64>,
@@ -46,7 +46,7 @@ impl PatchFit {
         let centre: [f64; 3] = std::array::from_fn(|c| at.iter().map(|x| x[c]).sum::<f64>() / n);
         let scale: [f64; 3] =
             std::array::from_fn(|c| at.iter().map(|x| (x[c] - centre[c]).abs()).fold(0.0, f64::max));
-        // An axis along which the samples do not differ, up to rounding, takes the largest scale.
+        // An axis along which the samples coincide up to rounding gets the largest scale of all axes.
         let largest = Some(scale.iter().copied().fold(0.0, f64::max)).filter(|s| *s > 0.0).unwrap_or(1.0);
         let scale = scale.map(|s| if s > RANK_TOLERANCE * largest { s } else { largest });
         let mut patch = Self { samples, space, to_axes, centre, scale, inverse: DMatrix::zeros(0, 0) };
@@ -70,7 +70,7 @@ impl PatchFit {
         }
     }
 
-    /// Weights of the samples for the value of the polynomial at `x`, `[n]`; their sum is 1.
+    /// Weights of the samples for the value of the polynomial at `x`, `[n]`.
     pub fn weights_at(&self, x: [f64; 3]) -> DVector<f64> {
         let local = self.to_axes * Vector3::from(x);
         self.inverse.tr_mul(&DVector::from_vec(self.monomials(local.into())))

@@ -1,4 +1,4 @@
-//! Points of stress recovery: the mesh nodes, duplicated where two materials meet.
+//! Points of stress recovery: the mesh nodes, duplicated where stress may be discontinuous.
 
 use nalgebra::Vector3;
 
@@ -10,8 +10,8 @@ use crate::mesh::faces::{SolidFace, SurfaceFace};
 /// Cosine of the largest angle between face normals across which surface stress is continuous: 30 degrees.
 const SMOOTH_NORMAL_COSINE: f64 = 0.866;
 
-/// Points of stress recovery. Solids have one point per node and material, so that stress may jump at interfaces. Bodies given by
-/// their surface have one point per node and smooth surface part.
+/// Points of stress recovery. Solids have one point per node and continuous part of the material, so that stress may jump at
+/// interfaces. Bodies given by their surface have one point per node and smooth surface part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecoveryPoints {
     /// Mesh node of each point, in ascending order, `[n_points]`.
@@ -97,7 +97,8 @@ fn normal_at(mesh: &Mesh, face: &SurfaceFace, k: usize) -> Vector3<f64> {
     a.cross(&b).try_normalize(0.0).unwrap_or_default()
 }
 
-/// Parts of the body with continuous stress. Each element gets the index of the first element of its part, `[n_cells]`.
+/// Divides the body into parts of continuous material. Returns, for each element, the index of the first element in its part,
+/// `[n_cells]`.
 pub(super) fn smooth_parts(elements: ElementContext, faces: &[SolidFace]) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..elements.n_elements()).collect();
     for face in faces {
@@ -123,7 +124,7 @@ pub(super) struct PointTopology {
     pub cells_at: Vec<Vec<usize>>,
     /// Whether a point is a corner of a cell, `[n_points]`.
     pub is_vertex: Vec<bool>,
-    /// Whether a point is on the border of its material, `[n_points]`. Outer faces are part of the border.
+    /// Whether a point is on the border of its part of continuous material, `[n_points]`. Outer faces belong to the border.
     pub on_material_border: Vec<bool>,
 }
 

@@ -1,8 +1,9 @@
 //! Element sizes of the next mesh, from the estimated error on the present mesh.
 //!
-//! Let e be the error of an element and p the local rate of convergence. If its region is meshed at r times its size, the squared
-//! error is e² r^2p, spread over r^-3 elements. The mesh with the fewest elements for a given total error has the same error c in
-//! each new element, e² r^(2p+3) = c². Hence r = (c/e)^(2/(2p+3)), and c follows from Σ e² r^2p = (wanted error)².
+//! Let e be the error of an element and p the local rate of convergence. Mesh the region of the element with elements of r times
+//! its size. The squared error of the region is then e² r^2p, spread over r^-3 elements. The mesh with the fewest elements for a
+//! given total error has the same error c in each new element, e² r^(2p+3) = c². Hence r = (c/e)^(2/(2p+3)), and c follows from Σ
+//! e² r^2p = (wanted error)².
 //!
 //! At singularities (edges of contact, corners, supports) the error falls more slowly than with the rate p. The change of size per
 //! round is therefore limited, and several rounds reach any grading.

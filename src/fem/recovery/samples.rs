@@ -40,13 +40,14 @@ impl RecoveryRules {
             (ElementKind::Pyramid13, pyramid(2)),
             (ElementKind::Pyramid14, pyramid(2)),
         ];
-        // Exact for the square of a polynomial of the element's degree; the stiffness rules of tetrahedra have too few points.
+        // These rules are exact for the square of a polynomial of the element's degree. The stiffness rules of tetrahedra have too
+        // few points.
         let energy = [(ElementKind::Tet4, tetrahedron(2)), (ElementKind::Tet10, tetrahedron(4))];
         Self { superconvergent: superconvergent.into(), energy: energy.into() }
     }
 }
 
-/// Its degree is the degree of the displacement.
+/// Polynomial space of the recovered stress, with the degree of the displacement interpolation.
 pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
     match (kind.n_nodes() > kind.n_corners(), kind.n_corners()) {
         (false, _) => PolynomialSpace::Linear,
@@ -55,7 +56,7 @@ pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
     }
 }
 
-/// `None` stands for the stiffness rule.
+/// Stress of element `i` at the points of `rule`; `None` stands for the stiffness rule.
 fn point_stresses(
     elements: ElementContext,
     i: usize,
@@ -94,7 +95,7 @@ pub(super) fn integration_point_samples(
     samples_at(elements, i, u, None)
 }
 
-/// Stress of element `i` where it is one order more accurate; for linear elements the mean stress at the centre.
+/// Stress of element `i` at its superconvergent points; for linear elements the mean stress at the centre.
 pub(super) fn superconvergent_samples(
     elements: ElementContext,
     i: usize,

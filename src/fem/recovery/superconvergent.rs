@@ -2,10 +2,12 @@
 //!
 //! At a vertex inside a material, a polynomial of the elements' degree is fitted to the stress at the superconvergent points of the
 //! surrounding elements. Second-order hexahedra use all monomials of degree up to 2 along each of their axes. The complete
-//! quadratic polynomial, with 10 terms, would smooth variations that two elements resolve. A vertex on the border of its material
-//! takes the polynomial of the nearest inner vertex of its elements. Without an inner vertex (one layer of elements), the fit uses
-//! the integration points of these elements and of their neighbours. A middle node takes the mean of the polynomials of its nearest
-//! corners. A patch never crosses a material interface. The weights depend only on mesh and materials.
+//! quadratic polynomial, with 10 terms, would smooth variations that two elements resolve.
+//!
+//! A vertex on the border of its material takes the polynomial of the nearest inner vertex of its elements. Without an inner vertex
+//! (one layer of elements), the fit uses the integration points of these elements and of their neighbours. A middle node takes the
+//! mean of the polynomials of its nearest corners. A patch never crosses a material interface. The weights depend only on mesh and
+//! materials.
 //!
 //! # Source
 //! Zienkiewicz and Zhu (1992), Int. J. Numer. Meth. Engng 33, 1331-1364, section 3.
@@ -31,7 +33,7 @@ const PATCHES_PER_BATCH: usize = 1024;
 pub struct StressRecovery {
     points: Arc<RecoveryPoints>,
     rules: RecoveryRules,
-    /// Whether the integration points of each element are samples too, `[n_cells]`.
+    /// Whether the integration points of each element are additional samples, `[n_cells]`.
     samples_gauss_points: Vec<bool>,
     /// Start of the entries of each point in `samples` and `weights`, `[n_points + 1]`.
     starts: Vec<usize>,
@@ -43,7 +45,7 @@ impl StressRecovery {
     /// Computes the weights of the recovery on the mesh of `model`.
     ///
     /// # Errors
-    /// If an element is inverted ([`FeModel`] already refuses such meshes).
+    /// If the Jacobian of an element is not positive at a sample point, or a fit does not converge.
     pub fn new(model: &FeModel) -> Result<Self> {
         let elements = model.elements();
         let faces = solid_faces(elements.mesh);
@@ -96,7 +98,7 @@ impl StressRecovery {
     /// `[n_points]`.
     ///
     /// # Errors
-    /// If an element is inverted ([`FeModel`] already refuses such meshes).
+    /// If the Jacobian of an element is not positive at a sample point.
     pub fn stress(&self, model: &FeModel, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
         let layout = all_samples(model.elements(), &self.samples_gauss_points, displacement, &self.rules)?;
         let value = |point: usize| {
@@ -161,7 +163,7 @@ fn extended_ring(points: &RecoveryPoints, topology: &PointTopology, vertex: usiz
     cells
 }
 
-/// Patches for the value at point `p`; equally near vertices have equal weights.
+/// Patches for the value at point `p`. The values of several patches are averaged.
 fn patch_sources(
     elements: ElementContext,
     points: &RecoveryPoints,
@@ -193,7 +195,7 @@ fn patch_sources(
     }
 }
 
-/// Corners nearest to a middle node in the first of its cells: the ends of an edge, or all corners of a face or of the cell.
+/// Corners of the first cell of a middle node that are nearest to the node, for example both ends of an edge.
 fn nearest_corners(
     elements: ElementContext,
     points: &RecoveryPoints,
@@ -281,7 +283,8 @@ impl RowBuilder<'_> {
         PatchFit::new(terms, axes, samples, |sample| self.layout.samples[sample].position)
     }
 
-    /// Smallest polynomial space of the elements. The triquadratic space needs at least twice as many samples as its 27 terms.
+    /// Smallest polynomial space of the elements. With fewer samples than twice the 27 terms of the triquadratic space, the space
+    /// is at most quadratic.
     fn polynomial_space(&self, cells: &[usize], n_samples: usize) -> PolynomialSpace {
         let kind = |&cell: &usize| self.elements.mesh.kind(self.elements.regions.cells[cell]);
         let least = cells

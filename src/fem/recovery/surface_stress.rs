@@ -1,9 +1,9 @@
 //! Stress on the contact surface, from the surface strain and the surface traction.
 //!
-//! The in-plane strain follows from the displacement of the surface. The traction is known: contact, own loads and foundations of
-//! the body. The index p denotes the in-plane components 11, 22, 12, the index n the components 33, 23, 13. Then ε_n = C_nn⁻¹
-//! (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. No stress is extrapolated from inside the elements, because an extrapolation
-//! would smooth the peaks at the edge of a contact.
+//! The in-plane strain follows from the displacement of the surface. The traction is known: it is the sum of contact traction, own
+//! loads and foundations of the body. The index p denotes the in-plane components 11, 22, 12, the index n the components 33,
+//! 23, 13. Then ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. No stress is extrapolated from inside the elements,
+//! because an extrapolation would smooth the peaks at the edge of a contact.
 //!
 //! # Source
 //! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -38,7 +38,7 @@ pub struct SurfaceStressPoint {
 }
 
 impl SurfaceStressPoint {
-    /// Adds the strain of a further displacement gradient, global axes.
+    /// Adds the strain of another displacement gradient. `gradient` is in global axes.
     pub(crate) fn add_gradient(&mut self, gradient: &Matrix3<f64>) {
         let local = self.axes.transpose() * gradient * self.axes;
         self.strain += Vector3::new(local[(0, 0)], local[(1, 1)], local[(0, 1)] + local[(1, 0)]);
@@ -113,9 +113,9 @@ impl FaceAverages {
     }
 }
 
-/// Points of the contact `faces` with the surface strain of a displacement of all mesh nodes, in ascending order.
+/// Points of the contact `faces`, in ascending order, with the surface strain of the displacement `u` of all mesh nodes.
 ///
-/// Faces at a point are weighted by their inverse areas, which on a graded grid interpolates between the face centres.
+/// The faces at a point are weighted by their inverse areas. On a graded grid, this average interpolates between the face centres.
 pub(crate) fn surface_stress_points(
     model: &FeModel,
     points: &RecoveryPoints,

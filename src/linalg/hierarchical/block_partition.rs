@@ -2,18 +2,18 @@
 
 use super::cluster_tree::{Cluster, ClusterTree};
 
-/// Block of a matrix: the rows of one cluster and the columns of another cluster or of the same one.
+/// Block of a matrix: the rows of one cluster and the columns of another or the same cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ClusterPair {
     /// Index of the row cluster in the tree.
     pub rows: usize,
     /// Index of the column cluster in the tree. With [`MirrorBlocks::One`], the column range does not start before the row range.
     pub columns: usize,
-    /// Whether the clusters are far apart, so that the block has low rank.
+    /// Whether the clusters are so far apart that a low-rank block approximates the kernel.
     pub is_admissible: bool,
 }
 
-/// Whether a partition contains one or both of two mirrored blocks, which have exchanged row and column clusters.
+/// Whether a partition contains one or both of two mirrored blocks. Mirrored blocks have exchanged row and column clusters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MirrorBlocks {
     /// One block of each mirrored pair. Outside the diagonal blocks, each pair of points i, j is covered in one order, (i, j) or
@@ -25,8 +25,8 @@ pub enum MirrorBlocks {
 
 /// Divides the matrix of all pairs of points into blocks.
 ///
-/// A block is admissible if its clusters do not touch or overlap, and the smaller diameter is at most `admissibility` times their
-/// distance.
+/// A block is admissible if the bounding boxes of its clusters do not touch or overlap, and the smaller diameter is at most
+/// `admissibility` times their distance.
 pub fn partition<const D: usize>(
     tree: &ClusterTree<D>,
     admissibility: f64,

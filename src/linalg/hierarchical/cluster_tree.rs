@@ -43,7 +43,7 @@ fn length<const D: usize>(along: impl Fn(usize) -> f64) -> f64 {
 /// Cluster tree and the order of the points in which each cluster is a contiguous range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClusterTree<const D: usize = 2> {
-    /// All clusters; the root is first, and children follow their parent.
+    /// All clusters; the root is first, and children have larger indices than their parent.
     pub clusters: Vec<Cluster<D>>,
     /// Index of the point at each position of the tree order, `[N]`.
     pub order: Vec<usize>,

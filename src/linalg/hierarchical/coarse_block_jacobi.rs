@@ -17,11 +17,11 @@ use crate::linalg::vector::norm;
 /// Maximum number of nodes of a diagonal block, unless it is a larger leaf of the cluster tree.
 const MAX_BLOCK_NODES: usize = 160;
 
-/// Maximum number of nodes of a rigid group; in large matrices, the number of nodes divided by [`MAX_GROUPS`].
+/// Maximum number of nodes of a rigid group, unless the number of nodes divided by [`MAX_GROUPS`] is larger.
 const NODES_PER_GROUP: usize = 16;
 const MAX_GROUPS: usize = 500;
 
-/// A motion is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share.
+/// A motion counts as linearly dependent on earlier motions if orthogonalisation reduces its norm to at most this share.
 const DEPENDENCE_TOLERANCE: f64 = 1e-3;
 
 /// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b) of A x = b, where A is a collocation matrix with a
@@ -33,8 +33,8 @@ pub struct CoarseBlockJacobi {
     n: usize,
     block_inverses: Vec<(Range<usize>, Vec<f32>)>,
     groups: Vec<RigidGroup>,
-    /// Inverse of the coarse matrix: Pᵀ A P, bordered by Pᵀ times the border columns and by the border rows times P. Its corner is
-    /// zero.
+    /// Inverse of the coarse matrix: Pᵀ A P, bordered by Pᵀ times the border columns and by the border rows times P. The corner of
+    /// the coarse matrix is zero.
     coarse_inverse: DenseMatrix,
 }
 
@@ -42,7 +42,7 @@ pub struct CoarseBlockJacobi {
 pub struct DiagonalAndBorder<'a> {
     /// Additional 3 x 3 block of each node i, in the rows and columns 3 i to 3 i + 2.
     pub blocks: &'a [Matrix3<f64>],
-    /// Border columns `[n + border, border]`.
+    /// Border columns, with the corner in the last rows, `[n + border, border]`.
     pub columns: &'a DenseMatrix,
     /// Border rows, stored as columns `[n, border]`.
     pub rows: &'a DenseMatrix,
@@ -95,7 +95,7 @@ impl RigidGroup {
         self.motions.len() / self.places.len()
     }
 
-    /// Entries of the motions in the rows `places` of the group, `[places, motions]`.
+    /// Entries of the motions in the rows `places`, a part of the rows of the group, `[places, motions]`.
     pub fn motions_at(&self, places: &Range<usize>) -> MatRef<'_, f64> {
         MatRef::from_column_major_slice(&self.motions, self.places.len(), self.n_motions())
             .subrows(places.start - self.places.start, places.len())

@@ -20,7 +20,7 @@ pub(super) struct RigidGroup {
     pub places: Range<usize>,
     /// Index of the group's first motion among all motions.
     pub first_motion: usize,
-    /// Orthonormal motions, stored one after the other.
+    /// Orthonormal motions in the rows `places`, stored one after the other.
     pub motions: Vec<f64>,
 }
 
@@ -82,7 +82,7 @@ impl CollocationLayout {
         [block.rows, block.columns].map(|cluster| self.tree.clusters[cluster].range.clone())
     }
 
-    /// Numbers for memory estimates: [entries of the near blocks, rows plus columns of the far blocks].
+    /// Sums over the blocks for memory estimates: [entries of the near blocks, rows plus columns of the far blocks].
     pub fn storage_counts(&self) -> [usize; 2] {
         self.blocks.iter().fold([0; 2], |[near, far], block| {
             let [m, n] = self.elements(block).map(|elements| self.groups.dofs(&elements).len());
@@ -144,7 +144,8 @@ impl CollocationLayout {
 
     /// Computes the matrix and the summed columns, `[n, n_sum_columns]`.
     ///
-    /// The root-mean-square error of the entries of each block is at most `error`, except for rounding to single precision.
+    /// The root-mean-square error of the entries of each block is estimated to be at most `error`, without the rounding to single
+    /// precision.
     ///
     /// # Errors
     /// If memory does not suffice, or the run is cancelled.
@@ -189,7 +190,7 @@ impl CollocationMatrix {
 
     /// Computes y += A x for each column, with the first n rows of `x` and `y`. Uses one thread.
     ///
-    /// `T` is the precision of the arithmetic. Single precision adds rounding errors of the same size as those of the stored
+    /// `T` is the precision of the arithmetic. Single precision adds rounding errors as large as the rounding errors of the stored
     /// entries.
     pub fn add_product<T: BlockScalar>(&self, x: MatRef<T>, mut y: MatMut<T>) {
         let (mut wide, mut between) = (Vec::new(), Vec::new());
@@ -333,8 +334,8 @@ mod tests {
 
     const NODES: usize = 2;
 
-    /// Unsymmetric 3 x 3 kernel for elements of two nodes on two walls. The single summed column of an element is the sum of its
-    /// matrix columns.
+    /// Unsymmetric 3 x 3 kernel. The elements have two nodes each and lie on two walls. The single summed column of an element is
+    /// the sum of its matrix columns.
     struct Walls(Vec<[f64; 3]>);
 
     impl Walls {

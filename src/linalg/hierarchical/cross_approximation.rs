@@ -19,14 +19,15 @@ impl<F: Fn(usize, usize, &mut [f64]) + Sync> KernelEntries for F {}
 /// truncation.
 pub(super) const CROSS_ERROR_SHARE: f64 = 0.3;
 
-/// Number of consecutive rows without a cross above the bound after which only the check rows are left.
+/// Number of consecutive rows without a cross above the bound after which only the check rows remain.
 const SMALL_CROSSES_TO_STOP: usize = 2;
 
-/// A cross through a check row is added only if a residual entry exceeds this × bound / √(m n) in a block `[m, n]`. bound / √(m n)
-/// is the root-mean-square error that the entries may have.
+/// Factor for check rows: a cross through a check row is added only if a residual entry of the row exceeds this factor times bound
+/// / √(m n), for a block `[m, n]`. bound / √(m n) is the root-mean-square error that the entries may have.
 const INCOMPLETE_ROW_FACTOR: f64 = 4.0;
 
-/// A cross through a row that the last column selects is added only if a residual entry exceeds this × bound / √(m n).
+/// Factor for rows that the last column selects: a cross is added only if a residual entry of the row exceeds this factor times
+/// bound / √(m n).
 const MIN_PIVOT_SHARE: f64 = 0.01;
 
 /// Position of the first row and of the first column, as a fraction of the largest index.

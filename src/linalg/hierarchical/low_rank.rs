@@ -11,7 +11,7 @@ const TRUNCATION_SHARE: f64 = 0.7;
 /// Share of the error bound for the rounding of a term to single precision.
 const ROUNDING_SHARE: f64 = 0.5;
 
-/// A vector is linearly dependent on earlier ones if orthogonalisation reduces its norm to at most this share.
+/// A vector counts as linearly dependent on earlier vectors if orthogonalisation reduces its norm to at most this share.
 const DEPENDENCE_TOLERANCE: f64 = 1e-13;
 
 /// Low-rank block Σ u vᵀ; each term stores u, then v. Small terms are in single precision.
@@ -22,7 +22,8 @@ pub(super) struct LowRank {
 }
 
 impl LowRank {
-    /// Compresses `terms` (of an `m` x `n` block). Their sum changes by at most `bound` in the Frobenius norm.
+    /// Compresses `terms` (of an `m` x `n` block). In the Frobenius norm, the omitted terms are at most [`TRUNCATION_SHARE`] times
+    /// `bound`. The rounding of each term to single precision is at most [`ROUNDING_SHARE`] times `bound`.
     ///
     /// # Source
     /// Golub and Van Loan 2013, Matrix Computations, 5.2.8 (modified Gram-Schmidt) and 5.4.2 (column pivoting).

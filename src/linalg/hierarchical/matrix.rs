@@ -47,7 +47,8 @@ impl BlockContent {
 }
 
 impl BlockContent {
-    /// Calls `with(row, column, value)` for each summand of the entries of a component.
+    /// Calls `with(row, column, value)` for every term of a component. The terms of an entry add up to the entry: one term in near
+    /// blocks, one term per rank in far blocks.
     fn for_each_term(&self, component: usize, [m, n]: [usize; 2], mut with: impl FnMut(usize, usize, f64)) {
         match self {
             Self::Near(values) => {
@@ -196,7 +197,8 @@ impl BlockLayout {
 
     /// Computes the matrices of a kernel. `signs` contains 1 for a symmetric component and -1 for an antisymmetric component.
     ///
-    /// A far block's relative error (Frobenius norm of all components together) is at most `tolerance` times the block's factor.
+    /// A far block is approximated to the relative error `tolerance` times the factor of the block. This error is estimated, in the
+    /// Frobenius norm of all components together.
     ///
     /// # Errors
     /// If the run is cancelled.

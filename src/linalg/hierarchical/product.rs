@@ -57,7 +57,7 @@ impl HierarchicalMatrix {
             &x[one.source_plane * n..(one.source_plane + 1) * n],
             &mut y[one.target_plane * n..(one.target_plane + 1) * n],
         );
-        // Blocks outside the contact are skipped, because x vanishes there.
+        // A block is skipped if x vanishes on its rows and columns.
         let [x_of_columns, back] = [&block.columns, &block.rows].map(|range| {
             let values = &x[range.clone()];
             values.iter().any(|value| *value != 0.0).then_some(values)

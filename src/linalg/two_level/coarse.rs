@@ -11,8 +11,8 @@ use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
-/// Eigenvalue of the Gram matrix of a part's six rigid motions, scaled to unit diagonal, above which an eigenvector counts as
-/// independent.
+/// Eigenvalue above which an eigenvector of the Gram matrix of a part counts as an independent motion. The Gram matrix of the six
+/// rigid motions is scaled to unit diagonal.
 ///
 /// A part with few nodes, or with nodes on a line, has fewer than six independent motions.
 const MIN_MOTION_SHARE: f64 = 1e-6;
@@ -20,7 +20,7 @@ const MIN_MOTION_SHARE: f64 = 1e-6;
 /// A block B of A Z is dropped as rounding if max |B| is at most this factor times max |D| max |M|. D is the diagonal block of A at
 /// the node of B, and M are the motions of this node.
 ///
-/// A rigid motion of a node with all its neighbours causes no force at the node.
+/// Apart from rounding, a rigid motion of a node with all its neighbours causes no force at the node.
 const MIN_FORCE_SHARE: f64 = 1e-12;
 
 /// Six motions of a part at a node, `[3, 6]` row by row.
@@ -196,7 +196,8 @@ fn motions(matrix: &NodeMatrix, part: &[usize], n_parts: usize) -> Vec<NodeMotio
     rigid.iter().zip(part).map(|(motions, &part)| row_by_row(motions * turn[part])).collect()
 }
 
-/// Transformation T with Tᵀ G T = 1, which makes the motions with Gram matrix G orthonormal. Columns of dependent motions are zero.
+/// Transformation T that makes the independent motions with Gram matrix G orthonormal, Tᵀ G T = 1. Columns of dependent motions are
+/// zero.
 fn orthonormal(gram: Matrix6<f64>) -> Matrix6<f64> {
     // The scaling compensates for the different units of rotations and translations.
     let scale = Matrix6::from_diagonal(&gram.diagonal().map(|g| if g > 0.0 { 1.0 / g.sqrt() } else { 0.0 }));

@@ -9,12 +9,12 @@ use crate::linalg::vector::nan_max;
 
 const MAX_ITERATIONS: usize = 2000;
 
-/// Number of last steps from which the error is estimated.
+/// Number of last steps that give the error estimate.
 const ERROR_ESTIMATE_STEPS: usize = 5;
 
 /// Vectors of the iteration, `[3 n]` each.
 pub(super) struct CgVectors {
-    /// Right-hand sides on entry; residuals on return.
+    /// Right-hand sides before [`Self::solve`]; residuals after it.
     pub residual: Vec<Lanes>,
     pub solution: Vec<Lanes>,
     direction: Vec<Lanes>,
@@ -49,7 +49,8 @@ impl CgVectors {
         }
     }
 
-    /// Solves A x = b for the right-hand sides in `residual`, to a relative error of `MAX_ENERGY_ERROR` in the energy norm.
+    /// Solves A x = b for the right-hand sides in `residual`, to an estimated relative error of `MAX_ENERGY_ERROR` in the energy
+    /// norm.
     ///
     /// The estimated squared error is the energy gained in the last steps divided by the energy of the solution.
     ///
@@ -97,7 +98,7 @@ impl CgVectors {
         (0..LANES).map(|l| quotient(left[l], whole[l])).fold(0.0, nan_max).sqrt()
     }
 
-    /// Starts from the best solution in the coarse space, as the preconditioner requires; returns its energy.
+    /// Starts from the best solution in the coarse space, as the preconditioner requires. Returns the energy of this solution.
     fn begin(&mut self, solver: &TwoLevelSolver) -> Result<Lanes> {
         self.solution.fill([0.0; LANES]);
         self.direction.fill([0.0; LANES]);

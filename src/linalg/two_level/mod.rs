@@ -54,7 +54,7 @@ pub struct InverseBlock {
     pub residual: f64,
 }
 
-/// Number of nodes of a part. Smaller parts need fewer iterations but a larger coarse factor.
+/// Target number of nodes of a part. Smaller parts need fewer iterations but a larger coarse factor.
 fn nodes_per_part(n_nodes: usize) -> usize {
     (1.2 * (n_nodes as f64).cbrt()).max(32.0) as usize
 }

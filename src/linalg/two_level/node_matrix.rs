@@ -24,7 +24,8 @@ pub struct NodalUnknowns {
     pub points: Vec<[f64; 3]>,
 }
 
-/// Symmetric block matrix A with nodes in Cuthill-McKee order. Components that a node does not have are rows of the identity.
+/// Symmetric block matrix A with nodes in Cuthill-McKee order. Rows of components that a node does not have are rows of the
+/// identity.
 pub(super) struct NodeMatrix {
     /// Position of each matrix row among the `3 n` rows in Cuthill-McKee order.
     pub position_of_row: Vec<usize>,
@@ -128,7 +129,7 @@ fn multiply(matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes]) {
 }
 
 pub(super) fn blocks(n: usize) -> Result<Vec<Block3x3>> {
-    // Only the memory check of `try_zeroed` is needed.
+    // This allocation only checks that memory suffices.
     drop(try_zeroed(9 * n)?);
     Ok(vec![[0.0; 9]; n])
 }

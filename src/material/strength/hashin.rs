@@ -1,7 +1,7 @@
 use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
-/// Stress exposure in the governing one of Hashin's four failure modes. The sign of σ11 selects the fibre mode, the sign of σ22 +
-/// σ33 the matrix mode.
+/// Largest stress exposure over Hashin's criteria. The sign of σ11 selects tension or compression of the fibre, the sign of σ22 +
+/// σ33 tension or compression of the matrix.
 ///
 /// ```text
 /// fibre tension        (σ11/Xt)² + (σ12/S12)² + (σ13/S13)² = 1
@@ -10,8 +10,8 @@ use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 /// matrix compression   ((Yc/2S23)²-1) (σ22+σ33)/Yc + ((σ22+σ33)/2S23)² + (σ23²-σ22σ33)/S23² + (σ12/S12)² + (σ13/S13)² = 1
 /// ```
 ///
-/// The criteria assume a transversely isotropic ply: strengths along 3 are those along 2, and Zt and Zc are not used. S12 and S13
-/// may differ.
+/// The criteria assume a transversely isotropic ply: Yt and Yc also apply along 3, and Zt and Zc are not used. S12 and S13 may
+/// differ.
 ///
 /// # Source
 /// Hashin (1980), J. Applied Mechanics 47, 329-334, eqs. 17-20.

@@ -1,7 +1,8 @@
 //! Strengths of materials and failure criteria. Stresses are in material axes, Voigt order 11 22 33 23 13 12.
 //!
-//! Every criterion gives the *stress exposure* f = 1/R: if all stresses are multiplied by R, the criterion is just met. It is 0 if
-//! no positive multiple of the stress fails. The exposure of a quadratic criterion a R² + b R = 1 is f = (b + sqrt(b² + 4 a)) / 2.
+//! Every criterion gives the *stress exposure* f = 1/R: if all stresses are multiplied by R, the criterion is just met. The
+//! exposure is 0 if no positive multiple of the stress fails. The exposure of a quadratic criterion a R² + b R = 1 is f = (b +
+//! sqrt(b² + 4 a)) / 2.
 
 mod hashin;
 mod maximum_stress;
@@ -202,7 +203,7 @@ pub fn von_mises(s: &[f64; 6]) -> f64 {
     (0.5 * normal + 3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])).sqrt()
 }
 
-/// Stress from global axes in the axes that are the columns of Q = `axes`: σ'_ab = Q_ia σ_ij Q_jb.
+/// Transforms a stress from global axes to the axes in the columns of Q = `axes`: σ'_ab = Q_ia σ_ij Q_jb.
 pub fn stress_in_axes(axes: &Matrix3<f64>, s: &[f64; 6]) -> [f64; 6] {
     tensor_to_voigt(&(axes.transpose() * voigt_to_tensor(s) * axes))
 }

@@ -164,7 +164,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
     Ok(version)
 }
 
-/// Always text: `dimension tag "name"` line by line.
+/// The section is text also in binary files: `dimension tag "name"` line by line.
 fn read_physical_names(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let n: u64 = cursor.number("the number of physical names")?;
     cursor.check_count(n, 5, "physical names")?;

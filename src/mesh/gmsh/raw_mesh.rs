@@ -1,4 +1,4 @@
-//! Contents of the sections of a .msh file under the file's own numbers.
+//! Contents of the sections of a .msh file, with the node and element numbers of the file.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -37,7 +37,7 @@ pub(super) struct RawMesh {
     /// Distinct sets of physical tags.
     group_sets: Vec<Vec<i64>>,
     set_index: HashMap<Vec<i64>, u32>,
-    /// Dimension and tag of entities with elements that the file does not declare.
+    /// Dimension and tag of undeclared entities that have elements.
     undeclared: Vec<(usize, i64)>,
 }
 

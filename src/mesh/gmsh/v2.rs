@@ -71,7 +71,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
     Ok(())
 }
 
-/// The first tag is the physical group (0: none), the others are not used.
+/// The first tag is the physical group (0: none). The other tags are not used.
 fn read_tags(cursor: &mut Cursor, n_tags: u64) -> Result<i64> {
     let mut physical = 0;
     for i in 0..n_tags {

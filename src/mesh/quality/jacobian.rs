@@ -86,8 +86,8 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
         + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// Points of the stiffness rule, which integrates the Jacobian exactly, and nodes. At the tip of a pyramid the map has no
-/// derivative.
+/// Points of the stiffness rule, which integrates the Jacobian exactly, and nodes. The tip of a pyramid is omitted, because the map
+/// has no derivative there.
 fn jacobian_points(kind: ElementKind) -> Vec<JacobianPoint> {
     const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let rule = match (kind.n_corners(), kind.n_nodes() > kind.n_corners()) {
@@ -152,8 +152,8 @@ pub(super) struct JacobianSummary {
 
 /// Refuses inverted, folded and collapsed solids.
 ///
-/// If the Jacobian at the integration points is positive, the stiffness is physical and patch tests are passed. Nodes are checked
-/// too, for a warning and for edges of zero length.
+/// A positive Jacobian at the integration points suffices for a valid stiffness and for patch tests. Nodes are checked too, for a
+/// warning and for edges of zero length.
 pub(super) fn check_jacobians(mesh: &Mesh) -> Result<JacobianSummary> {
     let mut all = JacobianSummary { least: (f64::INFINITY, 0), folded_at_nodes: 0, volume: 0.0 };
     let mut bad = Vec::new();

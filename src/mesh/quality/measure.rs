@@ -3,7 +3,7 @@ use crate::geometry::bounds;
 /// Difference in each coordinate, divided by the diagonal of the bounding box, up to which two points coincide.
 const MERGE_TOLERANCE: f64 = 1e-9;
 
-/// Points that coincide with an earlier point that is not coincident itself.
+/// Points that coincide with an earlier point. A point is compared only with earlier points that are not listed themselves.
 pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let box_: [(f64, f64); 3] = std::array::from_fn(|k| {
         let [low, high] = bounds(points.iter().map(|x| x[k]));

@@ -21,8 +21,8 @@ pub struct Quality {
     pub solids: Vec<(ElementKind, usize)>,
     /// Volume of the solids, cubic length unit.
     pub volume: f64,
-    /// Smallest scaled Jacobian at a node or integration point, and its element. It is the Jacobian divided by the product of the
-    /// lengths of its columns, 1 for a box.
+    /// Smallest scaled Jacobian at a node or integration point, and its element. A scaled Jacobian is the Jacobian divided by the
+    /// product of the lengths of its columns, 1 for a box.
     pub min_scaled_jacobian: (f64, u64),
     /// Number of solids that are folded or flat at a node, but at no integration point.
     pub folded_at_nodes: usize,
@@ -93,7 +93,7 @@ impl Quality {
 ///
 /// # Errors
 /// If there are no solids, or three solids share a face. If elements are inverted, folded or collapsed at an integration point, or
-/// have an edge of zero length. Separate parts are not an error here; the body checks their supports.
+/// have an edge of zero length. Separate parts are not an error.
 pub fn check(mesh: &Mesh) -> Result<Quality> {
     if mesh.volume_cells().next().is_none() {
         return Err(no_solids(mesh));

@@ -75,7 +75,8 @@ impl Axis {
         share.is_finite().then(|| self.pixels[0] + share * (self.pixels[1] - self.pixels[0]))
     }
 
-    /// Exponent p, a multiple of three, of the power 10^p by which the labels must be multiplied; 0 for short labels.
+    /// Exponent p, a multiple of three, of the power 10^p by which the labels must be multiplied. 0 for short labels, and for axes
+    /// that are not linear.
     pub fn label_exponent(&self) -> i32 {
         let largest = self.high.abs().max(self.low.abs());
         match self.scale {
@@ -98,7 +99,8 @@ impl Axis {
         self.scale.step((self.high - self.low) / 6.0)
     }
 
-    /// Tick values with their labels, divided by 10^p with p = [`Axis::label_exponent`]. Minor ticks have no label.
+    /// Tick values and their labels. A label shows the value divided by 10^p, p = [`Axis::label_exponent`]. Minor ticks have no
+    /// label.
     pub fn ticks(&self) -> Vec<(f64, Option<String>)> {
         match self.scale {
             Scale::Linear | Scale::Whole => {
@@ -151,7 +153,7 @@ fn round_down(value: f64, digits: &[f64]) -> f64 {
     digit * decade
 }
 
-/// Formats a value with as many digits as `step` requires.
+/// Formats a tick value with the decimals that `step` requires. Very small and very large steps give a power of ten.
 pub(crate) fn label(value: f64, step: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();

@@ -20,7 +20,7 @@ pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &st
         canvas.text([left + BAR_WIDTH_PX + 4.0, y + 4.0], Anchor::Start, 11.0, &label.unwrap_or_default());
     }
     let largest = three_digits(peak / 10_f64.powi(axis.label_exponent()));
-    // The last label of the x axis reaches under the bar.
+    // This text lies below the last label of the x axis, which reaches under the bar.
     canvas.text([left + 57.0, top + height + 34.0], Anchor::End, 11.0, &format!("max {largest}"));
 }
 

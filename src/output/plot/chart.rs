@@ -182,7 +182,8 @@ impl Chart {
     }
 }
 
-/// Points of a series, with intermediate points on long segments.
+/// Points of a series that the axes can show, and intermediate points on every segment. A series of few points gets many
+/// intermediate ones.
 fn densify(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
     let shown = |p: &&[f64; 2]| axes[0].to_pixel(p[0]).is_some() && axes[1].to_pixel(p[1]).is_some();
     let shown: Vec<[f64; 2]> = points.iter().filter(shown).copied().collect();
@@ -288,7 +289,7 @@ mod tests {
             .map(|line| number(line, "cy"))
             .filter(|y| *y > bottom)
             .count();
-        // Circles at the ends of the first and fifth series; those of the legend lie above its lower edge.
+        // Circles at the ends of the first and fifth series. The circles in the legend lie above its lower edge.
         assert_eq!(highest, 4, "{picture}");
     }
 

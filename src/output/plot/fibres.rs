@@ -5,7 +5,8 @@ use crate::output::surface_properties::{SurfaceFibre, SurfaceProperties};
 
 const RADIUS: f64 = 17.0;
 const COLOUR: &str = "#8b0000";
-/// Angle, radians, below which fibres are drawn along the normal, or along the surface without arrowhead.
+/// Fibres within this angle of the normal, radians, are drawn along the normal. Fibres within this angle of the surface get no
+/// arrowhead.
 const UPRIGHT_TOLERANCE_RAD: f64 = 1e-3;
 
 /// Draws a symbol for each fibre, from the given point to the left. The length of a line is proportional to the cosine of the tilt.
@@ -53,7 +54,7 @@ fn upward_direction(fibre: &SurfaceFibre) -> (f64, f64) {
     }
 }
 
-/// Angles of each fibre in degrees as in the scene. `azimuth` is the azimuth of the frame, radians.
+/// Text with the tilt and azimuth of each fibre in degrees, as in the scene. `azimuth` is the azimuth of the frame, radians.
 pub(super) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<String> {
     let degrees = |angle: f64| {
         let rounded = (angle.to_degrees() * 100.0).round() / 100.0;

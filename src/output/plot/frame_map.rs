@@ -26,7 +26,8 @@ const STICK_SLIP_COLOURS: [&str; 2] = ["#0072b2", "#f0b45a"];
 pub enum MapKind {
     /// Pressure.
     Pressure,
-    /// Magnitude of the slip of body 2 relative to body 1 (in rolling: per rolled distance), with arrows. Open cells show none.
+    /// Magnitude of the slip of body 2 relative to body 1 (in rolling: per rolled distance), with arrows. Cells without pressure
+    /// show no slip.
     Slip,
     /// Stick zone, slip zone and open cells.
     Zones,
@@ -80,7 +81,8 @@ impl StepEndFields {
         self.tractions.get(2 * (self.tractions.len() / 3) + cell).copied().unwrap_or(0.0)
     }
 
-    /// Whether a map of this kind is worth drawing.
+    /// Whether a map of this kind shows anything: a map of zones needs a cell that sticks; maps of slip and wear need a value
+    /// above 0.
     pub fn has_content(&self, kind: MapKind) -> bool {
         match kind {
             MapKind::Pressure => true,
@@ -204,7 +206,7 @@ impl MapFigure<'_> {
         by_zone.iter().zip(STICK_SLIP_COLOURS).for_each(|(outlines, fill)| paint(canvas, outlines, fill));
     }
 
-    /// Draws arrows of the mean slip in squares. The arrow of the largest slip is as long as a square.
+    /// Draws arrows of the mean slip in squares. An arrow as long as a square stands for the largest slip.
     fn arrows(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields, peak: f64) {
         if peak <= 0.0 {
             return;
@@ -383,7 +385,7 @@ mod tests {
     }
 
     /// Truth: arrows computed by hand: a slip of 0.04 along x gives 18 pixels to the right, 0.02 along -y gives 9 down. Cells
-    /// without pressure have none.
+    /// without pressure have no arrow.
     #[test]
     fn arrows_have_the_direction_and_length_of_the_slip() {
         let picture = drawn(MapKind::Slip);

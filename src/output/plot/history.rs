@@ -117,7 +117,7 @@ fn wear_volume_panel(records: &[IncrementRecord], along: WearAbscissa, units: &U
     chart(along, &title, &label, series, units).panel_with_bands(&[band])
 }
 
-/// Mean load of the jumps and, for fretting cycles, the loads at both reversal points.
+/// Normal force of the jumps. For fretting cycles: its mean over both reversal points, and the forces at these points.
 fn load_panel(records: &[IncrementRecord], along: WearAbscissa, units: &Units) -> Option<Canvas> {
     let belongs = |record: &&IncrementRecord| match along {
         WearAbscissa::Cycles => record.stroke_ends.is_some(),

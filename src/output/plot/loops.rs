@@ -10,8 +10,8 @@ use crate::output::summary::Units;
 pub struct LoopCurve {
     /// Label, such as "fretting, after 50000 cycles".
     pub label: String,
-    /// Displacement of body 2 along the stroke from its centre (mm) and tangential force on body 1 (N), in order. The last point is
-    /// joined to the first.
+    /// Displacement of body 2 from the centre of the stroke (mm) and tangential force on body 1 (N), both along the stroke, in
+    /// order. The last point is joined to the first.
     pub points: Vec<[f64; 2]>,
     /// Energy dissipated by friction in the cycle, N mm: the area of the loop if the bodies move only along the stroke.
     pub dissipated_energy: f64,

@@ -92,7 +92,7 @@ pub(crate) fn arrange_panels(panels: &[Canvas], size: [f64; 2], columns: usize) 
     arrange_panels_with_note(panels, size, columns, "")
 }
 
-/// As [`arrange_panels`], with a line of text below unless it is empty.
+/// As [`arrange_panels`], with the line of text `note` below, unless it is empty.
 pub(crate) fn arrange_panels_with_note(
     panels: &[Canvas],
     size: [f64; 2],

@@ -71,7 +71,7 @@ fn as_fe_keys(body: BeBody) -> FeBody {
     }
 }
 
-/// Boundary elements have their nodes on the outer surface.
+/// Reports supports that are not on the outer surface, where all nodes of boundary elements lie.
 fn check_surface_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     let fixed = body.fixed.iter().enumerate().map(|(i, fixed)| (format!("fixed.{i}"), &fixed.group));
     let displaced =

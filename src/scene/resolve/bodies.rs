@@ -17,7 +17,7 @@ use crate::scene::document::join_key;
 use crate::scene::plan::{BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement};
 use crate::scene::spec::body::{Component, Displaced, Element, FeBody};
 
-/// Resolves the finite-element body at `key` and reads its mesh, so that all errors are reported together.
+/// Resolves the finite-element body at `key`, with its mesh.
 pub(super) fn resolve_fe(
     r: &mut Resolver,
     key: &str,
@@ -111,7 +111,7 @@ fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &Mes
     report_rigid_body_modes(r, key, modes, &spec.supports, [&place, help]);
 }
 
-/// Notes unconstrained rigid-body modes. Reports an error at the support that causes it, otherwise at `place`.
+/// Notes unconstrained rigid-body modes. Reports an error of `modes` at the support that causes it, otherwise at `place`.
 pub(super) fn report_rigid_body_modes(
     r: &mut Resolver,
     key: &str,
@@ -194,7 +194,7 @@ fn prescribed_displacement(
     sound.then_some(support)
 }
 
-/// Whether all foundations are admissible; others are reported.
+/// Reports foundations that are not admissible. Returns whether all are admissible.
 fn check_foundations(r: &mut Resolver, key: &str, body: &FeBody) -> bool {
     let mut sound = true;
     for (i, foundation) in body.foundation.iter().enumerate() {

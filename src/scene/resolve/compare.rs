@@ -82,7 +82,7 @@ fn alternative_meshes(
     }
 }
 
-/// The mesh, or `None` if it lacks a surface group of the body (reported).
+/// The mesh, or `None` if it lacks a surface group of the body. A missing group is reported.
 fn mesh_with_groups(
     r: &mut Resolver,
     place: &str,
@@ -90,7 +90,7 @@ fn mesh_with_groups(
     mesh: &Arc<Mesh>,
 ) -> Option<Arc<Mesh>> {
     let before = r.diagnostics.len();
-    // If another group is missing, a variant may be impossible, but the scene is valid.
+    // Only outer surface groups are checked. Without another group, a variant may be impossible, but the scene is valid.
     for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {
         let mend = "the second mesh of a body needs the same contact, support and load groups as the first";
         r.accept(group_faces(mesh, group), place, ["this mesh", mend]);

@@ -40,7 +40,7 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) ->
     }
 }
 
-/// Reports what periodic frames exclude.
+/// Reports settings that a periodic frame excludes; `None` if there are any.
 fn check_periodic(
     r: &mut Resolver,
     bodies: &[Option<BodyPlan>; 2],
@@ -81,8 +81,9 @@ fn mean_face_area(fe: &MeshedBodyPlan) -> f64 {
         .map_or(f64::INFINITY, |frame| frame.mean_cell_area())
 }
 
-/// Default points of the cells: nodes on finite elements with linear contact faces, if neither body is a half-space. A checkerboard
-/// of tractions on linear faces would displace neither body, whereas a half-space responds to every cell.
+/// Default points of the cells: nodes on finite elements with linear contact faces, if neither body is a half-space; otherwise
+/// faces. With one cell per linear face, a checkerboard of tractions would displace neither body, whereas a half-space responds to
+/// every cell.
 fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoints {
     let half_space = bodies
         .iter()

@@ -10,14 +10,14 @@ use crate::scene::spec::step::Step as Keys;
 /// Index of an entry of `steps`, with one of its steps; `None` if the entry is invalid. An entry with a history has several steps.
 pub(super) type NumberedStep = (usize, Option<Step>);
 
-/// Name, key, and key of the displacement to prescribe instead.
+/// Name of a load, its key, and the key of the displacement to prescribe instead.
 const FRICTION_LOADS: [(&str, &str, &str); 2] =
     [("tangential force", "tangential_force", "shift"), ("spin moment", "spin_moment", "twist")];
 
 const FRICTION_LOAD_COLUMNS: [&str; 2] = ["`tangential_x`, `tangential_y`", "`spin_moment`"];
 
-/// Reports tangential forces and spin moments in a step without friction. On a mesh frame (`level` is false), pressures on inclined
-/// cells transmit spin moments.
+/// Reports tangential forces and, if `level`, spin moments in a step without friction. On a mesh frame (`level` is false),
+/// pressures on inclined cells transmit spin moments.
 pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
     let frictionless = lacks_friction(laws, keys.friction);
     let loaded = [

@@ -6,7 +6,7 @@ use crate::laws::friction::FrictionLaw;
 use crate::scene::plan::{BodyPlan, PrescribedDisplacement};
 
 /// Warns about loads and prescribed displacements of a body in scenes with friction. They act in full before the first increment,
-/// so their surface motion does not count as slip.
+/// so the surface motion that they cause does not count as slip.
 pub(super) fn friction_warnings(
     bodies: &[Option<BodyPlan>; 2],
     friction: &FrictionLaw,

@@ -171,8 +171,8 @@ fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
     r.report("wear.move_mesh", message, "no mesh that wears", mend);
 }
 
-/// Fibre direction for the law of `section`: the law's own angles, else the fibre of the named body, else that of the only body
-/// with one. A varying fibre is replaced by its mean under the frame.
+/// Fibre direction for the law of `section`: the law's own angles, else the fibre of the named body, else the fibre of the only
+/// body that has one. A varying fibre is replaced by its mean under the frame.
 fn law_fibre(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -302,7 +302,7 @@ fn fibre_under_frame(
 /// Maximum angle (degrees) between a face normal and the mean normal for laws with one fibre angle.
 const MAX_NORMAL_SPREAD_DEG: f64 = 5.0;
 
-/// Maximum angle (degrees) between the frame's mean normal and z, for inaccurate meshes of flat surfaces.
+/// Maximum angle (degrees) between the frame's mean normal and z. It allows for inaccurate meshes of flat surfaces.
 const MAX_FRAME_INCLINATION_DEG: f64 = 1.0;
 
 /// Maximum angle (degrees) between a fibre and the mean direction.

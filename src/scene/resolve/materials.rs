@@ -14,7 +14,8 @@ use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::material::Material;
 use crate::scene::suggest::{closest, quoted_list};
 
-/// The relative rounding error of the inverse stiffness is about 1e-16 times the condition number.
+/// Maximum condition number of a stiffness. The relative rounding error of the inverse stiffness is about 1e-16 times the condition
+/// number.
 const MAX_CONDITION: f64 = 1e12;
 
 /// Ratio of moduli above which they are reported as the cause of a nearly singular stiffness.
@@ -33,7 +34,7 @@ pub(super) struct ElasticMaterial {
 pub(super) fn resolve(r: &mut Resolver) -> Materials {
     let mut materials = Materials::new();
     let names = r.names("materials");
-    // An undefined material name (reported elsewhere) may be a typing error for an unused one.
+    // An undefined material name (reported elsewhere) may be a typing error for an unused one. Unused materials are then not noted.
     let all_defined = material_keys(r)
         .iter()
         .all(|(key, _)| material_name(r, key).is_none_or(|used| names.iter().any(|name| name == used)));
@@ -80,8 +81,8 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
     Some(ElasticMaterial { stiffness: stiffness.ok().filter(|_| singular.is_none())?, isotropic, strength })
 }
 
-/// Key of constants that are not admissible together: an isotropic Poisson's ratio, or the first constant that an override sets,
-/// Poisson's ratios first. Otherwise `key`.
+/// Key at which constants that are not admissible together are reported: `nu` of an isotropic material, or the first constant that
+/// an override sets, Poisson's ratios first. Otherwise `key`.
 fn place_of_constants(r: &Resolver, key: &str, isotropic: bool) -> String {
     let by_option = |place: &str| matches!(r.document.location(place), Location::SetOption(_));
     if isotropic && !by_option(key) {

@@ -33,7 +33,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::mesh_cache::MeshCache;
 
-/// Resolves a document into its plan, errors and notes. The plan exists only without errors and with a valid schema.
+/// Resolves a document into its plan, errors and notes. The plan is `None` if there are errors, or if `schema_valid` is false.
 pub(super) fn resolve(
     document: &Document,
     meshes: &MeshCache,
@@ -54,7 +54,7 @@ pub(super) fn resolve(
     (plan.filter(|_| whole), r.diagnostics, r.notes)
 }
 
-/// Name without extension, as the title of a scene with an empty title.
+/// Name of the scene file without extension.
 fn file_stem(document: &Document) -> String {
     let stem = std::path::Path::new(&document.file).file_stem();
     stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())

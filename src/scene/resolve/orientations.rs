@@ -117,7 +117,7 @@ fn from_fields(
     }
 }
 
-/// Axes of the volume elements from a field, and its element numbers that the mesh does not contain.
+/// Axes of the volume elements from a field, and the element numbers of the field that the mesh does not contain.
 fn field_axes(field: &ElementField, source: &str, mesh: &Mesh) -> Result<(ElementAxes, Vec<u64>), Error> {
     if ![3, 9].contains(&field.n_components) {
         return Err(Error::input(format!("it has {} components, not 3 or 9", field.n_components)));

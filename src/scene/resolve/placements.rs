@@ -16,7 +16,7 @@ use crate::scene::plan::{BodyMaterial, MeshedBodyPlan};
 use crate::scene::spec::body::{FeBody, Region};
 use crate::scene::spec::direction::Layup;
 
-/// Before mirroring (`symmetric`); equal to the limit of repetitions in the schema.
+/// Maximum number of plies of a layup before mirroring (`symmetric`); equal to the limit of `repeat` in the schema.
 const MAX_PLIES: usize = 100_000;
 
 /// Materials of the regions of the body at `key`, first for all elements outside the volume groups of `regions`.
@@ -36,7 +36,7 @@ pub(super) fn resolve(
     };
     let own = match &body.layup {
         Some(layup) => {
-            // Plies and regions do not report the material that they take from the body.
+            // Plies and regions do not report an undefined material that they take from the body.
             find_material(r, key, &body.material, None, materials);
             whole.layup(r, &format!("{key}.layup"), layup, &body.material, None)
         }
@@ -93,8 +93,8 @@ impl BodyContext<'_> {
         find_material(r, key, name, None, self.materials)
     }
 
-    /// Laminate of the volume group `group`, plies from bottom to top. Without `group`: of all elements outside regions with an own
-    /// material, fibre or layup.
+    /// Laminate of the volume group `group`, plies from bottom to top. Without `group`: laminate of all elements outside regions
+    /// with an own material, fibre or layup.
     fn layup(
         &self,
         r: &mut Resolver,

@@ -16,9 +16,9 @@ pub(super) struct Resolver<'a> {
     pub notes: Vec<Warning>,
     /// Keys and paths of the files that the scene names.
     pub files: Vec<(String, PathBuf)>,
-    /// Only if the schema check passed, a section that cannot be deserialised is reported.
+    /// Whether the schema check passed. Otherwise, sections that cannot be deserialised are not reported again.
     pub schema_valid: bool,
-    /// Keys that the schema does not have; reported, and removed from the document.
+    /// Keys that the schema does not have. They were reported and removed from the document.
     pub unknown_keys: &'a [String],
 }
 

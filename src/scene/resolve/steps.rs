@@ -10,7 +10,7 @@ use crate::scene::document::Location;
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
 
-/// Larger rotations cause a note; at this one the tangent exceeds the angle by 0.25 %.
+/// Larger rotations cause a note. At 5 degrees, the tangent exceeds the angle by 0.25 %.
 const MAX_ROTATION_DEG: f64 = 5.0;
 
 pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&FramePlan>) -> Option<Vec<Step>> {
@@ -124,7 +124,7 @@ fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     }
 }
 
-/// Results reported by name belong to the last step of that name.
+/// Notes steps with equal names: results reported by name belong to the last of these steps.
 fn note_duplicate_names(r: &mut Resolver, steps: &[NumberedStep]) {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let steps = steps.iter().filter_map(|(_, step)| step.as_ref()).filter(first);
@@ -163,7 +163,7 @@ fn check_exclusive_controls(r: &mut Resolver, key: &str, keys: &Keys) {
     }
 }
 
-/// Rotations are linearised: the gap changes with the angle, not with its tangent.
+/// Notes large rotations. Rotations are linearised: the gap changes with the angle, not with its tangent.
 fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     let mut told = Vec::new();
     for step in steps.iter().filter_map(|(_, step)| step.as_ref()) {

@@ -66,7 +66,7 @@ pub(super) fn build_body(
     }
 }
 
-/// Builds body `index`, and prepares its interior field if the scene requests it.
+/// Builds the half-space body `index`, and prepares its interior field if the scene requests interior points.
 fn build_half_space(
     plan: &Plan,
     elastic: &BodyMaterial,

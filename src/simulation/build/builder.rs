@@ -134,7 +134,8 @@ impl<'p> Builder<'p, '_> {
         self.report.timings.measure(BODY_KEYS[index], || build_body(plan, index, worn, frame, near, left))
     }
 
-    /// Builds body `index` with the near field of its mesh, and warns that the half-space was rejected.
+    /// Builds body `index` with the near field of its mesh, and warns that the half-space was rejected. An error if the scene
+    /// requires the half-space.
     fn fall_back_to_mesh(
         &mut self,
         index: usize,
@@ -150,7 +151,7 @@ impl<'p> Builder<'p, '_> {
         let fallback = Warning::uncertain(&why);
         (self.progress)(ProgressEvent::Message(&fallback.text));
         self.near_fields[index] = NearFieldModel::RejectedHalfSpace(rejected.reason.clone());
-        // The candidate cells can change only before a meshed body is condensed to them.
+        // The candidate cells can change only before a meshed body is condensed to these cells.
         if plan.bodies[..index].iter().all(|body| body.as_meshed().is_none()) {
             let (frame, near) = (self.frame.clone(), &self.near_fields);
             self.frame = self.report.timings.measure("frame", || with_active_cells(plan, frame, near))?;

@@ -17,7 +17,8 @@ use crate::simulation::plan_bodies::{BODY_KEYS, face_map, free_motions};
 /// Multiple of the largest approach below which the initial gap makes a cell a candidate.
 const MARGIN: f64 = 1.25;
 
-/// Above this share of candidates in all cells, checks of the other cells would cost more than they save.
+/// Share of candidates among all cells from which all cells are treated alike, because checks of the other cells would cost more
+/// than they save.
 const MAX_ACTIVE_SHARE: f64 = 0.6;
 
 /// Adds the candidate cells to `frame`, if they are few enough.
@@ -54,7 +55,8 @@ pub(crate) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
     ))
 }
 
-/// Initial gap (mm) up to which cells are candidates; `None` if all cells are.
+/// Limit of the initial gap of candidates, mm; `None` if all cells are candidates. If all cells have the same axes, the gap is
+/// measured from the smallest gap.
 ///
 /// The limit is rounded up to a power of the root of two, so that runs with similar approaches share a cache entry.
 fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Option<f64> {
@@ -80,8 +82,8 @@ fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
     Some(2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
 
-/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm; `None` if a prescribed force determines it. The sum bounds
-/// the motion.
+/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm; `None` if a prescribed force determines this motion. The
+/// sum over the steps bounds the motion of the run.
 fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
     let shift = match step.tangential {
         Some(Tangential::Force(_)) => return None,

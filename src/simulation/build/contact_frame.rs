@@ -66,8 +66,8 @@ fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     }
 }
 
-/// Drops the cells of a frame of body `index` that cannot touch the other body. Opposite a meshed body, the cells over its contact
-/// faces stay. Otherwise, for a gap from the mesh, the cells whose normals point towards the other body's plane stay.
+/// Drops the cells of a frame of body `index` that cannot touch the other body. If the other body is meshed, the cells opposite its
+/// contact faces stay. If it has no mesh and the gap comes from the mesh, the cells whose normals point towards its plane stay.
 fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, SceneError> {
     let other = 1 - index;
     let Some(fe) = plan.bodies[other].as_meshed() else {

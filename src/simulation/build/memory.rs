@@ -1,4 +1,4 @@
-//! Memory estimates of a run, in bytes, and checks against its limit.
+//! Memory estimates of a run, in bytes, and checks against the memory limit.
 
 use crate::bem::half_space::plane::compressed::MEMORY_HELP;
 use crate::bem::half_space::{CrossBlocks, SubsurfaceField};
@@ -49,7 +49,7 @@ const MOMENTS: usize = 520;
 /// Bytes of the tables of an anisotropic or periodic operator.
 const OPERATOR_TABLE_BYTES: usize = 1_800_000;
 
-/// Operators on windows of the grid that fretting cycles keep: bytes per cell, and maximum bytes in total.
+/// Operators that steps with cycles keep for windows of the grid: bytes per cell, and maximum bytes in total.
 const WINDOW_OPERATOR_BYTES: [usize; 2] = [700, 4_600_000];
 
 /// Bytes of the table of the field inside an anisotropic half-space, measured for CFRP out of its planes of symmetry.
@@ -108,7 +108,7 @@ fn has_cycles(plan: &Plan) -> bool {
     plan.steps.iter().any(|step| step.kind.cycles().is_some())
 }
 
-/// Bytes of the tables of half-space operators on grids, which do not scale with the cells.
+/// Bytes of the tables of half-space operators on grids.
 fn of_tables(plan: &Plan, frame: &ContactFrame) -> usize {
     let Some(grid) = frame.grid else { return 0 };
     let tabulated = |body: &&BodyPlan| match body {
@@ -118,7 +118,7 @@ fn of_tables(plan: &Plan, frame: &ContactFrame) -> usize {
     operator_table_bytes(plan, frame, plan.bodies.iter().filter(tabulated).count())
 }
 
-/// Bytes of the tables of an anisotropic half-space near field, which do not scale with the cells.
+/// Bytes of the tables of an anisotropic half-space near field.
 pub(crate) fn far_field_table_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     operator_table_bytes(plan, frame, 1) + SUBSURFACE_TABLE_BYTES
 }

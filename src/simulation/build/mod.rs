@@ -55,7 +55,7 @@ pub struct BuildReport {
     pub condensation: Vec<CondensationRecord>,
     /// The boundary-element bodies.
     pub boundary_elements: Vec<BoundaryElementRecord>,
-    /// Half-spaces with meshed surfaces.
+    /// Truncated half-spaces.
     pub truncations: Vec<TruncationRecord>,
     /// Near-field models of the meshed bodies.
     pub near_fields: Vec<NearFieldRecord>,

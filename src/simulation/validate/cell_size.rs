@@ -15,14 +15,14 @@ use crate::simulation::build::near_field::{NearFieldModel, fit_half_space};
 use crate::simulation::failure::SceneError;
 use crate::simulation::plan_bodies::BODY_KEYS;
 
-/// Cells smaller than this share of the area per contact node of the finest body are refused.
+/// Smallest ratio of cell area to area per contact node. Smaller cells are refused or cause a warning.
 const MIN_CELL_AREA_RATIO: f64 = 0.9;
 
 /// Minimum ratio of cell area to area per contact node beside a half-space, unless the scene selects the near field of the mesh.
 const MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE: f64 = 0.01;
 
-/// Smallest share of a body in the normal compliance for which its coarse contact faces cause a warning. Measured for a flat pin:
-/// peaks are 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
+/// Smallest share of a body in the normal compliance for which coarse contact faces of the body cause a warning. Measured for a
+/// flat pin: peaks are 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
 const MIN_COMPLIANCE_SHARE: f64 = 0.1;
 
 /// Minimum number of cells along each side of a recommended grid.
@@ -88,7 +88,7 @@ pub(super) fn check_cell_size(
     Ok(with_reasons(note.into_iter().chain((0..2).filter_map(coarse)).collect(), &why))
 }
 
-/// Appends the note `why`, the reason for no half-space, unless there are no warnings.
+/// Appends the note `why`, the reason why no half-space is used, if there are warnings.
 fn with_reasons(mut warnings: Vec<Warning>, why: &str) -> Vec<Warning> {
     let reasons = why.strip_prefix("; ").filter(|_| !warnings.is_empty());
     warnings.extend(reasons.map(Warning::note));
@@ -106,9 +106,9 @@ fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
     compliances[index] / compliances.iter().sum::<f64>()
 }
 
-/// Warns if the condensed mesh of body `index` is coarser than the cells of the frame, which the other body resolves. Measured
-/// for a sphere on a block with a twentieth of the sphere's stiffness, at `cell_area` / `area_per_node` = 0.16, 0.36 and 0.92.
-/// Peaks are too high by factors of 1.7 to 3.3, by 25 %, and by less than 1 %.
+/// Warns if the condensed mesh of body `index` is coarser than the cells of the frame, which the other body resolves. Measured for
+/// a sphere on a block with a twentieth of the sphere's stiffness, at `cell_area` / `area_per_node` = 0.16, 0.36 and 0.92. Peaks
+/// are too high by factors of 1.7 to 3.3, by 25 %, and by less than 1 %, respectively.
 fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
@@ -189,7 +189,8 @@ fn check_cell_area_ratio(
         |body: usize| plan.bodies[body].as_meshed().is_some_and(MeshedBodyPlan::has_linear_contact_faces);
     let own_nodes = matches!(plan.frame, FramePlan::Mesh { body, .. } if first_order(body));
     let (cell_side, node_spacing) = (cell_area.sqrt(), area_per_node.sqrt());
-    // Only a grid has cells of its own. A finer mesh keeps the number of cells in contact.
+    // Only the cells of a grid are independent of the mesh. A finer mesh is named first, because it keeps the number of cells in
+    // contact.
     let remedy = |wanted: f64| match (frame.grid, own_nodes) {
         (Some(_), _) => format!(
             "a finer mesh, elements of order 2, cells of at least {} {unit}{}",
@@ -226,8 +227,8 @@ fn check_cell_area_ratio(
     Err(SceneError { error, key: key.to_owned() })
 }
 
-/// Recommends the finest grid whose cells have `wanted` times the nodal area; `ratio` is the present multiple. Empty if this grid
-/// is too coarse.
+/// Recommends the finest grid whose cells have `wanted` times the area per contact node; `ratio` is the present multiple. Empty if
+/// this grid is too coarse.
 fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
     let Some(grid) = frame.grid else { return String::new() };
     let directions = grid.cells.iter().filter(|n| **n > 1).count() as f64;

@@ -9,8 +9,8 @@ use crate::scene::plan::Plan;
 const MAX_MOTION_ERROR_SHARE: f64 = 0.02;
 
 /// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals with body 2 at its meshed
-/// position. On a frame of radius R, a motion u changes them by about u^2 / R in addition. For a pin in a bore of 25 mm, a motion
-/// of 0.11 mm halves the load.
+/// position. On a frame of radius R, a motion u changes the distances by about u^2 / R in addition. For a pin in a bore of 25 mm, a
+/// motion of 0.11 mm halves the load.
 pub(super) fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Option<Warning> {
     let (first, start) = (frame.triads[0].normal(), frame.centers[0]);
     // On a circle of radius R, the normals at two points with the distance d differ by d / R.

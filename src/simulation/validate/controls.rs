@@ -115,8 +115,8 @@ fn refuse_undetermined_displacements(
     })
 }
 
-/// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist it. On inclined
-/// cells, the start of the step checks this.
+/// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist it. Frames with
+/// inclined cells are not checked here.
 fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if !frame.has_uniform_axes() {
         return Ok(());

@@ -129,8 +129,8 @@ fn refuse_rounded_coordinates(plan: &Plan, frame: &ContactFrame) -> Result<(), S
     .at("frame.center")
 }
 
-/// Warns if a boundary element is too large to represent bending. `element` is its index among the outer faces, `ratio` its node
-/// spacing divided by the body's thickness there.
+/// Warns if a boundary element is too large to represent bending. `element` is the index of the element among the outer faces.
+/// `ratio` is the node spacing of the element divided by the thickness of the body there.
 fn thin_body_warning(key: &str, mesh: &Mesh, element: usize, ratio: f64) -> Option<Warning> {
     let face =
         outer_faces(mesh).into_iter().nth(element).filter(|_| ratio > MAX_NODE_SPACING_OVER_THICKNESS)?;

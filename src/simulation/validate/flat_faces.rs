@@ -55,7 +55,8 @@ fn overlap_warning(plan: &Plan, overlap: f64) -> Warning {
     ))
 }
 
-/// Largest approach of a run without prescribed approach, mm. Applied loads can make it negative.
+/// Largest approach of `records`, mm; `None` if the plan prescribes a positive approach. Applied loads can make the approach
+/// negative.
 pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
     let most = records.iter().map(|record| record.approach).reduce(f64::max);
     most.filter(|_| plan.max_prescribed_approach().is_none())
@@ -88,7 +89,7 @@ pub(crate) fn check(
     Ok(doubts)
 }
 
-/// Largest curvature correction of the flat faces of body `index` under the frame, mm.
+/// Largest curvature correction of the flat faces of body `index` under the frame, mm. `None` without a correction.
 ///
 /// # Errors
 /// If frame and faces are incompatible.

@@ -188,7 +188,7 @@ mod tests {
         }
     }
 
-    /// Truth: the slopes of the plane 0.3 x - 0.7 y are 0.3 and -0.7.
+    /// Truth: the largest slope of the plane 0.3 x - 0.7 y along x or y is 0.7.
     #[test]
     fn slopes() {
         let frame = ContactFrame::grid([1.0, 0.6], [10, 12], [0.0; 2], 0.0).unwrap();

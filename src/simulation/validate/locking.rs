@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 use crate::scene::plan::MeshedBodyPlan;
 
 /// Volumetric Poisson's ratio from which standard first-order elements are too stiff by some percent. For a rigid sphere on a
-/// block, `hex8` loads exceed those with mean dilatation by 2.5, 8, 31, 154 % at 0.3, 0.45, 0.49, 0.499.
+/// block, loads with `hex8` exceed loads with mean dilatation by 2.5, 8, 31, 154 % at 0.3, 0.45, 0.49, 0.499.
 const LOCKING_RATIO_STANDARD: f64 = 0.445;
 
 /// As [`LOCKING_RATIO_STANDARD`], for enhanced hexahedra: excess loads of 0, 1.2, 5, 18 % at ratios of 0.45, 0.49, 0.499, 0.4999.
@@ -47,7 +47,7 @@ struct Locking {
     kinds: BTreeSet<&'static str>,
     only_hexahedra: bool,
     only_enhanced: bool,
-    /// Largest Poisson's ratio of the locking elements, and the name of its material.
+    /// Largest Poisson's ratio of the locking elements, and the name of the material with this ratio.
     worst: (f64, String),
 }
 

@@ -16,8 +16,8 @@ const MIN_CELLS_ALONG_SEAM: usize = 4;
 /// Checks a periodic frame and returns notes for the user.
 ///
 /// # Errors
-/// If the frame is periodic in both directions and an approach reaches the mean distance of the surfaces, which pressure does not
-/// reduce. A frame with an outline is exempt, because cells outside it stay open.
+/// If the frame is periodic in both directions and an approach reaches the mean gap, because pressure does not reduce the mean gap.
+/// A frame with an outline is exempt.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Warning>, SceneError> {
     let Some(grid) = frame.grid.filter(|grid| grid.periodic != [false; 2]) else { return Ok(Vec::new()) };
     let gap = plan.gap.evaluate(frame).at("gap")?;
@@ -33,7 +33,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Warning>, S
     Ok(seams.filter_map(|axis| seam_warning(plan, &grid, axis, &heights)).collect())
 }
 
-/// Refuses an approach of at least the `mean` distance of the surfaces, in steps before any wear.
+/// Refuses a positive approach of at least the `mean` gap, in steps before any wear.
 fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
     let wears = plan.wear.specific_rate(plan.friction.ellipse()).is_some();
     for (index, step) in plan.steps.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Symmetry planes at the contact: which nodal cells they constrain, and which scenes contradict them.
 //!
-//! Supports fix the nodes on such a plane along its normal. A traction along the normal would be undetermined; by symmetry, it
-//! vanishes.
+//! Supports fix the nodes on a symmetry plane along the normal of the plane. A traction along this normal would be undetermined; by
+//! symmetry, it vanishes.
 
 use nalgebra::Vector3;
 
@@ -53,7 +53,7 @@ impl SupportPlane {
             && (self.coordinate - other.coordinate).abs() <= self.tolerance.max(other.tolerance)
     }
 
-    /// Whether the plane contains an edge, but not all of a cell.
+    /// Whether the plane contains an edge of a cell, but not all of the cell.
     fn bounds(&self, frame: &ContactFrame) -> bool {
         let on = |x: &Point| (x[self.component] - self.coordinate).abs() <= self.tolerance;
         frame.all_corners().any(|corners| {
@@ -82,7 +82,7 @@ fn support_planes(body: &BodyPlan) -> Vec<SupportPlane> {
     };
     let mut touches = vec![false; body.mesh.points.len()];
     nodes_of(&body.contact).into_iter().for_each(|node| touches[node] = true);
-    // The search for outer faces is slow on large meshes.
+    // Planes away from the contact are dropped first, because the search for outer faces is slow on large meshes.
     let reaches =
         |support: &&PrescribedDisplacement| nodes_of(&support.group).into_iter().any(|node| touches[node]);
     for support in body.supports.iter().filter(reaches) {
@@ -170,7 +170,7 @@ pub(crate) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     found
 }
 
-/// Global axes normal to a shared symmetry plane at which the frame ends; at least one body declares it a symmetry plane.
+/// Global axes normal to a shared symmetry plane at which the frame ends; at least one body declares the plane a symmetry plane.
 pub(crate) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
     let planes = plan.bodies.each_ref().map(support_planes);
     let mut found = [false; 3];
@@ -383,8 +383,8 @@ mod tests {
         StepKind::Fretting { path, cycles: CYCLES }
     }
 
-    /// Truth: motions and forces preserve a plane without a component along its normal, rotations and moments only with their axis
-    /// along it.
+    /// Truth: motions and forces preserve a plane if they have no component along its normal. Rotations and moments preserve a
+    /// plane only if their axis is along its normal.
     #[test]
     fn controls_across_a_plane() {
         let y = Vector3::y();

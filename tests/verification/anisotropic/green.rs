@@ -1,4 +1,4 @@
-//! Published values of the Green's function that the tests in `bem` do not cover.
+//! Published indentation moduli, admittances and Green's functions of anisotropic half-spaces; identities of Barnett-Lothe tensors.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;

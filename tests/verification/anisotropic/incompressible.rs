@@ -42,8 +42,8 @@ fn isotropic_half_spaces_up_to_incompressible() {
     }
 }
 
-/// Rubber with fibres along axis 1, which keeps its volume at c = `compressible` = 0. nu12 = nu13 = (1 - c) / 2 and nu23 = 1 - E2 /
-/// (2 E1) - c.
+/// Rubber with fibres along axis 1, incompressible for c = `compressible` = 0. nu12 = nu13 = (1 - c) / 2 and nu23 = 1 - E2 / (2
+/// E1) - c.
 fn fibres_in_rubber(compressible: f64) -> Stiffness {
     let (e1, e2) = (50e3, 10e3);
     let (nu12, nu23) = (0.5 * (1.0 - compressible), 1.0 - e2 / (2.0 * e1) - compressible);

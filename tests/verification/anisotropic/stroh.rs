@@ -35,7 +35,7 @@ fn admittance(stiffness: &Stiffness, w: f64) -> Matrix3<C> {
     let roots = matrix.complex_eigenvalues();
     let upper = roots.iter().filter(|p| p.im > 0.0);
     for (column, p) in upper.enumerate() {
-        // A shift close to the eigenvalue.
+        // Inverse iteration with a shift next to the eigenvalue.
         let shifted = matrix.map(|x| C::new(x, 0.0)) - Matrix6::identity() * (p + C::new(1e-13, 2e-13));
         let lu = shifted.lu();
         let mut v = nalgebra::Vector6::from_fn(|i, _| C::new(1.0 + 0.3 * i as f64, 0.7 - 0.2 * i as f64));

@@ -57,7 +57,7 @@ fn single(mut body: impl ElasticBody, frame: &ContactFrame, tractions: &[f64]) -
     gap
 }
 
-/// Work of tractions on a gap, per area of a cell.
+/// Work of tractions on a gap, divided by the area of a cell.
 fn work(tractions: &[f64], gap: &[f64]) -> f64 {
     tractions.iter().zip(gap).map(|(p, g)| p * g).sum()
 }
@@ -121,8 +121,8 @@ fn column_between_smooth_walls() {
     }
 }
 
-/// Truth: the work of the tractions on a finite-element body of the same shape with the near field of a half-space. Its cells are a
-/// quarter as wide, and the error of its work is below 1e-3 (docs/theory-hybrid.md).
+/// Truth: the work of the tractions on a finite-element body of the same shape with the near field of a half-space. The cells of
+/// this reference are a quarter as wide, and its work has an error below 1e-3 (docs/theory-hybrid.md).
 #[test]
 #[ignore = "26 s; usual: cli boundary::the_block_of_finite_elements and bem::finite::anisotropic_sphere_under_uniform_stress"]
 fn the_block_of_finite_elements() {

@@ -25,7 +25,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// `m` x `m` distorted quadrangles over a square of side 2, finer in the middle.
+    /// `m` x `m` distorted quadrangles over a square of side 2, finer in the middle. About one in five is split into two triangles.
     pub fn irregular(m: usize) -> Self {
         let graded = |k: usize| {
             let x = 2.0 * k as f64 / m as f64 - 1.0;
@@ -99,7 +99,7 @@ impl Cells {
         }
     }
 
-    /// Norm √Σ a x² weighted by the areas a of the cells. S is symmetric in its inner product.
+    /// Norm √Σ a x² weighted by the areas a of the cells. The operator S is symmetric in the inner product of this norm.
     fn norm(&self, values: &[f64]) -> f64 {
         values
             .chunks(self.n())
@@ -302,8 +302,9 @@ pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
     }
 }
 
-/// Truth: the solution with the dense operator. Forces agree to ten times the tolerance. Under a force without friction, the
-/// approach agrees to 1e-7. With its approximate inverse the compressed operator needs no more products than the dense one.
+/// Truth: the solution with the dense operator. Forces agree to ten times the tolerance, relative to the normal force. Under a
+/// prescribed normal force without friction, the approach agrees to 1e-7. With its approximate inverse the compressed operator
+/// needs no more products than the dense one.
 #[test]
 fn contacts_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(24);

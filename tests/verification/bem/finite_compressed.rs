@@ -99,7 +99,8 @@ fn rigid_motions() {
     }
 }
 
-/// Truth: a linear field, which linear elements represent exactly. Displacements are exact to six times the tolerance.
+/// Truth: a linear field, which linear elements represent exactly. Displacements are exact to six times the tolerance, tractions to
+/// fifty times.
 #[test]
 fn uniform_strain() {
     let elements = body(usual_or_finest(5, 6), LinearElements, &cfrp());
@@ -140,7 +141,8 @@ fn threads_do_not_change_bits() {
     assert!(run(2) == one && run(3) == one);
 }
 
-/// Truth: the blocks are stored in single precision, so tolerances below 1e-6 are refused.
+/// Truth: the blocks are stored in single precision, so tolerances below 1e-6 are refused. Tolerances that are too large or not a
+/// number are refused, too.
 #[test]
 fn tolerances_beyond_single_precision_are_refused() {
     let elements = body(1, Constant, &steel());

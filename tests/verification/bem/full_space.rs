@@ -147,7 +147,7 @@ fn tables() {
     }
 }
 
-/// By `n` x `2 n` points on an ellipsoid around `middle`.
+/// Integral of the tractions over an ellipsoid around `middle`, by `n` x `2 n` points.
 fn flux(
     (field, stiffness): (&FullSpaceField, &Stiffness),
     (middle, half_axes): (Point, Point),

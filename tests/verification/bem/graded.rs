@@ -49,8 +49,8 @@ fn cells_of_unlike_size_keep_the_tolerance() {
     }
 }
 
-/// Truth: a body recovers its displacements by the very operator that `take_flexibility` returned, bit by bit. If no block may be
-/// omitted, the operator is dense. Otherwise it is compressed to 1e-3.
+/// Truth: a body recovers its displacements by the very operator that `take_flexibility` returned, bit by bit. If no cross block
+/// may be skipped, the operator is dense. Otherwise it is compressed to 1e-3.
 #[test]
 fn fields_are_those_of_the_operator_that_was_taken() {
     let cells = Cells::irregular(30);
@@ -83,8 +83,8 @@ fn fan(n: usize) -> Cells {
 }
 
 /// Truth: pressures with the dense operator under a sphere. A gap error of the tolerance changes the pressure of a cell by
-/// tolerance × contact size / cell size. This ratio of sizes is at most 28 for cells of mean size. The bound of 112 tolerances
-/// allows four times this value. The lower bound shows that the operator is not exact.
+/// tolerance × contact size / cell size. With 28 cells across, the contact is at most 28 mean cell sizes wide. The bound of 112
+/// tolerances allows four times this value. The lower bound shows that the operator is not exact.
 #[test]
 #[ignore = "11 s; usual: bem::compressed::contacts_are_those_of_the_dense_operator"]
 fn pressures_follow_the_tolerance() {
@@ -112,8 +112,8 @@ fn pressures_follow_the_tolerance() {
 }
 
 /// Truth: the bytes of the operator. For cells of similar size, the estimate from the cells alone is 0.75 to 1.33 times the true
-/// size. For cells of different size it is at most twice the true size. A memory limit of half the estimate is refused before
-/// anything is built.
+/// size. For cells of different size it is 0.75 to 2 times the true size. With a memory limit of half the estimate, the operator is
+/// refused.
 #[test]
 fn memory_is_told_by_the_cells() {
     let (one, two) = (green(&steel(), Side::Lower), pair(30.0));
@@ -206,7 +206,7 @@ fn flat_punch_on_graded_rings() {
     let [[a, b], [c, d]] = [12, 23].map(|n_rings| [36, 48].map(|sectors| force(n_rings, sectors)));
     // From 36 to 48 sectors, 36^2 / (48^2 - 36^2) = 9 / 7 of the change remain.
     let [coarse, fine] = [b + (b - a) * 9.0 / 7.0, d + (d - c) * 9.0 / 7.0];
-    // With half as many rings the logarithm of the growth per ring is twice as large (11 instead of 22 steps to a thousand).
+    // With half as many rings the logarithm of the growth per ring is twice as large (11 instead of 22 steps to a thousandth).
     let limit = fine + (fine - coarse) / 3.0;
     assert!(relative(limit, 1.0) < 1e-4, "{coarse} {fine} {limit}");
 }

@@ -81,7 +81,7 @@ fn green_is_reciprocal_and_the_admittance_positive() {
     }
 }
 
-/// It equals 2 / (indentation modulus).
+/// Equals 2 / (indentation modulus).
 fn mean_normal_admittance(green: &SurfaceGreen) -> f64 {
     (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>() / 512.0
 }
@@ -234,8 +234,8 @@ fn indentation_modulus_of_cubic_crystals() {
     }
 }
 
-/// Truth: the closed form along the fibre (Ting 1996), where the integrands are most peaked. In other directions the Barnett-Lothe
-/// tensors of the single direction. Tolerance 1e-9 for E1 / E2 up to 1e4.
+/// Truth: along the fibre the closed form (Ting 1996), where the integrands are most peaked. In other directions, Barnett-Lothe
+/// tensors that are computed for this direction alone. Tolerance 1e-9 for E1 / E2 up to 1e4.
 #[test]
 fn extreme_modulus_ratios_keep_nine_digits() {
     for ratio in [1.0, 10.0, 100.0, 1e3, 1e4] {

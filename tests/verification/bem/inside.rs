@@ -17,7 +17,7 @@ use crate::common::{assert_order, im7, steel};
 use crate::fem_bodies::{self, clamp};
 use crate::fem_meshes::block;
 
-/// The stress is averaged over the adjacent elements.
+/// Stress at the corners of the elements, averaged over the adjacent elements.
 fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, Matrix3<f64>)> {
     let field = elements.surface_solution(state);
     let mut all: Vec<(Point, Matrix3<f64>, f64)> = Vec::new();
@@ -38,7 +38,7 @@ fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, 
     all.into_iter().map(|(x, sum, count)| (x, sum / count)).collect()
 }
 
-/// Relative to the pressure, for a sphere or a cavity of radius 1.
+/// Errors of the stress in a sphere or around a cavity of radius 1, relative to the pressure.
 struct Errors {
     /// At the corners of the elements, root mean square.
     corners: f64,
@@ -177,8 +177,8 @@ fn tractions_below_the_surface() {
     }
 }
 
-/// Truth: a block that is large compared with the pressed square tends to a half-space. The block extends over 16 half-widths of
-/// the square. From a depth of half an element on, stresses differ from the half-space by less than 5 % of the pressure.
+/// Truth: a block that is large compared with the pressed square tends to a half-space. The block is 16 times as wide as the
+/// square. From a depth of half an element on, stresses differ from the half-space by less than 5 % of the pressure.
 #[test]
 fn a_large_block_beside_the_half_space() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -204,8 +204,8 @@ fn a_large_block_beside_the_half_space() {
     }
 }
 
-/// Truth: the same block of finite elements (hexahedra of 20 nodes). Stress agrees to 2 % of the largest pressure, at nodes inside
-/// and at nodes of the sides that are two elements or more from the edges.
+/// Truth: the stress in a block of finite elements (hexahedra of 20 nodes) of the same shape. It agrees to 2 % of the largest
+/// pressure, at nodes inside and at nodes of the sides that are two elements or more from the edges.
 #[test]
 fn a_block_of_finite_elements() {
     let n = 6;

@@ -58,8 +58,8 @@ fn sinusoidal_load_on_cfrp() {
 }
 
 /// Truth: the sum over images in space. An oblique wave of tractions is cut off smoothly at the distance 6, six times the length of
-/// the frame along x, so that its tail cancels. Higher harmonics of the thin cells change the odd entries by (π² / 6) / 80² =
-/// 2.6e-4. The tolerance is 5e-4 of the largest entry.
+/// the frame along x, so that its tail cancels. Higher harmonics of the cells of this sum, 80 to a wavelength, change the odd
+/// entries by (π² / 6) / 80² = 2.6e-4. The tolerance is 5e-4 of the largest entry.
 #[test]
 fn oblique_wave_equals_the_sum_over_images() {
     let green = pair(30.0);
@@ -121,9 +121,9 @@ fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d:
     parts
 }
 
-/// Truth: the sum over images of exact cell integrals along the periodic direction. Wavelengths are far longer or far shorter than
-/// the frame, fibres lie in the surface or out of it. The tolerance 1e-5 of the largest entry covers the cut-off and the harmonics
-/// of the thin cells, (π² / 6) / 1000² of the sine part.
+/// Truth: the sum over images of exact cell integrals along the periodic direction. Wavelengths are longer or shorter than the
+/// frame, fibres lie in the surface or out of it. The tolerance 1e-5 of the largest entry covers the cut-off and the harmonics of
+/// the cells of this sum, (π² / 6) / 1000² of the sine part.
 #[test]
 fn open_direction_equals_the_sum_over_images() {
     for (tilt, length, harmonic, count) in
@@ -147,7 +147,7 @@ fn open_direction_equals_the_sum_over_images() {
                 if weight > 0.0 {
                     let block = integrator.rectangle([h, thin], [d as f64 * h, -y]);
                     sums[0] += block * (k * y).cos() * weight;
-                    // The sine part of the displacement at y = 0 due to cos(k (y + η)) is -sin(k y).
+                    // cos(k (η + y)) = cos(k η) cos(k y) - sin(k η) sin(k y), so the sine part has the factor -sin(k y).
                     sums[1] += block * (k * y).sin() * weight * -1.0;
                 }
             }
@@ -419,6 +419,6 @@ fn nonsense_is_refused() {
     refused([0, 4], [1.0, 1.0], [true, true], "at least one");
     refused([4, 4], [1.0, -1.0], [true, false], "positive");
     refused([4, 4], [1.0, 1e-4], [false, true], "more equal");
-    // The period exceeds the limit of 2π 2^19 / 35 = 94 119 cell widths, for kernels that decay at most as fast as isotropic ones.
+    // The period of 360 000 cell widths exceeds the limit of 2π 2^19 / 35 = 94 119.
     refused([4, 400], [1e-3, 0.9], [false, true], "use a shorter period or wider cells");
 }

@@ -10,7 +10,7 @@ use orthowear::bem::green_tensor::{GreenTensor, TractionOperator};
 use orthowear::bem::half_space::{PointForceField, PointForceIntegral, Side};
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// No symmetry plane lies along the surface.
+/// A material without a symmetry plane along the surface.
 fn odd() -> Stiffness {
     Stiffness::orthotropic(&Orthotropic {
         e1: 150e3,
@@ -84,7 +84,7 @@ fn closed_forms_are_the_direct_integral() {
     }
 }
 
-/// Truth: limits of differences. The tolerance covers their third derivative and rounding.
+/// Truth: limits of central differences. The tolerance covers the third derivative of the field and rounding.
 #[test]
 fn gradients_are_limits_of_differences() {
     let closed = field(&steel());

@@ -17,7 +17,7 @@ fn frame() -> ContactFrame {
     ContactFrame::grid([1.1, 0.9], [5, 4], [0.1, -0.2], 0.3).expect("an admissible grid")
 }
 
-/// A block with loads and prescribed displacements, of body 1 also at a contact node in two directions.
+/// A block with loads and displaced supports. In body 1 a contact node has displacements prescribed along x and z.
 fn finite_elements(side: Side, frame: &ContactFrame) -> FeBody {
     let lower = side == Side::Lower;
     let brick = Brick {

@@ -119,8 +119,9 @@ fn frames_shifted_and_enlarged() {
     }
 }
 
-/// kappa = F / (2 E* a delta) for a flat punch of radius 1 at the approach delta on a layer of E = 210 GPa. The frame has cells of
-/// 1 / n inside the punch, each of 2 x 2 faces. In kappa, a is the radius of a circle with the area of the cells in contact.
+/// kappa = F / (2 E* a delta) for a flat punch of radius 1 at the approach delta on a layer of E = 210 GPa, from a quarter of the
+/// layer. The frame has cells of 1 / n inside the punch, each of 2 x 2 faces. In kappa, a is the radius of a circle with the area
+/// of the cells in contact.
 fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormulation)) -> f64 {
     let mut across = steps(0.0, 1.0 + 1.0 / n as f64, 2 * n + 2);
     across.extend(growing(1.0 + 1.0 / n as f64, 12.0, 0.7 / n as f64, 9).into_iter().skip(1));

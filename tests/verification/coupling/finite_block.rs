@@ -39,7 +39,7 @@ pub fn under_a_sphere(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Mode
     }
 }
 
-/// At an approach of 0.02 mm, where the contact radius is about 1 mm.
+/// Normal force and peak pressure at an approach of 0.02 mm, where the contact radius is about 1 mm.
 fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f64) {
     let model = under_a_sphere(lower, frame);
     let result = run(&model, &[indent(0.02)], &SolverOptions::default(), None, &mut Silent).expect("a run");

@@ -13,7 +13,7 @@ use orthowear::material::Stiffness;
 
 const HEIGHTS: [f64; 2] = [1.1, 0.7];
 
-/// Two blocks with the same outline and contact faces that match nowhere.
+/// Two blocks with the same outline, whose contact faces do not match.
 fn pair(tetrahedra: bool) -> [Brick; 2] {
     let width = [2.0, 1.5];
     [

@@ -64,7 +64,7 @@ fn model(
     }
 }
 
-/// On a frame of the contact faces of an unconstrained body.
+/// Runs an unconstrained body on a rigid plane. The cells of the frame are the contact faces of the body.
 fn on_rigid(spec: FeSpec, friction: FrictionLaw, steps: &[Step]) -> (FeBody, RunResult) {
     let frame = ContactFrame::from_faces(&spec.mesh, "contact", Side::Upper, [0.0; 2], 0.0).expect("a frame");
     let mut body = FeBody::new(spec, "contact", Side::Upper, &frame).expect("a body");
@@ -73,7 +73,7 @@ fn on_rigid(spec: FeSpec, friction: FrictionLaw, steps: &[Step]) -> (FeBody, Run
     (body, result)
 }
 
-/// About the origin.
+/// Resultant force, and resultant moment about the origin.
 fn resultant(points: &[[f64; 3]], forces: &[[f64; 3]]) -> [Vector3<f64>; 2] {
     points.iter().zip(forces).fold([Vector3::zeros(); 2], |[force, moment], (x, f)| {
         let (x, f) = (Vector3::from(*x), Vector3::from(*f));
@@ -267,7 +267,7 @@ fn balances(body: &FeBody, result: &RunResult) {
 }
 
 /// Truth: equilibrium of an eccentric, oblique load and prescribed forces. A block at another place gives the same tractions to
-/// 1e-9 of the largest, with and without friction.
+/// 1e-9 of the largest pressure, with and without friction.
 #[test]
 fn an_eccentric_load_tilts_a_block() {
     let run_at = |offset: [f64; 3], friction: FrictionLaw, slope: f64| {
@@ -340,7 +340,7 @@ fn a_lower_body_floats_as_well() {
         (a.tangential_force[0] / 12.0 - 1.0).abs() < 1e-9
             && (b.tangential_force[0] / 12.0 + 1.0).abs() < 1e-9
     );
-    // Cell (ix, iy) of one model lies where cell (ix, 2 - iy) of the other lies.
+    // Half a turn about x takes cell (ix, iy) to cell (ix, 2 - iy).
     let n = 12;
     for cell in 0..n {
         let mirrored = cell - cell % 3 + 2 - cell % 3;

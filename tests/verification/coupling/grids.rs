@@ -5,14 +5,14 @@ use std::collections::HashMap;
 use orthowear::element::ElementKind;
 use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
-/// Low and high end of each coordinate.
+/// Groups of the faces at the low and high end of each coordinate.
 pub const SIDES: [&str; 6] = ["low0", "high0", "low1", "high1", "low2", "high2"];
 
 pub fn steps(from: f64, to: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|i| from + (to - from) * i as f64 / n as f64).collect()
 }
 
-/// The `n` + 1 points of steps that grow geometrically from the length `first`.
+/// The `n` + 1 points of steps from `from` to `to` that grow geometrically from the length `first`.
 pub fn growing(from: f64, to: f64, first: f64, n: usize) -> Vec<f64> {
     let sum = |ratio: f64| (0..n).map(|i| ratio.powi(i as i32)).sum::<f64>();
     let (mut low, mut high) = (0.1, 10.0);

@@ -1,4 +1,4 @@
-//! Half of a bolted double lap joint. The straps are cantilevers, whose flexibility has a condition of 1e7.
+//! Half of a bolted double lap joint. The straps are cantilevers, whose flexibility has a condition number of 1e7.
 
 use std::collections::HashMap;
 
@@ -49,10 +49,10 @@ fn strap(x: f64, z: f64) -> Mesh {
     mesh
 }
 
-/// Truth: plane strain by an independent program, with the uncertainty of the last digit: the clamping force 400.089 N, then pulled by
-/// 0.04 mm in eight increments the friction force 63.132(7) N, the normal force 400.0619 N and the dissipation 7.47e-3(4) N mm.
-/// Elements of 0.5 mm change the forces by less than 1e-3 and the dissipation by less than 1 %. From the second stroke on, the
-/// hysteresis is closed. Each increment dissipates.
+/// Truth: an independent program in plane strain, with the uncertainty of the last digit. The clamping force is 400.089 N. After a
+/// pull of 0.04 mm in eight increments the friction force is 63.132(7) N, the normal force 400.0619 N and the dissipation
+/// 7.47e-3(4) N mm. Elements of 0.5 mm change the forces by less than 1e-3 and the dissipation by less than 1 %. From the second
+/// stroke on, the hysteresis is closed. The dissipated work never decreases.
 #[test]
 fn clamped_straps_slip_along_their_ends() {
     let aluminium = Stiffness::isotropic(70e3, 0.3).expect("an admissible material");

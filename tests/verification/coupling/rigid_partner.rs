@@ -16,7 +16,7 @@ use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::mesh::Mesh;
 
-/// The patch of 3 x 3 mm under the contact has `n` x `n` equal faces.
+/// A block. Its patch of 3 x 3 mm under the contact has `n` x `n` equal faces.
 fn block(n: usize) -> Mesh {
     let block = GradedBlock {
         patch_half_width: [1.5; 2],

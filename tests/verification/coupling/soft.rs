@@ -14,7 +14,7 @@ use orthowear::frame::{ContactFrame, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 
-/// The foundation is soft compared with the plate.
+/// A plate on a foundation that is soft compared with the plate.
 fn plate(frame: &ContactFrame) -> CoupledBodies {
     let brick = Brick {
         width: [10.0, 1.5],
@@ -53,8 +53,8 @@ fn active_set(matrix: &DMatrix<f64>, gap: &[f64]) -> Vec<f64> {
     panic!("the active set does not come to rest");
 }
 
-/// Truth: the complementarity problem, solved by elimination. The tolerance 1e-6 of the largest pressure is the residual 1e-10
-/// times the condition number of S_nn.
+/// Truth: the complementarity problem, solved by an active-set method. The tolerance 1e-6 of the largest pressure is the residual
+/// 1e-10 times the condition number of S_nn.
 #[test]
 fn a_plate_on_a_soft_foundation() {
     let frame = ContactFrame::grid([9.8, 1.4], [26, 3], [0.0; 2], 0.0).unwrap();

@@ -254,8 +254,8 @@ fn every_method_and_coupling_keeps_to_the_plane() {
 }
 
 /// Truth: the full model, under forces and moments about y, the normal of the plane. The tangential force on the half model is half
-/// of the force on the full model, although cells at the plane may carry tractions across it. The tolerance is 1e-9. For cycles it
-/// is 1e-5, because strokes are repeated only until their changes are below 1e-6.
+/// of the force on the full model. The tolerance is 1e-9. For cycles it is 1e-5 with cells of nodes and 1e-4 with cells of faces,
+/// because strokes are repeated only until their changes are below 1e-6.
 #[test]
 fn prescribed_forces_keep_to_the_plane() {
     let loads = |part: f64| {
@@ -280,8 +280,8 @@ fn prescribed_forces_keep_to_the_plane() {
             let full = Pair { domed, points, steps: steps(1.0), ..Pair::default() };
             let half = Pair { steps: steps(0.5), ..full.with_planes(1) }.run();
             let full = full.run();
-            // Tractions that alternate from face to face hardly move the bodies. Strokes repeated to 1e-6 leave them less accurate,
-            // so only the records are compared.
+            // Tractions that alternate from face to face hardly move the bodies. After strokes repeated to 1e-6 these tractions are
+            // less accurate, so only the records are compared.
             let (found, tolerance) = if points == "faces" && case == 1 {
                 (difference_of_records(&half, &full, 2.0), 1e-4)
             } else {
@@ -332,7 +332,7 @@ fn drawn(random: &mut Random) -> Pair {
 }
 
 /// Truth: the full model, to 1e-8 at a solver tolerance of 1e-10, for three of 30 random scenes. With
-/// `ORTHOWEAR_SYMMETRY_SCENES=FOLDER` all 30 run, and each is written to its own folder.
+/// `ORTHOWEAR_SYMMETRY_SCENES=FOLDER` all 30 run, and their half and full models are written to this folder.
 #[test]
 fn random_half_models() {
     let folder = std::env::var_os("ORTHOWEAR_SYMMETRY_SCENES");
@@ -471,7 +471,7 @@ fn planes_in_other_words() {
         let difference = difference(&found, &expected, 1.0);
         assert!(difference < tolerance, "{difference:e}: {text}");
     }
-    // A prescribed motion across fixed planes makes them rigid walls.
+    // With a prescribed motion across them, fixed planes are rigid walls and not symmetry planes.
     let wall = text
         .replace(SYMMETRY, "symmetry = []")
         .replace("fixed = [{", fixed)

@@ -91,9 +91,9 @@ fn two_ridges_touch_where_they_cross() {
     }
 }
 
-/// Truth: a paraboloid, one face of second order, touches a plane at its vertex, wherever this lies among the cells. Cells around
-/// the nodes of an irregular mesh are not convex. Tolerance 1e-9: the search ends within 1e-5 of a cell's size, and the height
-/// varies with the square of this distance.
+/// Truth: a paraboloid, one face of second order, touches a plane at its vertex, wherever the vertex lies among the cells. Some
+/// cells around the nodes of this irregular mesh are not convex. Tolerance 1e-9: the search ends within 1e-5 of a cell's size, and
+/// the height varies with the square of this distance.
 #[test]
 fn a_vertex_touches_within_any_cell_around_a_node() {
     let (n, h) = (6, 0.5);

@@ -14,7 +14,7 @@ use orthowear::evolution::{Model, RunResult, run};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 use orthowear::laws::friction::FrictionLaw;
 
-/// Requires that tractions by both methods differ by less than 1e-6 of the peak pressure.
+/// Asserts that both methods converge, and that their tractions differ by less than 1e-6 of the peak pressure.
 fn same_as_bb(name: &str, model: &Model, steps: &[Step], tolerance: f64) {
     let by = |method| {
         let options = SolverOptions { tolerance, method, ..SolverOptions::default() };

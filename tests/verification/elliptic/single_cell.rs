@@ -75,7 +75,7 @@ fn a_block_moved_in_a_given_direction() {
             for k in 0..2 {
                 assert!((found[k] - wanted[k]).abs() < 1e-10, "{turned} {theta}: {found:?} {wanted:?}");
             }
-            // The effective friction coefficient times N = 1.
+            // The force along the motion is the effective friction coefficient times N = 1.
             let along_way = sin_cos(turned + theta, found);
             let (s, c) = f64::to_radians(theta).sin_cos();
             assert!(relative(along_way, (0.1 * c).hypot(0.2 * s)) < 1e-10, "{turned} {theta}");

@@ -34,7 +34,7 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
     let direct = found.at_mesh_nodes(&model, &on_patch).unwrap();
     let (mut off, mut size) = ([0.0, 0.0], 0.0);
     for (i, place) in on_patch.points.iter().enumerate() {
-        // With fixed or traction-free boundaries the correction is -u_hs, for the regular field u_hs of the force.
+        // The field u_hs of the force is regular in the body, and the correction cancels it.
         let exact = -field.at(&Vector3::new(place[0] - 5.0, place[1] - 1.0, 0.0)).value;
         for (a, b) in (0..9).map(|k| (k % 3, k / 3)) {
             let values = [found.matrix.at(3 * i + a, 48 + b), direct.at(3 * i + a, 48 + b)];
@@ -46,7 +46,8 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
 }
 
 /// Truth: for a force on the plane of the contact beside the body, the correction is exactly -u_hs with the field u_hs of the
-/// half-space. Betti's evaluation has twice the order of the energy norm: 2 for trilinear and 4 for triquadratic elements.
+/// half-space. Betti's evaluation has twice the order of the energy norm: 2 for trilinear and 4 for triquadratic elements. The
+/// displacement at mesh nodes has the orders 2 and 3.
 #[test]
 fn forces_beside_the_body() {
     for stiffness in usual_or_finest(vec![cfrp()], vec![steel(), cfrp()]) {

@@ -45,7 +45,7 @@ fn supports_and_balance() {
         if x[2] == 0.0 && x[0].abs() < 1.0 && x[1].abs() < 1.0 {
             let cells: Vec<usize> = (0..m).filter(|cell| near(cell) < 0.004).collect();
             for c in 0..3 {
-                // Only body 1 moves here.
+                // Only body 1 is elastic, so its displacement is minus the gap.
                 let mean = -cells.iter().map(|cell| gap[c * m + cell]).sum::<f64>() / cells.len() as f64;
                 assert!((mean - u[c]).abs() < 1e-2 * largest, "{x:?} {c}: {mean} {u:?}");
             }

@@ -34,7 +34,7 @@ pub fn sphere_on(body: &mut dyn ElasticBody, side: Side, frame: &ContactFrame) -
     }
 }
 
-/// At an approach of 0.02 mm without friction, and number of unknowns.
+/// Load at an approach of 0.02 mm without friction, and number of unknowns.
 fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> (f64, usize) {
     let frame = frame(64);
     let mut body = hybrid(body(kind, (w, n, ratio), stiffness), "z1", Side::Lower, &frame);

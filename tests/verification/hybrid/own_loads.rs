@@ -39,7 +39,8 @@ fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
     mesh.groups.push(PhysicalGroup { name: name.into(), dim: 2, tag, cells });
 }
 
-/// Relative to the half-width 3 and the norm of the displacement gradient. The base moves with a strain and a rotation.
+/// Largest error of the displacement under the frame in uniform stress, divided by the half-width 3 and the norm of the
+/// displacement gradient. The base moves with a strain and a rotation.
 fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     let frame = frame(12);
     let stress = Vector6::new(120.0, -80.0, -60.0, 25.0, -30.0, 40.0);
@@ -152,7 +153,8 @@ fn moved_boundaries() {
     assert!(errors[2] < 1e-2, "{errors:?}");
 }
 
-/// Truth: the flexibility on a larger frame. Its tractions are loads on a group of faces, under and beside the small frame.
+/// Truth: the gap that the flexibility on a larger frame gives for tractions on a pad. For the small frame, these tractions are
+/// loads on a group of faces under and beside the frame.
 #[test]
 fn pads_beside_the_frame() {
     let large = ContactFrame::grid([1.5, 1.0], [24, 16], [0.25, 0.0], 0.0).unwrap();
@@ -218,7 +220,7 @@ fn pressed_from_the_side() {
     assert!(errors[0] / errors[1] > 3.0, "{errors:?}");
 }
 
-/// By parabolas between the centres of the cells.
+/// Displacement of body 1 at `x`, the negative gap, by parabolas between the centres of the cells.
 fn interpolated(gap: &[f64], frame: &ContactFrame, x: &Point) -> Point {
     let grid = frame.grid.unwrap();
     let n = frame.n_cells();

@@ -156,7 +156,7 @@ fn covers_the_skin(mesh: &Mesh, groups: &[&str]) {
     assert_eq!(covered, outer_faces(mesh).len(), "{}", mesh.source);
 }
 
-/// By Simpson's rule over [-12, 12].
+/// Integral over [-12, 12] by Simpson's rule.
 fn simpson(f: impl Fn(f64) -> f64) -> f64 {
     let n = 100;
     let h = 24.0 / n as f64;

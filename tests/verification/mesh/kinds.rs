@@ -131,8 +131,8 @@ fn faces_close_the_solid_with_outward_normals() {
     }
 }
 
-/// Truth: VTK's order of middle nodes (VTK user's guide, quadratic cells): around the first face, around the opposite face, then
-/// between the two faces.
+/// Truth: VTK's order of middle nodes (VTK user's guide, quadratic cells): on the edges of the first face, on the edges of an
+/// opposite face, then on the other edges.
 #[test]
 fn vtk_order_puts_middle_nodes_on_vtk_s_edges() {
     let vtk_edges = |kind| match kind {

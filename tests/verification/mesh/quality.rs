@@ -27,7 +27,7 @@ fn graded(solids: BlockElements, side: Side, distortion: f64) -> Mesh {
     .expect("a valid block")
 }
 
-/// Area vector of a face with straight edges, from its diagonals.
+/// Area vector of a face with straight edges.
 fn area_vector(mesh: &Mesh, nodes: &[usize]) -> Vector3<f64> {
     let x: Vec<Vector3<f64>> = nodes.iter().map(|&n| mesh.points[n].into()).collect();
     match x.len() {

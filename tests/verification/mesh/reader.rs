@@ -9,8 +9,8 @@ use super::writer::{VARIANTS, Variant, groups_of_cells, write};
 
 use crate::structured::{BlockElements, GradedBlock};
 
-/// Cells by their number in the file: kind, coordinates of the nodes in order, tags of the groups. It does not depend on the order
-/// in the file.
+/// Kind, coordinates of the nodes and tags of the groups of each cell, by its number in the file. The order of cells and nodes in
+/// the file does not matter.
 type Content = BTreeMap<u64, (ElementKind, Vec<[u64; 3]>, BTreeSet<i64>)>;
 
 fn content(mesh: &Mesh) -> Content {

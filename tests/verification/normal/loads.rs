@@ -75,7 +75,7 @@ fn discs_of_cells_and_of_cfrp() {
     assert!(relative(10.0 * center, published) < 1e-3, "{center}");
 }
 
-/// (u_x, u_y) under unit shear along x (Cerruti, integrated; Johnson 1985, 3.6).
+/// (u_x, u_y) at a corner of an a x b rectangle under unit shear along x (Cerruti, integrated; Johnson 1985, 3.6).
 fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
     let k1 = a * (b / a).asinh() + b * (a / b).asinh();
     let k2 = b * (a / b).asinh();

@@ -165,7 +165,7 @@ fn one_layer_keeps_its_bending_stress() {
     }
 }
 
-/// Root mean squares at inner nodes and at boundary nodes.
+/// Root-mean-square errors of the recovered stress at inner nodes and at boundary nodes.
 fn nodal_errors(
     (kind, formulation): (ElementKind, HexFormulation),
     n: usize,

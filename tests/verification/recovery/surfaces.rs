@@ -17,9 +17,9 @@ use crate::fem_meshes::block;
 
 /// Cells along the contact radius of 1.
 const FINE: usize = 8;
-/// Number of uniform cells, up to 1.5 radii.
+/// Number of uniform cells from the centre to 1.5 radii.
 const UNIFORM: usize = 3 * FINE / 2;
-/// Number of growing cells, from there to ten radii.
+/// Number of growing cells from 1.5 to ten radii.
 const GROWING: usize = 7;
 
 fn line(i: f64) -> f64 {
@@ -66,7 +66,7 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     surface_grid(&output, &frame, &FrameMesh::new(&frame), &field, &cells).unwrap()
 }
 
-/// From 8 x 8 points, zero outside the unit circle.
+/// Mean traction of a cell from 8 x 8 points. The traction is zero outside the unit circle.
 fn cell_mean(center: [f64; 2], traction: &impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
     let h = 1.5 / (2 * UNIFORM) as f64;
     let mut mean = [0.0; 3];

@@ -94,8 +94,8 @@ fn nothing_and_next_to_nothing() {
     }
 }
 
-/// Truth: the same 60 random scenes are certified or give a reason: gross sliding, lost contact with zero normal force, or, in one
-/// of ten at most, the iteration limit.
+/// Truth: 60 random scenes (every third one without `--thorough`) are certified or give a reason: gross sliding, lost contact with
+/// zero normal force, or, in one of ten at most, the iteration limit.
 #[test]
 fn drawn_scenes() {
     let cases: Vec<_> = sweeps::drawn().into_iter().step_by(usual_or_finest(3, 1)).collect();

@@ -7,9 +7,9 @@ use crate::common::relative;
 
 /// Truth: case `str-near-incompressible`. The force on a half-space without friction is proportional to E* = E / (1 - nu^2), to
 /// 1e-7 (residual 1e-8). With friction, the force on a block of mean-dilatation elements grows with nu as the force on the
-/// half-space does, to 5 %. (The block is clamped, 12 wide and 6 high.) For other elements, the force grows as for these elements,
-/// to 2 %, or the run has a locking warning. Standard hexahedra and tetrahedra have the warning from nu = 0.45 on, enhanced
-/// hexahedra from 0.499 on. Elements with a warning are more than 5 % off at 0.4999.
+/// half-space does, to 5 %. (The block is clamped, 12 wide and 6 high.) For other elements, the force grows as for mean-dilatation
+/// elements, to 2 %, or the run has a locking warning. Standard hexahedra and tetrahedra have the warning from nu = 0.45 on,
+/// enhanced hexahedra from 0.499 on. Elements with a warning are more than 5 % off at 0.4999.
 #[test]
 fn nearly_incompressible() {
     let scaled = POISSON.map(|nu| {
@@ -52,8 +52,8 @@ fn nearly_incompressible() {
     }
 }
 
-/// Truth: a fibre is a line without orientation. Forces are continuous: angles that differ by 1e-12 degrees give the same result.
-/// Tolerance 1e-6 of the normal force (residuals of 1e-8). Tilts beyond 90 degrees are refused.
+/// Truth: a fibre is a line without orientation. Forces are continuous: angles that differ by 1e-6 degrees or less give the same
+/// result. Tolerance 1e-6 of the normal force (residuals of 1e-8). Tilts beyond 90 degrees are refused.
 #[test]
 fn fibres_at_any_angle() {
     let cases = sweeps::tilts();

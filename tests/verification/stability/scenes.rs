@@ -74,7 +74,7 @@ pub fn fibre(tilt: f64, azimuth: f64) -> String {
     format!("fibre = {{ tilt = {tilt:?}, azimuth = {azimuth:?} }}")
 }
 
-/// Clamped at its base.
+/// Keys of a finite-element body that is clamped at its base.
 pub fn finite_elements(more: &str) -> String {
     format!(
         "kind = \"fe\"\nmesh = \"block.msh\"\ncontact = \"contact\"\nfixed = [{{ group = \"base\" }}]\nnear_field = \"mesh\"\n{more}"

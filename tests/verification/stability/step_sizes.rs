@@ -12,7 +12,7 @@ use orthowear::flexibility::per_cell::PerCell;
 
 use crate::common::{indent, shift, solve_with, sphere_on_frp};
 
-/// Compliances of cells are wrong by the factors `normal` and `tangential`.
+/// An operator that gives compliances of cells wrong by the factors `normal` and `tangential`.
 struct Misjudged {
     operator: Arc<dyn Flexibility>,
     normal: f64,

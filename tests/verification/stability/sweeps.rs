@@ -86,7 +86,7 @@ pub fn tilted(tilt: f64, azimuth: f64) -> SceneText {
     SceneText { body1: half_space(&fibre(tilt, azimuth)), friction: FRP.to_owned(), ..scene }
 }
 
-/// Case `str-near-degenerate-roots`: fibres at and near all angles where Stroh's roots coincide, and at random angles.
+/// Case `str-near-degenerate-roots`: fibres at and near angles where Stroh's roots coincide, and at random angles.
 pub fn tilts() -> Vec<Case> {
     let tilts =
         [0.0, 1e-12, -1e-12, 1e-6, 30.0, 45.0, 60.0, -30.0, -45.0, 89.999_999, 90.0 - 1e-12, 90.0, -90.0];
@@ -234,7 +234,7 @@ pub fn drawn() -> Vec<Case> {
     (0..60).map(|k| draw(&mut random, k)).collect()
 }
 
-/// The ratio of the friction coefficients is at most 30: at 1000 many ellipses do not converge within the iteration limit.
+/// The ratio of the friction coefficients is at most 32: at 1000 many ellipses do not converge within the iteration limit.
 fn draw(random: &mut Random, k: usize) -> Case {
     let length = random.power(-6.0, 6.0);
     let e2 = random.power(0.0, 6.0);

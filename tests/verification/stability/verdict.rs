@@ -85,7 +85,7 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
     }
 }
 
-/// Also in steps that did not converge.
+/// Asserts that a record and its state are finite, also in steps that did not converge.
 fn finite(name: &str, record: &IncrementRecord, state: &FrameState) {
     // JSON writes non-finite numbers as null.
     let json = serde_json::to_string(record).expect("a record has a form");

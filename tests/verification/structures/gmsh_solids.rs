@@ -1,4 +1,4 @@
-//! Bodies meshed by gmsh, of first and second order, with every solid that it writes.
+//! Bodies meshed by gmsh, of first and second order, with all kinds of solid elements that gmsh writes.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;

@@ -99,7 +99,7 @@ fn wedges_of_the_seven() -> Vec<Vec<usize>> {
     hexahedra.into_iter().flat_map(halves).collect()
 }
 
-/// The seven hexahedra of MacNeal and Harder (1985), cut into two wedges, six pyramids or twelve tetrahedra each.
+/// The seven hexahedra of MacNeal and Harder (1985), whole or cut into two wedges, six pyramids or twelve tetrahedra each.
 pub fn seven_hexahedra(kind: ElementKind) -> Mesh {
     let hexahedra = macneal_harder();
     let mut points = hexahedra.points.clone();
@@ -119,7 +119,7 @@ pub fn seven_hexahedra(kind: ElementKind) -> Mesh {
 }
 
 /// A quarter of the plate of NAFEMS LE1 and LE10, between the ellipses x²/2² + y²/1² = 1 ("x0") and x²/3.25² + y²/2.75² = 1 ("x1").
-/// Cells also run from the axis y = 0 "y0" to x = 0 "y1".
+/// The quarter ends on the axes y = 0 ("y0") and x = 0 ("y1").
 pub fn ellipses(kind: ElementKind, cells: [usize; 3], thickness: f64) -> Mesh {
     block(kind, cells, [1.0, 1.0, thickness], |[s, t, z]| {
         // The cosine of a right angle is not zero in floating point, but the axis has to be a plane.

@@ -38,8 +38,8 @@ fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
 }
 
 /// Truth: `str-friction-large`. Contact and friction laws hold cell by cell in every converged state (1e-6). With mu = 0 the force
-/// is the frictionless force to 1e-10 (mu = 1e-12: to 1e-7). Cases are the case of Spence, and tilted fibres under a displacement,
-/// where coupling is strongest. Up to mu = 1 both cases converge.
+/// is the frictionless force to 1e-10 (mu = 1e-12: to 1e-7). The cases are Spence's indentation, and tilted fibres under a
+/// displacement, where coupling is strongest. Up to mu = 1 both cases converge.
 #[test]
 fn any_coefficient_is_certified_or_refused() {
     let steel = steel();

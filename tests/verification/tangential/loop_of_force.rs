@@ -42,7 +42,7 @@ fn loops(model: &Model, to: &dyn Fn(f64) -> Step, loops: usize) -> (RunResult, V
     (result, fields)
 }
 
-/// By the trapezoidal rule.
+/// Area of the loop of force and displacement, by the trapezoidal rule.
 fn area(result: &RunResult, from: usize, to: usize) -> f64 {
     (from..to)
         .map(|k| (&result.records[k], &result.records[k + 1]))

@@ -52,7 +52,7 @@ fn cone_in_partial_slip() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
     let (reduced, shear) = (105e3, 105e3);
     let slope = 5f64.to_radians().tan();
-    // Sneddon: P = (pi/2) E* a² tan b, delta = (pi/2) a tan b for the slope b. 1/G* = 2 (2 - nu) / (4 G).
+    // Sneddon: P = (pi/2) E* a² tan b, delta = (pi/2) a tan b for the slope angle b. 1/G* = 2 (2 - nu) / (4 G).
     let a = 1.0;
     let load = 0.5 * std::f64::consts::PI * reduced * a * a * slope;
     let (cells, half_width, mu) = (64, 1.15, 0.3);

@@ -38,7 +38,7 @@ fn last(result: &RunResult) -> &IncrementRecord {
     result.records.last().expect("records")
 }
 
-/// Largest difference of two states, relative to the largest pressure. Cell i is mapped to `image(i)`, its tangential traction to
+/// Largest difference of two states, relative to the largest pressure. Cell i is mapped to `image(i)`, its tangential traction by
 /// `q`.
 fn apart(
     a: &RunResult,
@@ -86,7 +86,7 @@ fn bodies_exchanged() {
     let mirrored = |i: usize| (CELLS - 1 - i / CELLS) * CELLS + i % CELLS;
     assert!(apart(&upright, &exchanged, mirrored, |q| [q[0], -q[1]]) < 1e-6);
     assert!((last(&upright).shift[0] - last(&exchanged).shift[0]).abs() < 1e-6 * last(&upright).shift[0]);
-    // Otherwise the test would prove nothing.
+    // The state must not be its own mirror image, or the test would prove nothing.
     assert!(apart(&upright, &upright, mirrored, |q| [q[0], -q[1]]) > 1e-4);
 }
 

@@ -45,7 +45,7 @@ fn default_tolerance_meets_the_reference() {
     }
 }
 
-/// Over the cells where `b` is positive.
+/// Root mean square of `a` - `b` over the cells where `b` is positive.
 fn mean_square(a: &[f64], b: &[f64]) -> f64 {
     let worn: Vec<f64> = a.iter().zip(b).filter(|(_, b)| **b > 0.0).map(|(a, b)| (a - b).powi(2)).collect();
     (worn.iter().sum::<f64>() / worn.len() as f64).sqrt()
@@ -85,7 +85,7 @@ fn jumps_fill_the_cycles() {
     assert!(jumps.iter().all(|jump| jump.length <= critical), "{jumps:?}");
 }
 
-/// Truth: contacts are solved to 1e-8 only.
+/// Truth: contacts are solved to 1e-8 only, so a tolerance of wear of 1e-12 gives a warning.
 #[test]
 fn tolerances_finer_than_contacts_are_solved() {
     for (tolerance, warned) in [(1e-12, true), (1e-2, false)] {

@@ -16,7 +16,8 @@ fn places(model: &Model, larger: &Model) -> Vec<usize> {
     model.frame.grid.expect("a grid").indices_in(&larger.frame.grid.expect("a grid"))
 }
 
-/// Continues on the next model each time the contact reaches the edge of the frame. Returns also the number of models.
+/// Continues on the next model each time the contact reaches the edge of the frame. Returns the result and the number of models
+/// used.
 fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     let options = SolverOptions::default();
     let mut result = solve(&models[0], steps);

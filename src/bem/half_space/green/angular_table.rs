@@ -25,7 +25,7 @@ const LAGRANGE: [f64; NODES] = [
 
 /// Functions of the direction at equidistant angles, interpolated by polynomials of degree 7.
 ///
-/// With 16 angles per period of the highest harmonic the interpolation error stays below 1e-14 of the largest entry.
+/// [`Self::count`] gives at least 16 angles per period of the highest harmonic, and at least 512 angles.
 #[derive(Debug, Clone)]
 pub(in crate::bem::half_space) struct AngularTable {
     /// `[angle][function]`
@@ -40,7 +40,7 @@ impl AngularTable {
         (16 * (order + 1)).next_power_of_two().max(512)
     }
 
-    /// Table from the values of each function at [`Self::count`] equidistant angles of a full turn.
+    /// Table from the values of each function at an even number of equidistant angles of a full turn, starting at the angle 0.
     pub(in crate::bem::half_space) fn new(planes: &[Vec<f64>]) -> Self {
         let count = planes[0].len();
         // Node j of the table lies at the angle -π + (j - 3) step, so that no index wraps around.
@@ -118,7 +118,7 @@ fn lagrange(t: f64) -> [f64; NODES] {
     weights
 }
 
-/// Γ row by row at `count` equidistant angles, each harmonic times `factor` of its order.
+/// The entries of Γ, row by row, at `count` equidistant angles, each harmonic times `factor` of its order.
 fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<f64>) -> Vec<Vec<f64>> {
     let harmonic = |order: usize, coefficient: Complex<f64>| (order, coefficient * factor(order));
     let symmetric = std::array::from_fn::<_, 6, _>(|c| {

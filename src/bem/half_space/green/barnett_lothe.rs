@@ -143,9 +143,9 @@ impl QuadratureSums {
     fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) -> Option<()> {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
-            // Computed without the inverse T⁻¹: for Lamé constants λ ≫ μ, both terms of Q - R T⁻¹ Rᵀ are of order λ and their
-            // difference is of order μ. An error of the inverse amplifies rounding by (λ / μ)³, an error of the Cholesky factor by
-            // λ / μ.
+            // Q - R T⁻¹ Rᵀ is computed without the inverse T⁻¹: for Lamé constants λ ≫ μ, both terms are of order λ and their
+            // difference is of order μ. The difference amplifies rounding errors of the inverse by (λ / μ)³, and of the Cholesky
+            // factor by λ / μ.
             let factor = at.t.cholesky()?;
             let lower = factor.l();
             let y = lower.solve_lower_triangular(&at.r.transpose())?;

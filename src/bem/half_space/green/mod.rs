@@ -124,7 +124,8 @@ impl SurfaceGreen {
         series
     }
 
-    /// On a line at unit distance from the source, distance between the real axis and the nearest complex singularity of Γ(φ) / r.
+    /// Estimated distance between the real axis and the nearest complex singularity of Γ(φ) / r, on a line at unit distance from
+    /// the source.
     pub(super) fn singularity_distance(&self) -> f64 {
         // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n, so Γ is analytic for |Im φ| <
         // η. At the distance d from the source, Γ / r is then analytic within d tanh η of the real axis.
@@ -224,7 +225,7 @@ fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Resul
         .collect()
 }
 
-/// Sum of a real series over its positive and negative orders. `first` is the phase factor of the lowest order, and `ratio` its
+/// Sum of a real series over its positive and negative orders. `first` is the phase factor of the lowest order, and `ratio` is the
 /// factor from one harmonic to the next. Order 0 of the even harmonics has no counterpart of opposite sign.
 fn real_sum<const N: usize>(
     harmonics: &[[Complex<f64>; N]],

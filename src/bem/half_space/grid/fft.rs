@@ -183,8 +183,8 @@ impl Flexibility for FftFlexibility {
         if self.symbol.coarsening != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
             return None;
         }
-        // The largest grid with the padded size of `at_least` within this grid; even along an axis where `at_least` is even. The
-        // choice depends on the request only, so a resumed run has the same operators.
+        // The largest grid within this grid that needs no larger padding than `at_least`; even along an axis where `at_least` is
+        // even. It does not depend on earlier calls, so a resumed run has the same operators.
         let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
         let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
         let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");

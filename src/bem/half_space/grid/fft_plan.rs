@@ -25,7 +25,7 @@ impl<T: FftNum + Into<f64>> FftReal for T {}
 /// Plans for a grid of `cells` padded with zeros to `padded`.
 pub(in crate::bem::half_space) struct PaddedGridPlan<T = f64> {
     pub(in crate::bem::half_space) cells: [usize; 2],
-    /// At least 2 cells - 1, or at least the number of cells in periodic directions.
+    /// Padded size: at least 2 cells - 1 along an open direction, at least the number of cells along a periodic direction.
     pub(in crate::bem::half_space) padded: [usize; 2],
     rows: Arc<dyn RealToComplex<T>>,
     rows_back: Arc<dyn ComplexToReal<T>>,
@@ -193,7 +193,7 @@ impl<T: FftReal> PaddedGridPlan<T> {
         }
     }
 
-    /// Inverse transform of spectrum `k`. The imaginary parts of the real harmonics are rounding errors.
+    /// Inverse transform of spectrum `k`. The imaginary parts of the real harmonics are rounding errors, and are set to zero.
     fn real_row(&self, k: usize, scratch: &mut Scratch<T>) {
         let half = self.half_spectrum();
         let spectrum = &mut scratch.spectra[k * half..(k + 1) * half];
@@ -252,8 +252,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
         }
     }
 
-    /// Applies `multiply(k_y, columns)` to the C columns of each k_y of the transform of `input` (C components). The transforms are
-    /// not normalised.
+    /// Transforms `input` (C components), applies `multiply(k_y, columns)` to the C columns of each k_y, and writes the inverse
+    /// transform to `output`. The transforms are not normalised.
     pub(in crate::bem::half_space) fn apply<const C: usize>(
         &self,
         input: &[f64],

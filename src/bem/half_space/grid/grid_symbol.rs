@@ -17,9 +17,9 @@ pub(super) struct GridSymbol {
     /// Cell sides of the grid divided by the cell sides of the table.
     pub(super) coarsening: usize,
     pub(super) coupled: bool,
-    /// Plane nn, `[k_y][padded_x]`, including the factor 1/(padded size).
+    /// Plane nn, `[k_y][padded_x]`, times `weight`.
     normal: OnceLock<Vec<f64>>,
-    /// Other planes, `[k_y][COUPLED or UNCOUPLED][padded_x]`.
+    /// Other planes, `[k_y][COUPLED or UNCOUPLED][padded_x]`, times `weight`.
     other_planes: OnceLock<Vec<f64>>,
 }
 

@@ -47,7 +47,7 @@ impl KernelTable {
                 }
             }
         });
-        // Makes the operator symmetric to the last bit.
+        // A symmetric K(0) makes the operator symmetric to the last bit.
         near[near_cells[1] - 1] = (near[near_cells[1] - 1] + near[near_cells[1] - 1].transpose()) * 0.5;
         Self { spacing, near_cells, near, far, integrator }
     }
@@ -63,7 +63,7 @@ impl KernelTable {
         self.near[self.near_cells[1] - 1]
     }
 
-    /// `None` for far offsets.
+    /// K at a near offset; `None` for far offsets.
     fn near(&self, dx: usize, dy: isize) -> Option<&Matrix3<f64>> {
         let [nx, ny] = self.near_cells;
         let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];

@@ -1,7 +1,7 @@
 //! Approximate inverses of the flexibility of half-spaces on a grid, as preconditioners.
 //!
 //! The flexibility of the half-spaces is W / κ at the wavenumber κ, so the symbol of the inverse is κ W⁻¹. The grid is taken as
-//! periodic; the error comes from the far fields of its periodic images.
+//! periodic, so the far fields of the periodic images cause an error.
 //!
 //! # Source
 //! Vollebregt 2014, "A new solver for the elastic normal contact problem using conjugate gradients, deflation, and an FFT-based

@@ -27,7 +27,7 @@ const HARMONIC_CUTOFF_SHARE: f64 = 0.05;
 /// Smallest relative tolerance of an operator, close to rounding.
 const MIN_TOLERANCE: f64 = 1e-12;
 
-/// Cells count as small below this ratio of their side to the mean side.
+/// Cells are small if the root of their area is below this multiple of the root of the mean area.
 const SMALL_CELL_RATIO: f64 = 0.25;
 
 /// Factor, at most 1, by which each cell tightens the compression tolerance. The same gap error changes the pressure of a small
@@ -272,7 +272,7 @@ mod tests {
         SurfaceGreen::new(&steel, Side::Lower).expect("converges")
     }
 
-    /// No component vanishes.
+    /// Green's function without vanishing components.
     fn anisotropic() -> SurfaceGreen {
         let constants = Orthotropic {
             e1: 120e3,
@@ -361,8 +361,8 @@ mod tests {
         }
     }
 
-    /// Truth: a term of order k falls as (radius / distance)^k. The error falls as the power p + 1, or p + 2 where order p + 1 is
-    /// small.
+    /// Truth: a term of order k falls as (radius / distance)^k. The error of an expansion up to order p falls as the power p + 1,
+    /// or as the power p + 2 if the term of order p + 1 is small.
     #[test]
     fn error_falls_with_the_power_of_the_order() {
         let green = anisotropic();

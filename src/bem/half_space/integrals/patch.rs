@@ -10,7 +10,8 @@ use crate::quadrature::gauss_legendre;
 /// Maximum number of Gauss points per direction.
 const MAX_POINTS: usize = 16;
 
-/// Polygons always use rules with up to this many points: they apply only far away, where the exact integral loses accuracy.
+/// Polygons always use rules with up to this many points. Such rules suffice only far away, where the exact integral loses
+/// accuracy.
 const FEW_POINTS: usize = 4;
 /// Cost of one Gauss point, in harmonics of the exact integral.
 const SLOWER: usize = 2;

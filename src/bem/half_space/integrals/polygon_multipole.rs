@@ -5,7 +5,8 @@
 //! `∂_z^a ∂_z̄^b Γ(φ) / r = D_ab(φ) / r^(1+a+b)`, `D_ab = Σ γ_n P_a((n-1)/2) P_b(-(n+1)/2) exp(i (n-a+b) φ)`,
 //!
 //! with the harmonics γ_n of Γ and P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the Taylor sum of these derivatives
-//! times its moments. The functions D_ab are tabulated over half a turn; in the opposite direction only signs differ.
+//! times the moments of the polygon. The functions D_ab are tabulated over half a turn; in the opposite direction only signs
+//! differ.
 
 use std::f64::consts::PI;
 
@@ -43,8 +44,8 @@ pub(super) struct PolygonMultipole {
 }
 
 impl PolygonMultipole {
-    /// Expansion with an error of `accuracy` relative to the largest component. At larger distances the error is up to `decades`
-    /// decades smaller.
+    /// Expansion with an error of `accuracy` relative to the largest component. [`Self::order_at`] can require errors that are up
+    /// to `decades` decades smaller.
     pub fn new(green: &SurfaceGreen, components: &[KernelComponent], accuracy: f64, decades: usize) -> Self {
         let angles = (PER_PERIOD * (green.order() + MAX_ORDER + 1)).next_power_of_two().max(ANGLES);
         let fits =
@@ -105,7 +106,7 @@ impl PolygonMultipole {
         self.min_ratio[0].len() - 1
     }
 
-    /// Sufficient order at a `ratio` of distance to radius, for `decade` more decades of accuracy.
+    /// Sufficient order at a `ratio` of distance to radius, for `decade` more decades of accuracy; `None` if no order suffices.
     pub fn order_at(&self, ratio: f64, decade: usize) -> Option<usize> {
         self.min_ratio[decade].iter().position(|&from| ratio >= from)
     }

@@ -52,7 +52,7 @@ fn terms(component: KernelComponent, green: &SurfaceGreen, sides: [f64; 2]) -> V
 pub(in crate::bem::half_space) struct RectangleExpansion {
     /// `[component][term]`, values at equidistant angles of a full turn.
     planes: Vec<Vec<Vec<f64>>>,
-    /// Minimum distance for which 1, 2, ... terms suffice, descending.
+    /// Minimum distances for which 1, 2, ... terms suffice.
     min_distance: [f64; TERMS],
     /// Parity in y; `None` if a component has none.
     parity: Vec<Option<f64>>,
@@ -100,7 +100,7 @@ impl RectangleExpansion {
         self.min_distance[TERMS - 1]
     }
 
-    /// Ratio of a component's value at (x, -y) to its value at (x, y); `None` if the half-spaces lack this symmetry.
+    /// Ratio of a component's value at (x, -y) to its value at (x, y); `None` if the component is neither even nor odd in y.
     pub(in crate::bem::half_space) fn y_parity(&self, component: KernelComponent) -> Option<f64> {
         self.parity[component.index()]
     }

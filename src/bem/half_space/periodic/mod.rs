@@ -4,8 +4,8 @@
 //! exact admittance W(m) / κ of every harmonic. In an open direction tractions are constant over the cells.
 //!
 //! A uniform load has no finite displacement relative to infinity. With two periodic directions, the mean displacement is zero.
-//! With one, the mean traction of each row of cells in this direction acts as a line load. The logarithmic part of its displacement
-//! is zero at a distance of half the frame width.
+//! With one, the mean traction of each row of cells in this direction acts as a line load. The logarithmic part of the displacement
+//! due to a line load is zero at a distance of half the frame width in the open direction.
 //!
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
@@ -36,7 +36,7 @@ use crate::flexibility::per_cell::PerCell;
 /// Maximum aspect ratio of a cell in a frame with one open direction.
 const MAX_CELL_ASPECT_RATIO: f64 = 1e3;
 
-/// The operator S of half-spaces on a uniform periodic grid of cells, symmetric and positive definite.
+/// The operator S of half-spaces on a uniform periodic grid of cells; symmetric.
 ///
 /// In a frame that is periodic in both directions, uniform tractions cause no displacement. Cell (ix, iy) has the index
 /// `ix * cells[1] + iy`.
@@ -54,7 +54,7 @@ pub struct PeriodicFlexibility {
 }
 
 impl PeriodicFlexibility {
-    /// Computes the symbol: in closed form for two periodic directions, otherwise for each harmonic by a sum over aliases.
+    /// Computes the symbol, in closed form if both directions are periodic.
     ///
     /// `cells`: numbers along x and y; `spacing`: sides of a cell, mm; `periodic`: whether the frame is periodic along x and along
     /// y.

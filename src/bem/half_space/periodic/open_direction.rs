@@ -31,8 +31,8 @@ const LN_MAX_WRAPAROUND: f64 = 35.0;
 /// Maximum number of cells of the periodic line on which a kernel is computed. Each cell takes some 300 bytes per thread.
 const MAX_LINE_POINTS: usize = 1 << 19;
 
-/// Largest ratio of the period to the cell width in the open direction for which [`MAX_LINE_POINTS`] suffices, without the frame's
-/// own cells in that direction.
+/// Largest ratio of the period to the cell width in the open direction for which [`MAX_LINE_POINTS`] suffices. The frame's own
+/// cells in the open direction are not counted.
 pub(super) fn max_period_over_cell(singularity_distance: f64) -> f64 {
     2.0 * PI * singularity_distance * MAX_LINE_POINTS as f64 / LN_MAX_WRAPAROUND
 }
@@ -48,7 +48,7 @@ pub(super) struct OpenDirection<'a> {
     pub padded: usize,
     /// Cell sides along the frame's x and y, mm.
     pub spacing: [f64; 2],
-    /// Distance from a line load along the periodic direction at which the displacement due to the load is zero, mm.
+    /// Distance from a line load along the periodic direction at which the logarithmic part of the displacement is zero, mm.
     pub datum: f64,
     /// Decay rate δ of K(d) ∝ exp(-δ k d): distance of the nearest singularity of W(κ, 1) from the real κ axis.
     pub singularity_distance: f64,
@@ -145,7 +145,7 @@ impl<'a> OpenDirection<'a> {
         }
     }
 
-    /// K for k = 0: the integral of -A/π ln(|x| / datum) - B/2 sgn(x) over the cell, with W = A ± i B along the open direction.
+    /// K for k = 0: the integral of -A/π ln(|x| / datum) - B/2 sgn(x) over the cell, where W = A ± i B at κ = ±1.
     pub(super) fn plane_strain(&self, d: isize) -> Upper {
         let along = if self.axis == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
         let h = self.spacing[self.axis];

@@ -32,10 +32,11 @@ pub const MAX_DENSE_CELLS: usize = 1000;
 /// Default relative tolerance of the compressed operator.
 pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
-/// A far block `[m, n]` takes about this × d² × (m + n) bytes per component, where d = -log10(tolerance).
+/// Memory of a far block `[m, n]` per component, bytes, divided by d² (m + n) with d = -log10(tolerance). A typical value.
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 1.9;
 
-/// The build for n cells on two cores takes about this × n ln n × (number of components) × d² seconds, where d = -log10(tolerance).
+/// Time of the build for n cells on two cores, seconds, divided by n ln n × (number of components) × d² with d = -log10(tolerance).
+/// A typical value.
 const BUILD_SECONDS_PER_CELL: f64 = 2e-7;
 
 /// Advice if memory does not suffice.
@@ -55,7 +56,7 @@ pub struct CompressedFlexibility {
     matrix: HierarchicalMatrix,
     pairs: CellInfluence,
     all: Vec<ComponentProduct>,
-    /// Normal component of S, for the pressure alone.
+    /// Products of the normal block of S, for the pressure alone.
     normal: Vec<ComponentProduct>,
     /// Position in the tree and area of each cell.
     place_and_area: Vec<(usize, f64)>,
@@ -141,8 +142,7 @@ impl CompressedFlexibility {
     }
 
     /// Estimated memory, bytes, with an error of up to a third. Near blocks are counted, far blocks estimated from typical ranks
-    /// for the tolerance. [`Self::new`] uses a more accurate estimate. `corners` `[N]` are the corners of each
-    /// cell, the other arguments as there.
+    /// for the tolerance. [`Self::new`] has the same arguments and uses a more accurate estimate.
     pub fn typical_bytes(
         centers: &[[f64; 2]],
         corners: &[Vec<[f64; 2]>],
@@ -172,7 +172,8 @@ impl CompressedFlexibility {
         self.matrix.bytes() + self.pairs.bytes() + inverses
     }
 
-    /// Applies `with` in tree order, after `factor(area)` and before `back(area)`.
+    /// Applies `with` to `x` in tree order and writes the result to `y`. Input values are multiplied by `factor(area)`, results by
+    /// `back(area)`.
     fn in_order(
         &self,
         x: &[f64],

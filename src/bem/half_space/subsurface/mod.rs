@@ -1,8 +1,8 @@
 //! Displacement and stress inside a half-space under uniform tractions on the cells of its surface ([`SubsurfaceField`]).
 //!
-//! Near cells are integrated by Gauss rules. Clusters of distant cells are replaced by 6 × 6 equivalent forces with the same
-//! moments up to degree 5 in each direction. The field at a point is thus a sum over some thousand forces, almost independently of
-//! the number of cells.
+//! Near cells are integrated by Gauss rules. Clusters of distant cells are replaced by 6 × 6 equivalent forces, which have the same
+//! moments as the tractions up to degree 5 in each direction. The field at a point is thus a sum over some thousand forces, almost
+//! independently of the number of cells.
 
 mod boussinesq;
 pub mod point_force;
@@ -21,7 +21,8 @@ use crate::quadrature::gauss_legendre;
 /// Error of the integral over a cell or a cluster, relative to the largest values.
 const RELATIVE_TOLERANCE: f64 = 1e-6;
 
-/// Number of equivalent forces along a side of a cluster. Their error equals the error of a Gauss rule with half as many points.
+/// Number of equivalent forces along a side of a cluster. Their error is about the error of a Gauss rule with half as many points
+/// per side.
 const EQUIVALENT_FORCES_PER_SIDE: usize = 6;
 
 /// Maximum number of Gauss points along a side of a cell, or of a part of a divided cell.
@@ -79,8 +80,8 @@ impl LoadedQuad {
         ([value(0), value(1)], along_s[0] * along_t[1] - along_s[1] * along_t[0])
     }
 
-    /// One parallelogram if the quadrilateral is one; otherwise for each corner the parallelogram of the two
-    /// sides that meet there, about the common centre.
+    /// Number of parallelograms, and their list. A parallelogram gives itself. Other quadrilaterals give for each corner the
+    /// parallelogram of the two sides that meet there, about the common centre.
     fn enclosing_parallelograms(&self) -> (usize, [Parallelogram; 4]) {
         let [a, b, c, d] = self.corners.map(|[x, y]| Point::new(x, y, 0.0));
         let middle = (a + b + c + d) * 0.25;
@@ -125,7 +126,7 @@ fn split_polygon(corners: &[[f64; 2]], traction: Point) -> Vec<LoadedQuad> {
 }
 
 impl<'a> SubsurfaceField<'a> {
-    /// Upper bound of the memory, bytes, for cells with these numbers of corners.
+    /// Upper bound of the memory, bytes, for cells with `n_corners` corners each.
     pub fn expected_bytes(n_corners: impl Iterator<Item = usize>) -> usize {
         let parts: usize = n_corners.map(|n| if n <= 4 { 1 } else { n }).sum();
         // Each half of a divided cluster holds at least half of `MAX_LEAF_QUADS` quadrilaterals.

@@ -23,7 +23,7 @@ const KIND: &str = "point force";
 /// Target error of a table, relative to its largest entry.
 const ERROR: f64 = 3e-8;
 
-/// Largest change of the direct integral on doubling its points, at the nodes of a table.
+/// Convergence limit of the direct integral for a table: change on doubling the number of points, relative to the largest entries.
 const MAX_INTEGRAL_CHANGE: f64 = 1e-8;
 
 const COMPARED_ON_SURFACE: usize = 1024;
@@ -82,8 +82,8 @@ impl PointForceField {
         Ok((Self(Form::Tabulated(Box::new(Tabulated { inside, surface }))), note))
     }
 
-    /// Field at `x` (mm) with z <= 0, not the origin. Within 1e-9 of the distance from the origin, points count as surface points.
-    /// Their derivatives are one-sided, from within the body.
+    /// Field at `x` (mm) with z <= 0, not the origin. Points whose depth is at most 1e-9 of their distance from the origin count as
+    /// surface points. There, the derivatives are one-sided, from within the body.
     #[inline]
     pub fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let on_surface = x.z >= -SURFACE_TOLERANCE * x.norm();

@@ -108,11 +108,12 @@ impl PointForceIntegral {
     }
 
     /// Field at a point below the surface, and the last change on doubling the number of points, relative to the largest entries.
+    /// The number is doubled until this change is at most `change`, or up to the largest rule.
     ///
     /// The trapezoidal rule is applied in s. With the modulus k = √(1 - k'²) and the quarter period K, tan ψ = k' sc(K s, k) and
     /// θ = φ + π/2 + ψ. Here k' is approximately the ratio of depth to distance from the z axis. The poles near tan ψ = ±i k' and
-    /// ±i are then far from the real line. The condition on the change before the last prevents false convergence where the leading
-    /// error, a wave in φ, vanishes.
+    /// ±i are then far from the real line. A second condition, on the change before the last, prevents false convergence where the
+    /// leading error, a wave in φ, vanishes.
     pub(super) fn integrate(&self, x: &Vector3<f64>, change: f64) -> (GreenTensor, f64) {
         let direction = Direction::new(x);
         let mut sums = [0.0; TERMS];
