@@ -66,4 +66,5 @@ def program():
     def run(*arguments, **more):
         return subprocess.run([found, *map(str, arguments)], capture_output=True, text=True, check=False, **more)
 
+    run.path = found
     return run

@@ -108,6 +108,15 @@ impl ContactState {
         self.mode_amplitudes.copy_from_slice(&other.mode_amplitudes);
     }
 
+    /// Halves the distance of the unknowns from those of `start`. Admissible tractions stay admissible, because the admissible set is
+    /// convex. The state must be evaluated afterwards.
+    pub(crate) fn halve_step(&mut self, start: &Self) {
+        let halve = |(from, to): (&f64, &mut f64)| *to = from + 0.5 * (*to - from);
+        start.scaled.iter().zip(&mut self.scaled).for_each(halve);
+        start.rigid_motion.iter().flatten().zip(self.rigid_motion.iter_mut().flatten()).for_each(halve);
+        start.mode_amplitudes.iter().flatten().zip(self.mode_amplitudes.iter_mut().flatten()).for_each(halve);
+    }
+
     /// Projects the scaled tractions onto p >= 0 and |q̂| <= p, by radial return.
     pub(crate) fn project_to_cone(&mut self) {
         let n = self.wear_per_pass.len();

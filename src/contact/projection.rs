@@ -3,7 +3,7 @@
 //! The Lagrange multiplier of a prescribed force is the rigid motion for which the projected tractions have the prescribed
 //! resultant.
 
-use super::balance::{self, Balance, LossOfEquilibrium, MAX_RIGID_MODES, ProjectionStart, StepSizes};
+use super::balance::{Balance, LossOfEquilibrium, MAX_RIGID_MODES, ProjectionStart, StepSizes};
 use super::friction_scaling::FrictionScaling;
 use super::{Increment, NormalControl, PathPoint, Pressures, TangentialControl};
 
@@ -12,8 +12,8 @@ use super::{Increment, NormalControl, PathPoint, Pressures, TangentialControl};
 pub enum Equilibrium {
     /// The tractions carry the prescribed forces.
     Balanced,
-    /// A tangential force reaches the friction limit at the pressures of this iterate, and every cell slips at its limit along the
-    /// force. On a path point with a balance: no rigid motion balances the forces, and the bodies slide or separate.
+    /// A tangential force reaches the friction limit at the pressures of this iterate, and the traction of every cell is at its
+    /// limit along the scaled force. On a path point with a balance: no rigid motion balances the forces, and the bodies slide or separate.
     Sliding(LossOfEquilibrium),
 }
 
@@ -207,14 +207,8 @@ fn shift_for_force(
     let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
     let size = wanted[0].hypot(wanted[1]);
     if size >= capacity * (1.0 - 1e-12) {
-        let force = hat.physical_traction(wanted);
-        let norm = force[0].hypot(force[1]);
-        let mut motion = [0.0; balance::MOTION_COMPONENTS];
-        // The traction on body 2 is opposite to its motion.
-        (motion[0], motion[1]) = (-force[0] / norm, -force[1] / norm);
-        let sliding =
-            LossOfEquilibrium { motion, separates_bodies: false, carried_load_fraction: capacity / size };
-        return (if size == 0.0 { Equilibrium::Balanced } else { Equilibrium::Sliding(sliding) }, [0.0; 2]);
+        let sliding = || Equilibrium::Sliding(LossOfEquilibrium::by_sliding(hat, wanted, capacity));
+        return (if size == 0.0 { Equilibrium::Balanced } else { sliding() }, [0.0; 2]);
     }
     let scale = capacity / areas.iter().sum::<f64>();
     let mut y = [0.0; 2];

@@ -23,31 +23,13 @@ impl Increment<'_> {
     /// Normal and tangential part of [`Increment::natural_residual`].
     pub fn natural_residual_parts(&self, it: &ContactState) -> [f64; 2] {
         let n = self.n();
-        let given = self.pressures == Pressures::Given;
         let mut parts = [0.0_f64; 2];
         let mut p_max: f64 = 0.0;
         for end in 0..self.path_points.len() {
-            let base = end * 3 * n;
             for i in 0..n {
-                let p = it.scaled[base + 2 * n + i];
-                let mut rho = p;
-                if !given {
-                    let wear = self.implicit_passes * it.wear_path[end * n + i];
-                    let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
-                    let star = p - c * it.gap[base + 2 * n + i];
-                    rho = if star > 0.0 { star } else { 0.0 * star };
-                    parts[0] = nan_max(parts[0], (p - rho).abs());
-                }
-                p_max = nan_max(p_max, p);
-                if self.friction.is_some() {
-                    let c = self.scales.c_tangential[i];
-                    let q = [it.scaled[base + i], it.scaled[base + n + i]];
-                    let star = [q[0] - c * it.gradient[base + i], q[1] - c * it.gradient[base + n + i]];
-                    let norm = (star[0] * star[0] + star[1] * star[1]).sqrt();
-                    let scale = if norm > rho { rho / norm } else { 1.0 };
-                    let change = [q[0] - scale * star[0], q[1] - scale * star[1]];
-                    parts[1] = nan_max(parts[1], (change[0] * change[0] + change[1] * change[1]).sqrt());
-                }
+                let change = self.traction_change(it, end, i);
+                parts = [nan_max(parts[0], change[0]), nan_max(parts[1], change[1])];
+                p_max = nan_max(p_max, it.scaled[end * 3 * n + 2 * n + i]);
             }
         }
         if p_max == 0.0 && self.overlap_is_rounding(it) {
@@ -61,6 +43,61 @@ impl Increment<'_> {
             let [force, shear] = self.force_residuals(it, end);
             [nan_max(normal, force), nan_max(tangential, shear)]
         })
+    }
+
+    /// Changes of the pressure and of the scaled tangential traction of a cell in one local projection step, MPa.
+    fn traction_change(&self, it: &ContactState, end: usize, i: usize) -> [f64; 2] {
+        let (n, base) = (self.n(), end * 3 * self.n());
+        let p = it.scaled[base + 2 * n + i];
+        let (mut rho, mut changes) = (p, [0.0; 2]);
+        if self.pressures == Pressures::Unknown {
+            let wear = self.implicit_passes * it.wear_path[end * n + i];
+            let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
+            let star = p - c * it.gap[base + 2 * n + i];
+            rho = if star > 0.0 { star } else { 0.0 * star };
+            changes[0] = (p - rho).abs();
+        }
+        if self.friction.is_some() {
+            let c = self.scales.c_tangential[i];
+            let q = [it.scaled[base + i], it.scaled[base + n + i]];
+            let star = [q[0] - c * it.gradient[base + i], q[1] - c * it.gradient[base + n + i]];
+            let norm = (star[0] * star[0] + star[1] * star[1]).sqrt();
+            let scale = if norm > rho { rho / norm } else { 1.0 };
+            let change = [q[0] - scale * star[0], q[1] - scale * star[1]];
+            changes[1] = (change[0] * change[0] + change[1] * change[1]).sqrt();
+        }
+        changes
+    }
+
+    /// Root mean square of the changes of the tractions in one local projection step, over the cells and path points, relative to the
+    /// largest pressure. The relative defects of prescribed forces are added to the mean square.
+    pub(super) fn mean_residual(&self, it: &ContactState) -> f64 {
+        let n = self.n();
+        let p_max = largest_pressure(it, n);
+        let squares = (0..self.path_points.len()).map(|end| {
+            let changes = (0..n).flat_map(|i| self.traction_change(it, end, i)).map(|change| change / p_max);
+            let mean = changes.map(|change| change * change).sum::<f64>() / n as f64;
+            mean + self.force_residuals(it, end).iter().map(|defect| defect * defect).sum::<f64>()
+        });
+        squares.sum::<f64>().sqrt()
+    }
+
+    /// Numbers of cells, summed over the path points, whose pressures and whose tangential tractions would change by more than
+    /// `tolerance` times the largest pressure in one local projection step.
+    pub(super) fn violated_cells(&self, it: &ContactState, tolerance: f64) -> [usize; 2] {
+        let n = self.n();
+        let p_max = largest_pressure(it, n);
+        let mut counts = [0; 2];
+        for end in 0..self.path_points.len() {
+            for i in 0..n {
+                let changes = self.traction_change(it, end, i);
+                counts
+                    .iter_mut()
+                    .zip(changes)
+                    .for_each(|(count, change)| *count += usize::from(change > tolerance * p_max));
+            }
+        }
+        counts
     }
 
     fn overlap_is_rounding(&self, it: &ContactState) -> bool {
@@ -101,4 +138,9 @@ impl Increment<'_> {
         }
         residuals
     }
+}
+
+fn largest_pressure(it: &ContactState, n: usize) -> f64 {
+    let pressures = it.scaled.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
+    pressures.fold(0.0, |most, p| nan_max(most, *p))
 }

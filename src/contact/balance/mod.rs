@@ -47,6 +47,18 @@ pub struct LossOfEquilibrium {
     pub carried_load_fraction: f64,
 }
 
+impl LossOfEquilibrium {
+    /// Gross sliding under the scaled tangential force `force` on body 2, which reaches the friction limit `limit`. All cells slip
+    /// in the direction whose scaled slip is opposite to `force`.
+    pub(super) fn by_sliding(hat: &FrictionScaling, force: [f64; 2], limit: f64) -> Self {
+        let slip = hat.physical_slip(force);
+        let size = slip[0].hypot(slip[1]);
+        let mut motion = [0.0; MOTION_COMPONENTS];
+        (motion[0], motion[1]) = (-slip[0] / size, -slip[1] / size);
+        Self { motion, separates_bodies: false, carried_load_fraction: limit / force[0].hypot(force[1]) }
+    }
+}
+
 /// Step sizes of the normal and the tangential block, MPa/mm.
 #[derive(Debug, Clone, Copy)]
 pub struct StepSizes {

@@ -8,14 +8,17 @@ mod newton;
 mod pressures_first;
 mod projected_gradient;
 mod report;
+mod stagnation;
 mod uzawa;
 
 pub use coarse_to_fine::solves_windows;
 pub use control::{IterationCallback, Method, SolverOptions};
 pub use report::{SolveReport, StopReason};
+pub use stagnation::Stagnation;
 
 use super::{ContactState, Increment, NormalControl};
 use control::SolveControl;
+use stagnation::ResidualHistory;
 
 #[derive(Clone, Copy)]
 enum IncrementSolver {
@@ -69,14 +72,23 @@ pub fn solve(
     options: &SolverOptions,
     watch: &mut IterationCallback,
 ) -> SolveReport {
-    let mut control = SolveControl::new(*options, watch);
-    let report = if pressures_first::is_applicable(problem, options) {
+    let mut history = ResidualHistory::default();
+    let mut watch = |iterations, residual| {
+        history.add(iterations, residual);
+        watch(iterations, residual)
+    };
+    let mut control = SolveControl::new(*options, &mut watch);
+    let mut report = if pressures_first::is_applicable(problem, options) {
         pressures_first::solve(problem, it, &mut control, solve_nested)
     } else {
         solve_nested(problem, it, &mut control)
     };
     if report.converged() {
         close_unloaded_gap(problem, it);
+    }
+    if report.stop == StopReason::Iterations {
+        let reached_limit = report.iterations >= options.max_iterations;
+        report.stagnation = Some(Stagnation::new(problem, it, options.tolerance, history, reached_limit));
     }
     report
 }

@@ -1,6 +1,7 @@
 //! Result of a solve.
 
 use super::super::balance::LossOfEquilibrium;
+use super::stagnation::Stagnation;
 
 /// Why a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +35,8 @@ pub struct SolveReport {
     pub applications: usize,
     /// How equilibrium was lost, if the solve ended for this reason.
     pub loss_of_equilibrium: Option<LossOfEquilibrium>,
+    /// Course of the solve, if it ended with [`StopReason::Iterations`].
+    pub stagnation: Option<Stagnation>,
     /// Name of the method. Methods that were tried before precede it, each with its iterations and residual. A comma separates the
     /// methods of two stages.
     pub method: String,
@@ -48,6 +51,7 @@ impl Default for SolveReport {
             iterations: 0,
             applications: 0,
             loss_of_equilibrium: None,
+            stagnation: None,
             method: String::new(),
         }
     }

@@ -3,15 +3,16 @@
 use std::collections::HashMap;
 
 use super::bricks::{spec, support};
-use crate::common::{Silent, indent, shift};
+use crate::common::{Silent, indent, shift, step};
 use crate::fem_meshes::{add_cells, block};
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::FeBody;
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::element::ElementKind;
-use orthowear::evolution::step::Step;
-use orthowear::evolution::{Model, run};
+use orthowear::evolution::records::{Divergence, Outcome};
+use orthowear::evolution::step::{Step, Tangential};
+use orthowear::evolution::{Model, RunResult, run};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
@@ -49,12 +50,8 @@ fn strap(x: f64, z: f64) -> Mesh {
     mesh
 }
 
-/// Truth: an independent program in plane strain, with the uncertainty of the last digit. The clamping force is 400.089 N. After a
-/// pull of 0.04 mm in eight increments the friction force is 63.132(7) N, the normal force 400.0619 N and the dissipation
-/// 7.47e-3(4) N mm. Elements of 0.5 mm change the forces by less than 1e-3 and the dissipation by less than 1 %. From the second
-/// stroke on, the hysteresis is closed. The dissipated work never decreases.
-#[test]
-fn clamped_straps_slip_along_their_ends() {
+/// The two straps, pressed together by 50 MPa under the washer.
+fn straps() -> Model {
     let aluminium = Stiffness::isotropic(70e3, 0.3).expect("an admissible material");
     let mut middle = spec(strap(0.0, -2.0), &aluminium);
     middle.supports = vec![
@@ -74,7 +71,7 @@ fn clamped_straps_slip_along_their_ends() {
     let [middle, outer] = &mut bodies;
     let distance = surface_distance(&InitialGap::from(GapShape::Flat), &frame, middle, outer).expect("a gap");
     let coupled = couple(middle, outer, &frame, Coupling::Schur, SkipVanishing).expect("coupled bodies");
-    let model = Model {
+    Model {
         initial_gap: coupled.initial_gap(&distance),
         frame,
         flexibility: coupled.flexibility,
@@ -82,11 +79,27 @@ fn clamped_straps_slip_along_their_ends() {
         friction: FrictionLaw::Coulomb { mu: 0.3 },
         wear: WearLaw::None,
         wear_share: 1.0,
-    };
-    let clamp = Step { friction: false, ..indent(0.0) };
+    }
+}
+
+fn clamp() -> Step {
+    Step { friction: false, ..indent(0.0) }
+}
+
+fn solve(model: &Model, steps: &[Step]) -> RunResult {
+    run(model, steps, &SolverOptions::default(), None, &mut Silent).expect("a run")
+}
+
+/// Truth: an independent program in plane strain, with the uncertainty of the last digit. The clamping force is 400.089 N. After a
+/// pull of 0.04 mm in eight increments the friction force is 63.132(7) N, the normal force 400.0619 N and the dissipation
+/// 7.47e-3(4) N mm. Elements of 0.5 mm change the forces by less than 1e-3 and the dissipation by less than 1 %. From the second
+/// stroke on, the hysteresis is closed. The dissipated work never decreases.
+#[test]
+fn clamped_straps_slip_along_their_ends() {
+    let model = straps();
     let pulled = |angle: f64| Step { increments: 8, ..shift(0.04, angle) };
-    let steps = [clamp, pulled(180.0), pulled(0.0), pulled(180.0), pulled(0.0)];
-    let result = run(&model, &steps, &SolverOptions::default(), None, &mut Silent).expect("a run");
+    let steps = [clamp(), pulled(180.0), pulled(0.0), pulled(180.0), pulled(0.0)];
+    let result = solve(&model, &steps);
     assert!(result.records.iter().all(|record| record.converged), "{:?}", result.records.last());
     let forces = |i: usize| [result.records[i].normal_force, result.records[i].tangential_force[0]];
     let near = |found: f64, wanted: f64, share: f64| (found - wanted).abs() <= share * wanted.abs();
@@ -99,4 +112,27 @@ fn clamped_straps_slip_along_their_ends() {
     assert!(near(first, second, 1e-6), "{first} {second}");
     let dissipated = result.records.windows(2).all(|pair| pair[1].dissipation >= pair[0].dissipation);
     assert!(dissipated);
+}
+
+/// Truth: where all cells slip, friction is mu N, and its direction is opposite to the slip. A shift of 1 mm slides the whole
+/// overlap. A prescribed force of 0.9999 times the friction then keeps equilibrium, and one of 1.0001 times does not.
+#[test]
+fn straps_slide_at_their_friction_limit() {
+    let model = straps();
+    let shifted = solve(&model, &[clamp(), Step { increments: 4, ..shift(1.0, 180.0) }]);
+    let slid = shifted.records.last().expect("a record");
+    let limit = -slid.tangential_force[0];
+    assert!((limit - 0.3 * slid.normal_force).abs() < 1e-7 * limit, "{limit} {}", slid.normal_force);
+    let pulled = |share: f64| {
+        let force = Some(Tangential::Force([-share * limit, 0.0]));
+        solve(&model, &[clamp(), Step { tangential: force, ..step("pull") }])
+    };
+    let held = pulled(0.9999);
+    assert_eq!(held.outcome, Outcome::Converged);
+    let record = &held.records[1];
+    assert!((record.tangential_force[0] + 0.9999 * limit).abs() < 1e-7 * limit && record.stick_area > 0.0);
+    let beyond = pulled(1.0001);
+    assert_eq!(beyond.outcome, Outcome::NotConverged(Divergence::GrossSliding));
+    assert!((beyond.records[1].tangential_force[0] + limit).abs() < 1e-7 * limit);
+    assert!(beyond.warnings.iter().any(|w| w.contains("body 2 slides along -x")), "{:?}", beyond.warnings);
 }

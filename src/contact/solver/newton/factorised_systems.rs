@@ -12,14 +12,10 @@ pub(super) const MAX_UNKNOWNS: usize = 4000;
 
 /// Whether systems of `problem` may be factorised.
 pub(super) fn are_applicable(problem: &Increment) -> bool {
-    let depends_on_gap = |reference: &SlipReference| match reference {
-        SlipReference::Previous(_) | SlipReference::PreviousPoint { .. } => true,
-        SlipReference::Prescribed(_) => problem.friction.is_none(),
-        SlipReference::Upstream(_) => false,
-    };
+    let rolls = |reference: &SlipReference| matches!(reference, SlipReference::Upstream(_));
     problem.flexibility.is_condensed()
         && problem.pressures == Pressures::Unknown
-        && problem.path_points.iter().all(|point| depends_on_gap(&point.reference))
+        && !problem.path_points.iter().any(|point| rolls(&point.reference))
 }
 
 /// Whether systems of `problem` are factorised after a failed iterative step with `failures` failures before. With an approximate

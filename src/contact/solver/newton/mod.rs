@@ -5,12 +5,14 @@
 //! the scaled slip; c_n and c_t are local stiffnesses. The equations of these cell states give the step; they are linear except for
 //! the direction of slip. Far from the solution the states alternate. Projected Barzilai-Borwein steps therefore precede the first
 //! Newton step if the residual is large, and follow failed Newton steps. Systems of meshed bodies are factorised after a failure.
+//! If that fails too, further factorised steps are shortened until the mean residual falls.
 //!
 //! # Source
 //! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods". Hüeber,
 //! Stadler and Wohlmuth 2008: the bound β <= 1 on the factor of the radial return.
 
 mod factorised_systems;
+mod gross_sliding;
 mod preconditioner;
 mod rolling;
 mod system_matrix;
@@ -22,6 +24,7 @@ use super::barzilai_borwein;
 use super::control::{PartSolver, SolveControl, SolverOptions};
 use super::report::{SolveReport, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions, KrylovReport};
+use gross_sliding::Verdict;
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
 /// Largest natural residual from which the first Newton step of a solve begins.
@@ -71,6 +74,12 @@ const MAX_ITERATIVE_STEPS: usize = 10;
 /// residual falls to rounding.
 const EXACT_STEPS_WITHOUT_GAIN: usize = 10;
 
+/// Least decrease of the mean residual in a damped step, relative to the decrease that the linear equations predict.
+const SUFFICIENT_GAIN: f64 = 0.1;
+
+/// Shortest damped step, as a share of the Newton step.
+const MIN_STEP_LENGTH: f64 = 1e-4;
+
 /// Bound on the residual after the first step of a solve; with a larger residual the step fails. A failed step with a residual
 /// below this bound is the start of the Barzilai-Borwein steps.
 const FIRST_STEP_LIMIT: f64 = 1.0;
@@ -96,18 +105,22 @@ struct NewtonSolve<'s, 'p> {
     workspace: Workspace,
     /// Whether linear systems are factorised.
     factorise: bool,
+    part_solver: PartSolver,
     /// Unknowns at the start of the solve.
     start: Unknowns,
+    /// Unknowns of the state with the smallest residual.
+    best: Unknowns,
+    best_residual: f64,
 }
 
-/// Solves from the state in `it`. Afterwards `it` contains the last state; in steady rolling, the best state.
+/// Solves from the state in `it`. Afterwards `it` contains the solution, the state of lost equilibrium, or the best state.
 ///
-/// `frictionless_solver` computes the pressures from which steady rolling with friction starts.
+/// `part_solver` computes the pressures from which steady rolling with friction starts, and those of gross sliding.
 pub(super) fn solve(
     problem: &Increment,
     it: &mut ContactState,
     control: &mut SolveControl,
-    frictionless_solver: PartSolver,
+    part_solver: PartSolver,
 ) -> SolveReport {
     let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
     problem.evaluate(it);
@@ -116,9 +129,21 @@ pub(super) fn solve(
     let workspace = Workspace::new(problem);
     let krylov = Gmres::default();
     let (options, start) = (control.options, Unknowns::from_state(it));
-    let factorise = false;
-    let solve = NewtonSolve { problem, options, report, krylov, linear, workspace, factorise, start };
-    if rolls { solve.run_rolling(it, control, frictionless_solver) } else { solve.run(it, control) }
+    let (factorise, best, best_residual) = (false, start.clone(), f64::INFINITY);
+    let solve = NewtonSolve {
+        problem,
+        options,
+        report,
+        krylov,
+        linear,
+        workspace,
+        factorise,
+        part_solver,
+        start,
+        best,
+        best_residual,
+    };
+    if rolls { solve.run_rolling(it, control) } else { solve.run(it, control) }
 }
 
 /// Judges the steps of a solve by their natural residuals.
@@ -149,40 +174,37 @@ impl Progress {
 
 impl NewtonSolve<'_, '_> {
     fn run(mut self, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
+        if gross_sliding::is_certain(self.problem) && self.slides(it, control) == Some(true) {
+            return self.report;
+        }
         let mut trial = it.clone();
         let (mut failures, mut repair, mut near) = (0, FALLBACK_STEPS, FIRST_STEP_START_RESIDUAL);
         let mut progress = Progress { first: true, best: f64::INFINITY, worse: 0 };
         // State before the first exact step since the last failure.
         let mut kept: Option<Unknowns> = None;
-        let (mut may_start, mut steps) = (true, 0);
-        loop {
+        let mut may_start = true;
+        for steps in 1.. {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
+            self.keep_best(it);
             let iterations = self.report.iterations;
             let exhausted = iterations >= self.options.max_iterations || failures >= MAX_NEWTON_FAILURES;
             if let Some(stop) = control.stop_reason(iterations, residual, exhausted) {
-                if self.factorise && stop != StopReason::Converged {
-                    it.project_to_cone();
-                    self.problem.evaluate(it);
-                    self.report.applications += self.problem.applications();
-                    self.report.residual = self.problem.natural_residual(it);
-                }
-                self.report.stop = stop;
-                return self.report;
+                self.end(it, stop);
+                break;
             }
             if residual > near && (progress.first || failures > 0) && std::mem::take(&mut may_start) {
                 if self.fall_back_to_gradient(it, RESTART_RESIDUAL, MAX_START_STEPS, control) {
-                    return self.report;
+                    break;
                 }
                 continue;
             }
-            steps += 1;
             self.factorise |= steps > MAX_ITERATIVE_STEPS && factorised_systems::are_applicable(self.problem);
             let exact = self.step(it, &mut trial);
             let mut after = self.problem.natural_residual(&trial);
             if exact {
                 kept.get_or_insert_with(|| Unknowns::from_state(it));
-                after = self.project_solution(&mut trial, after);
+                after = self.finish_exact_step(it, &mut trial, after, failures > 0);
             }
             let before = progress;
             if progress.accepts(after, exact) {
@@ -203,22 +225,84 @@ impl NewtonSolve<'_, '_> {
             } else if after < FIRST_STEP_LIMIT {
                 std::mem::swap(it, &mut trial);
             }
-            if self.fall_back_to_gradient(it, self.options.tolerance, repair, control) {
-                return self.report;
+            if (failures == 1 && self.slides(it, control) == Some(true))
+                || self.fall_back_to_gradient(it, self.options.tolerance, repair, control)
+            {
+                break;
             }
             repair *= 2;
         }
+        self.report
     }
 
-    /// Projects the tractions of an exact step if its residual `after` meets the tolerance. Returns the residual.
-    fn project_solution(&mut self, trial: &mut ContactState, after: f64) -> f64 {
-        if after.is_nan() || after > self.options.tolerance {
+    /// Keeps the state `it` if its residual is the smallest of the solve.
+    fn keep_best(&mut self, it: &ContactState) {
+        if self.report.residual < self.best_residual {
+            self.best.copy_from(it);
+            self.best_residual = self.report.residual;
+        }
+    }
+
+    /// Ends the solve for the reason `stop`, with the best state unless `it` is the solution.
+    fn end(&mut self, it: &mut ContactState, stop: StopReason) {
+        if stop != StopReason::Converged {
+            self.best.restore_into(it);
+            self.report.residual = self.project(it);
+        }
+        self.report.stop = stop;
+    }
+
+    /// Returns whether a prescribed tangential force makes the bodies slide, if that is known. If so, the report states it, and `it`
+    /// is the state in sliding.
+    fn slides(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<bool> {
+        match gross_sliding::test(self.problem, it, control, self.part_solver, &mut self.report) {
+            Verdict::Slides(loss) => {
+                self.problem.evaluate(it);
+                self.report.applications += self.problem.applications();
+                self.report.residual = self.problem.natural_residual(it);
+                (self.report.stop, self.report.loss_of_equilibrium) = (StopReason::GrossSliding, Some(loss));
+                Some(true)
+            }
+            Verdict::Carried => Some(false),
+            Verdict::Unknown => None,
+        }
+    }
+
+    /// Completes an exact step from `it` to `trial`, whose residual is `after`: projects the tractions of a solution, and shortens a
+    /// `damped` step. Returns the residual, infinite if no length reduces the mean residual.
+    fn finish_exact_step(
+        &mut self,
+        it: &ContactState,
+        trial: &mut ContactState,
+        after: f64,
+        damped: bool,
+    ) -> f64 {
+        if after <= self.options.tolerance {
+            return self.project(trial);
+        }
+        if !damped {
             return after;
         }
-        trial.project_to_cone();
-        self.problem.evaluate(trial);
-        self.report.applications += self.problem.applications();
+        let before = self.problem.mean_residual(it);
+        let mut length = 1.0;
+        while self.problem.mean_residual(trial) > (1.0 - SUFFICIENT_GAIN * length) * before {
+            if length < MIN_STEP_LENGTH {
+                return f64::INFINITY;
+            }
+            trial.halve_step(it);
+            length *= 0.5;
+            self.problem.evaluate(trial);
+            self.report.applications += self.problem.applications();
+        }
         self.problem.natural_residual(trial)
+    }
+
+    /// Projects the tractions onto the admissible set. Returns the residual.
+    fn project(&mut self, it: &mut ContactState) -> f64 {
+        it.project_to_cone();
+        self.problem.evaluate(it);
+        self.report.applications += self.problem.applications();
+        self.problem.natural_residual(it)
     }
 
     /// Takes Barzilai-Borwein steps until the residual meets `tolerance`: at most `most` steps, unless equilibrium seems lost.
@@ -244,7 +328,11 @@ impl NewtonSolve<'_, '_> {
             // start with the full tolerance.
             StopReason::GrossSliding | StopReason::ContactLost if tolerance > self.options.tolerance => {
                 self.start.restore_into(it);
-                self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, control)
+                self.problem.evaluate(it);
+                let slides = self.slides(it, control);
+                slides.unwrap_or_else(|| {
+                    self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, control)
+                })
             }
             stop => {
                 (self.report.stop, self.report.loss_of_equilibrium) = (stop, report.loss_of_equilibrium);

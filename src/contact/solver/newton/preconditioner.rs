@@ -86,7 +86,7 @@ impl ActiveSetInverse {
                 self.gap[2 * n + cell] = rows[k] / problem.scales.c_normal[cell];
             }
             let hatted = match active.state {
-                CellStatus::PressureOnly => continue,
+                CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => continue,
                 CellStatus::Stick => {
                     self.stuck[cell] = true;
                     [rows[first], rows[first + 1]]
@@ -114,7 +114,7 @@ impl ActiveSetInverse {
             let Some(hat) = &hat else { continue };
             let q = hat.scaled_traction([self.tractions[cell], self.tractions[n + cell]]);
             match active.state {
-                CellStatus::PressureOnly => {}
+                CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => {}
                 CellStatus::Stick => (x[first], x[first + 1]) = (q[0], q[1]),
                 CellStatus::Slip { direction, beta_ratio } => {
                     let left = perpendicular(direction);

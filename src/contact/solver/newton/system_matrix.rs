@@ -4,12 +4,15 @@ use faer::Par;
 use rayon::prelude::*;
 
 use super::factorised_systems::{Entries, MAX_UNKNOWNS};
-use super::tangent::NewtonSystem;
+use super::tangent::{NewtonSystem, Rows};
 use super::unknowns::{ActiveCell, CellStatus, perpendicular};
-use crate::contact::SlipReference;
 use crate::error::Result;
 use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
+
+/// Diagonal entry of the matrix for an unknown motion. The equations do not determine a motion common to all path points of a cycle
+/// without sticking cells; it then stays as it is. GMRES corrects the error of other motions.
+const MOTION_REGULARISATION: f64 = 1e-10;
 
 /// Unknown traction or equation of a cell. The traction is `vector` times the unknown, the row is `vector` · gap.
 struct CellVector {
@@ -73,8 +76,10 @@ impl NewtonSystem<'_, '_> {
                 matrix.column_mut(first + j)[first + i] += factor;
             }
         }
-        for (k, (gaps, works)) in self.border_vectors().into_iter().enumerate() {
-            matrix.column_mut(self.tractions + k)[..self.tractions].copy_from_slice(&gaps);
+        for (k, (gaps, works)) in self.border_vectors(Rows::All).into_iter().enumerate() {
+            let column = matrix.column_mut(self.tractions + k);
+            column[..self.tractions].copy_from_slice(&gaps);
+            column[self.tractions + k] = MOTION_REGULARISATION;
             for (j, work) in works.into_iter().enumerate() {
                 matrix.column_mut(j)[self.tractions + k] = work;
             }
@@ -102,36 +107,32 @@ impl NewtonSystem<'_, '_> {
             };
             let mut pressure = [0.0, 0.0, 1.0];
             match cell.state {
-                CellStatus::PressureOnly => {}
+                CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => {}
                 CellStatus::Stick => {
                     push(tangential([1.0, 0.0]), true);
                     push(tangential([0.0, 1.0]), true);
                 }
                 CellStatus::Slip { direction, .. } => {
                     push(tangential(perpendicular(direction)), true);
-                    if !rows {
-                        pressure[..2].copy_from_slice(&tangential(direction)[..2]);
-                    }
                 }
+            }
+            if let (false, CellStatus::Slip { direction, .. } | CellStatus::PrescribedSlip { direction }) =
+                (rows, cell.state)
+            {
+                pressure[..2].copy_from_slice(&tangential(direction)[..2]);
             }
             push(pressure, false);
         }
         vectors
     }
 
-    /// Factor on the gap in `row` that the traction `column` causes: slip is a difference of gaps of two path points.
+    /// Factor on the gap in `row` that the traction `column` causes.
     fn coupling(&self, row: &CellVector, column: &CellVector) -> f64 {
-        let (to, from) = (&self.active[row.active], &self.active[column.active]);
-        let same = if to.end == from.end { 1.0 } else { 0.0 };
-        match &self.problem.path_points[to.end].reference {
-            SlipReference::PreviousPoint { stick_mask, .. }
-                if row.tangential
-                    && !stick_mask[to.cell]
-                    && self.problem.previous_path_point(to.end) == from.end =>
-            {
-                same - 1.0
-            }
-            _ => same,
+        let (to, from) = (&self.active[row.active], self.active[column.active].end);
+        match row.tangential {
+            true => self.slip_factor(to, from),
+            false if to.end == from => 1.0,
+            false => 0.0,
         }
     }
 
@@ -156,7 +157,8 @@ mod tests {
     use super::*;
     use crate::contact::friction_scaling::FrictionScaling;
     use crate::contact::{
-        ContactScales, ContactState, Increment, NormalControl, PathPoint, Pressures, TangentialControl,
+        ContactScales, ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference,
+        TangentialControl,
     };
     use crate::flexibility::Flexibility;
     use crate::flexibility::cell_matrix::CellMatrix;
@@ -212,10 +214,10 @@ mod tests {
         Dense(matrix)
     }
 
-    /// Scaled tractions of two path points. Their directions differ slightly. The last cell is open, and three reach the friction
+    /// Scaled tractions of four path points. Their directions differ slightly. The last cell is open, and three reach the friction
     /// limit.
     fn tractions(n: usize) -> Vec<f64> {
-        let mut scaled = vec![0.0; 6 * n];
+        let mut scaled = vec![0.0; 12 * n];
         for (end, planes) in scaled.chunks_exact_mut(3 * n).enumerate() {
             for i in 0..n - 1 {
                 let p = 1.0 + 0.5 * wave(i);
@@ -243,24 +245,39 @@ mod tests {
         gap
     }
 
-    /// Truth: the columns of the matrix are the products of the system with unit vectors. The two path points of a cycle have cells
-    /// that are open, stick, slip or stick through the whole cycle, implicit wear, and one has an unknown normal motion. Tolerance
-    /// 1e-12: rounding of entries up to 100.
+    /// A cycle of three path points, the second with unknown motions, and a point with a prescribed slip.
+    fn path_points(n: usize) -> Vec<PathPoint> {
+        let reference = SlipReference::PreviousPoint {
+            stick_mask: (0..n).map(|i| i == 2).collect(),
+            stick_gap: vec![0.0; 2 * n],
+        };
+        let point = |normal: NormalControl, tangential: TangentialControl| PathPoint {
+            normal,
+            tangential,
+            balance: None,
+            reference: reference.clone(),
+        };
+        let (shift, force) = (TangentialControl::Shift, TangentialControl::Force([0.1, 0.2]));
+        let sliding = PathPoint {
+            reference: SlipReference::Prescribed((0..2 * n).map(wave).collect()),
+            ..point(NormalControl::Approach, shift)
+        };
+        vec![
+            point(NormalControl::Approach, shift),
+            point(NormalControl::Force(2.0), force),
+            point(NormalControl::Approach, shift),
+            sliding,
+        ]
+    }
+
+    /// Truth: the columns of the matrix are the products of the system with unit vectors. The path points of a cycle have cells that
+    /// are open, stick, slip or stick through the whole cycle, and implicit wear. One has unknown motions, and one a prescribed slip.
+    /// Tolerance 1e-12: rounding of entries up to 100.
     #[test]
     fn columns_are_products() {
         let n = 6;
         let operator = flexibility(n);
         let ellipse = FrictionEllipse { mu: [0.3, 0.5], angle: 0.4 };
-        let reference = SlipReference::PreviousPoint {
-            stick_mask: (0..n).map(|i| i == 2).collect(),
-            stick_gap: vec![0.0; 2 * n],
-        };
-        let point = |normal: NormalControl| PathPoint {
-            normal,
-            tangential: TangentialControl::Shift,
-            balance: None,
-            reference: reference.clone(),
-        };
         let scaled = tractions(n);
         let initial_gap = closing_gap(&operator, &ellipse, &scaled[..3 * n]);
         let (areas, wear_depth) = (vec![0.5; n], vec![0.0; n]);
@@ -278,9 +295,9 @@ mod tests {
             implicit_passes: 50.0,
             pressures: Pressures::Unknown,
             skip: AllowedOmissions::NONE,
-            path_points: vec![point(NormalControl::Approach), point(NormalControl::Force(2.0))],
+            path_points: path_points(n),
         };
-        let mut it = ContactState::new(n, vec![[0.0; 3]; 2]);
+        let mut it = ContactState::new(n, vec![[0.0; 3]; 4]);
         it.scaled = scaled;
         problem.evaluate(&mut it);
         let model = LinearModel { flexibility: &operator, zeros: vec![0.0; 3 * n] };
@@ -291,13 +308,17 @@ mod tests {
         };
         assert!(states(|state| matches!(state, CellStatus::Stick)) > 1);
         assert!(states(|state| matches!(state, CellStatus::Slip { .. })) > 1);
-        assert!(system.active.len() < 2 * n, "no open cell");
+        assert!(states(|state| matches!(state, CellStatus::PrescribedSlip { .. })) > 1);
+        assert!(system.active.len() < 4 * n, "no open cell");
         let entries = Entries::new(&operator, (0..n).collect()).expect("entries");
         let matrix = system.matrix(&entries).expect("memory");
         for j in 0..system.len() {
             let (mut unit, mut column) = (vec![0.0; system.len()], vec![0.0; system.len()]);
             unit[j] = 1.0;
             system.apply(&unit, &mut column);
+            if j >= system.tractions {
+                column[j] += MOTION_REGULARISATION;
+            }
             let defect = column.iter().zip(matrix.column(j)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(defect < 1e-12, "column {j}: {defect:e}");
         }

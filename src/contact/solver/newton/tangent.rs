@@ -6,7 +6,7 @@
 use faer::Par;
 
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
-use super::super::super::{ContactState, Increment, Pressures};
+use super::super::super::{ContactState, Increment, Pressures, SlipReference};
 use super::factorised_systems::Entries;
 use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
 use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions, perpendicular};
@@ -59,6 +59,15 @@ impl Workspace {
         let change = ContactState::new(n, vec![[0.0; 3]; ends]);
         Self { change, inverse: ActiveSetInverse::new(n), entries: None }
     }
+}
+
+/// Rows of a column of the border.
+#[derive(Clone, Copy)]
+pub(super) enum Rows {
+    All,
+    /// Rows of the path point of the motion alone. In a cycle without sticking cells, a motion common to all path points changes no
+    /// slip, so that the whole columns are linearly dependent.
+    OwnPathPoint,
 }
 
 fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -151,6 +160,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                     let left = perpendicular(e);
                     [p * e[0] + s * left[0], p * e[1] + s * left[1]]
                 }
+                CellStatus::PrescribedSlip { direction } => direction.map(|e| p * e),
             };
             (self.change.scaled[base], self.change.scaled[base + n]) = (q[0], q[1]);
         }
@@ -172,7 +182,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
             }
             let slip = [gradient[base], gradient[base + n]];
             match active.state {
-                CellStatus::PressureOnly => {}
+                CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => {}
                 CellStatus::Stick => {
                     let c = self.problem.scales.c_tangential[active.cell];
                     (rows[active.tangential_row], rows[active.tangential_row + 1]) =
@@ -203,7 +213,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
     ) -> impl Iterator<Item = (usize, usize, f64)> + use<> {
         let fixed = self.problem.scales.fixed_directions.get(active.cell).copied().unwrap_or_default();
         let (size, block) = match active.state {
-            CellStatus::PressureOnly => (0, fixed),
+            CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => (0, fixed),
             CellStatus::Stick => (2, fixed),
             CellStatus::Slip { direction, .. } => {
                 let e = nalgebra::Vector2::from(perpendicular(direction));
@@ -231,7 +241,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                 rhs[k] -= self.problem.scales.c_normal[active.cell] * it.gradient[base + 2 * n];
             }
             match active.state {
-                CellStatus::PressureOnly => {}
+                CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => {}
                 CellStatus::Stick => {
                     let c = self.problem.scales.c_tangential[active.cell];
                     rhs[active.tangential_row] -= c * it.gradient[base];
@@ -276,11 +286,17 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         for active in &self.active {
             let base = active.end * 3 * n + active.cell;
             let p = it.scaled[base + 2 * n];
-            let mut tangential = [0.0; 2];
-            if let CellStatus::Slip { direction, .. } = active.state {
-                let missing = p - product(direction, [it.scaled[base], it.scaled[base + n]]);
-                tangential = direction.map(|e| missing * e);
-            }
+            let q = [it.scaled[base], it.scaled[base + n]];
+            let tangential = match active.state {
+                CellStatus::PressureOnly | CellStatus::Stick => [0.0; 2],
+                CellStatus::Slip { direction, .. } => {
+                    let missing = p - product(direction, q);
+                    direction.map(|e| missing * e)
+                }
+                CellStatus::PrescribedSlip { direction } => {
+                    [p * direction[0] - q[0], p * direction[1] - q[1]]
+                }
+            };
             self.change.scaled[base + 2 * n] = 0.0;
             (self.change.scaled[base], self.change.scaled[base + n]) = (tangential[0], tangential[1]);
         }
@@ -305,7 +321,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
     /// Computes the Schur complement of the free motions, for the preconditioner.
     fn border(&mut self) -> MotionSchurComplement {
         let (mut columns, mut constraints) = (Vec::new(), Vec::new());
-        for (rows, work) in self.border_vectors() {
+        for (rows, work) in self.border_vectors(Rows::OwnPathPoint) {
             let mut solved = vec![0.0; self.tractions];
             self.inverse.apply(self.problem, &self.active, &rows, &mut solved);
             columns.push(solved);
@@ -314,41 +330,63 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         MotionSchurComplement::new(columns, constraints)
     }
 
-    /// For each free motion: values of the rows per unit of its amount, and work of a unit of each traction, divided by the total
-    /// cell area.
-    pub(super) fn border_vectors(&self) -> Vec<(Vec<f64>, Vec<f64>)> {
+    /// For each free motion: values of the rows `which` per unit of its amount, and work of a unit of each traction, divided by the
+    /// total cell area.
+    pub(super) fn border_vectors(&self, which: Rows) -> Vec<(Vec<f64>, Vec<f64>)> {
         let total: f64 = self.problem.areas.iter().sum();
         let vectors = |free: &FreeMotion| {
             let (mut rows, mut work) = (vec![0.0; self.tractions], vec![0.0; self.tractions]);
-            for active in self.active.iter().filter(|active| active.end == free.end) {
+            for active in &self.active {
                 let [x, y, normal] = self.column(free, active.cell);
-                let (c, share) =
-                    (self.problem.scales.c_normal[active.cell], self.problem.areas[active.cell] / total);
-                if let Some(k) = active.pressure_row {
-                    (rows[k], work[k]) = (c * normal * self.motion_unit, share * normal);
+                let same = active.end == free.end;
+                let share = if same { self.problem.areas[active.cell] / total } else { 0.0 };
+                if let (true, Some(k)) = (same, active.pressure_row) {
+                    rows[k] = self.problem.scales.c_normal[active.cell] * normal * self.motion_unit;
+                    work[k] = share * normal;
                 }
                 let (first, tangential) = (active.tangential_row, [x, y]);
-                match active.state {
-                    CellStatus::PressureOnly => {}
-                    CellStatus::Stick => {
-                        let c = self.problem.scales.c_tangential[active.cell] * self.motion_unit;
-                        (rows[first], rows[first + 1]) = (c * x, c * y);
-                        (work[first], work[first + 1]) = (share * x, share * y);
-                    }
-                    CellStatus::Slip { direction, .. } => {
-                        let c = self.problem.scales.c_tangential[active.cell] * self.motion_unit;
-                        let left = perpendicular(direction);
-                        rows[first] = c * product(left, tangential);
-                        work[first] = share * product(left, tangential);
-                        if let Some(k) = active.pressure_row {
-                            work[k] += share * product(direction, tangential);
-                        }
-                    }
+                if let (
+                    CellStatus::Slip { direction, .. } | CellStatus::PrescribedSlip { direction },
+                    Some(k),
+                ) = (active.state, active.pressure_row)
+                {
+                    work[k] += share * product(direction, tangential);
+                }
+                let axes: &[[f64; 2]] = match active.state {
+                    CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => &[],
+                    CellStatus::Stick => &[[1.0, 0.0], [0.0, 1.0]],
+                    CellStatus::Slip { direction, .. } => &[perpendicular(direction)],
+                };
+                let factor = match (which, same) {
+                    (Rows::All, _) => self.slip_factor(active, free.end),
+                    (Rows::OwnPathPoint, true) => 1.0,
+                    (Rows::OwnPathPoint, false) => 0.0,
+                };
+                let c = factor
+                    * self.problem.scales.c_tangential.get(active.cell).copied().unwrap_or(0.0)
+                    * self.motion_unit;
+                for (k, axis) in axes.iter().enumerate() {
+                    rows[first + k] = c * product(*axis, tangential);
+                    work[first + k] = share * product(*axis, tangential);
                 }
             }
             (rows, work)
         };
         self.free.iter().map(vectors).collect()
+    }
+
+    /// Derivative of the slip in `to` with respect to the tangential gap of its cell at the path point `from`. In a cycle, slip is
+    /// a difference of the gaps of two path points.
+    pub(super) fn slip_factor(&self, to: &ActiveCell, from: usize) -> f64 {
+        let same = if to.end == from { 1.0 } else { 0.0 };
+        match &self.problem.path_points[to.end].reference {
+            SlipReference::PreviousPoint { stick_mask, .. }
+                if !stick_mask[to.cell] && self.problem.previous_path_point(to.end) == from =>
+            {
+                same - 1.0
+            }
+            _ => same,
+        }
     }
 
     /// Whether the system is factorised. Steps are then exact, and tractions need not be admissible between steps.

@@ -3,7 +3,9 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
-use super::super::super::{ContactState, Increment, NormalControl, Pressures, TangentialControl};
+use super::super::super::{
+    ContactState, Increment, NormalControl, Pressures, SlipReference, TangentialControl,
+};
 
 /// Lower bound on the factor β of the radial return in a slipping cell. β is the pressure divided by the magnitude of the augmented
 /// tangential traction.
@@ -25,6 +27,11 @@ pub(super) enum CellStatus {
         direction: [f64; 2],
         /// (1 - β) / β, with β the factor of the radial return.
         beta_ratio: f64,
+    },
+    /// The pressure is unknown, and the tangential traction is the pressure times `direction`, because the slip is prescribed.
+    PrescribedSlip {
+        /// Direction opposite to the slip, a unit vector.
+        direction: [f64; 2],
     },
 }
 
@@ -58,7 +65,7 @@ pub(super) fn active_cells(problem: &Increment, it: &ContactState) -> (Vec<Activ
             let Some(state) = state(problem, it, end, cell) else { continue };
             let tangential_row = tractions;
             tractions += match state {
-                CellStatus::PressureOnly => 0,
+                CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => 0,
                 CellStatus::Slip { .. } => 1,
                 CellStatus::Stick => 2,
             };
@@ -86,16 +93,33 @@ fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Opt
     if problem.friction.is_none() {
         return Some(CellStatus::PressureOnly);
     }
+    let q = [it.scaled[base], it.scaled[base + n]];
+    let slip = [it.gradient[base], it.gradient[base + n]];
+    if let SlipReference::Prescribed(_) = problem.path_points[end].reference {
+        return Some(prescribed_slip(q, slip, radius));
+    }
     let c = problem.scales.c_tangential[cell];
-    let y = [it.scaled[base] - c * it.gradient[base], it.scaled[base + n] - c * it.gradient[base + n]];
+    let y = [q[0] - c * slip[0], q[1] - c * slip[1]];
     let size = (y[0] * y[0] + y[1] * y[1]).sqrt();
     if size <= radius {
         return Some(CellStatus::Stick);
     }
     let beta = (p / size).clamp(MIN_BETA, 1.0);
-    let slip = [it.gradient[base], it.gradient[base + n]];
     let direction = slip_direction(problem.scales.fixed_directions.get(cell), y, slip);
     Some(CellStatus::Slip { direction, beta_ratio: (1.0 - beta) / beta })
+}
+
+/// State of a cell in contact with the traction `q` and the prescribed slip `slip`. Without slip, the traction keeps its value or
+/// returns to the friction limit `limit`.
+fn prescribed_slip(q: [f64; 2], slip: [f64; 2], limit: f64) -> CellStatus {
+    let (slips, carried) = (slip[0].hypot(slip[1]), q[0].hypot(q[1]));
+    if slips > 0.0 {
+        CellStatus::PrescribedSlip { direction: slip.map(|part| -part / slips) }
+    } else if carried > limit {
+        CellStatus::PrescribedSlip { direction: q.map(|part| part / carried) }
+    } else {
+        CellStatus::PressureOnly
+    }
 }
 
 /// Direction of the augmented tangential traction `y`. Along directions that supports fix, `fixed`, tractions have no effect on the

@@ -1,0 +1,25 @@
+"""Random pairs of meshed bodies converge and keep the laws of contact."""
+
+import importlib.util
+
+import pytest
+from conftest import ROOT
+
+#: Thin and unsupported bodies, beside half-spaces, rigid bodies and thick bodies: pressed, shifted, pulled by up to 0.95 of the friction limit, in
+#: fretting cycles. The last three need factorised Newton steps.
+PAIRS = [20, 26, 47, 49, 68, 69, 90, 147, 175, 46, 144, 153]
+
+
+@pytest.fixture(scope="module")
+def pairs():
+    spec = importlib.util.spec_from_file_location("pairs", ROOT / "benchmarks" / "meshed_pairs" / "pairs.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("number", PAIRS)
+def test_pair_converges(number, pairs, program, tmp_path):
+    """Truth: residual, friction limit and dissipation of a solution (`pairs.faults`)."""
+    row, _ = pairs.run(program.path, pairs.draw(1, number), tmp_path, threads=2)
+    assert (row["outcome"], row["faults"]) == ("converged", ""), row

@@ -1,0 +1,71 @@
+//! What a solve that did not reach its tolerance leaves: the course of the residual, and the cells whose conditions are violated.
+
+use super::super::{ContactState, Increment};
+
+/// A residual that falls by a smaller factor in ten times as many iterations has stalled.
+const MAX_STALL_RATIO: f64 = 0.5;
+
+/// Course of a solve that did not reach its tolerance, and its last state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stagnation {
+    /// Numbers of iterations and the smallest natural residuals up to them: after 1, 10, 100, ... iterations.
+    pub history: Vec<(usize, f64)>,
+    /// Whether the solve ended at its iteration limit while the residual still fell.
+    pub needs_iterations: bool,
+    /// Number of cells whose gap and pressure violate the contact conditions by more than the tolerance. A cell counts once per
+    /// path point.
+    pub contact_cells: usize,
+    /// Number of cells whose traction and slip violate the friction law by more than the tolerance, counted likewise.
+    pub friction_cells: usize,
+}
+
+/// Records the smallest residuals after 1, 10, 100, ... iterations.
+#[derive(Default)]
+pub(super) struct ResidualHistory {
+    kept: Vec<(usize, f64)>,
+    best: Option<f64>,
+}
+
+impl ResidualHistory {
+    /// Records the residual after `iterations`.
+    pub fn add(&mut self, iterations: usize, residual: f64) {
+        let next = 10_usize.pow(self.kept.len() as u32);
+        if let (true, Some(best)) = (iterations > next, self.best) {
+            self.kept.push((next, best));
+        }
+        self.best = Some(self.best.map_or(residual, |best| best.min(residual)));
+    }
+}
+
+impl Stagnation {
+    pub(super) fn new(
+        problem: &Increment,
+        it: &ContactState,
+        tolerance: f64,
+        history: ResidualHistory,
+        reached_limit: bool,
+    ) -> Self {
+        let [contact_cells, friction_cells] = problem.violated_cells(it, tolerance);
+        let falls = match history.kept[..] {
+            [.., before, last] => last.1 < MAX_STALL_RATIO * before.1,
+            _ => true,
+        };
+        let needs_iterations = reached_limit && falls;
+        Self { history: history.kept, needs_iterations, contact_cells, friction_cells }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the definition, the smallest residuals up to 1 and 10 iterations.
+    #[test]
+    fn history_keeps_the_smallest_residuals() {
+        let mut history = ResidualHistory::default();
+        for iterations in 0..25 {
+            history.add(iterations, if iterations == 7 { 0.5 } else { 1.0 / (1 + iterations % 2) as f64 });
+        }
+        assert_eq!(history.kept, [(1, 0.5), (10, 0.5)]);
+    }
+}
