@@ -222,14 +222,17 @@ pub(super) fn reason_label(reason: Divergence) -> String {
 pub(super) fn explain_divergence(reason: Divergence) -> &'static str {
     match reason {
         Divergence::Iterations => {
-            "the contact solver reached its iteration limit: increase solver.max_iterations or relax \
-             solver.tolerance"
+            "the contact solver did not reach solver.tolerance; the run's notes say in which cells, and what to try"
         }
         Divergence::GrossSliding => {
             "the tangential load exceeds the friction limit: reduce it, or prescribe the displacement \
              `shift` or `twist` instead"
         }
         Divergence::ContactLost => "the bodies separated: check approach, forces and moments",
+        Divergence::LargeRotation => {
+            "the loads rotate a body beyond the small rotations of the model: check moments, frame.center \
+             and supports"
+        }
         Divergence::FrameEdge => {
             "the worn contact reached the edge of the frame: enlarge frame.half_width and frame.cells; \
              the notes above say why the frame did not grow"

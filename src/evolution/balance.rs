@@ -7,10 +7,11 @@ use crate::contact::balance::{MOTION_COMPONENTS, RigidMotion, UnresistedLoad};
 use crate::contact::{
     Balance, BalanceConstraint, NormalControl, PathPoint, SlipReference, TangentialControl,
 };
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, warning};
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::model::PreparedModel;
+use crate::evolution::records::IncrementRecord;
 use crate::evolution::run::Run;
 use crate::evolution::step::Step;
 use crate::geometry::{Side, format_short};
@@ -164,6 +165,23 @@ impl PreparedModel<'_> {
         } else {
             format!("translation along {}", direction_name(shift * sign_of_largest(shift)))
         }
+    }
+
+    /// Warning that the loads rotate a body by `degrees`, more than the linearised rotation allows.
+    pub(super) fn large_rotation_message(&self, record: &IncrementRecord, degrees: f64) -> String {
+        let apart = if record.contact_area == 0.0 { ", and no cell remains in contact" } else { "" };
+        let remedy = if self.controls_rotation {
+            "Pressures balance a moment only if the contact lies around frame.center: move it under the contact, change the moment, or prescribe `rotation` or `twist`"
+        } else {
+            "Check the loads and supports of the bodies"
+        };
+        warning(&format!(
+            "step \"{}\" ({}): the loads rotate {} by {} degrees{apart}. Rotations are linearised, so that more than 0.1 radians (5.7 degrees) are not reliable. {remedy}",
+            record.name,
+            record.increment,
+            self.who(),
+            format_short(degrees)
+        ))
     }
 
     pub(super) fn loss_of_equilibrium_message(

@@ -65,7 +65,9 @@ pub(super) fn few_contact_cells_warning(
         [false, false] => (images(0) * images(1) * contact.len(), MIN_CONTACT_CELLS, "in contact"),
     };
     let finer = match frame.grid {
-        Some(_) => "increase frame.cells or reduce frame.half_width",
+        Some(_) => {
+            "use smaller cells (frame.cells, frame.half_width), and contact faces of meshed bodies that are at least as small"
+        }
         None => "refine the meshes of the contact surfaces",
     };
     (number < least).then(|| {
@@ -100,6 +102,8 @@ mod tests {
             few_contact_cells_warning(&frame, &[record(earlier), record(columns * rows)], &pressures)
         };
         assert!(warned(4.0, 2.0, 0.0).is_some_and(|text| text.contains("only 8 cells lie in contact")));
+        // More cells help only if the meshes resolve them.
+        assert!(warned(4.0, 2.0, 0.0).is_some_and(|text| text.contains("contact faces of meshed bodies")));
         assert!(warned(6.0, 2.0, 0.0).is_none() && warned(4.0, 2.0, 9.0).is_none());
         assert!(warned(2.0, 4.0, 0.0).is_some_and(|text| text.contains("only 2 cells lie across")));
         assert!(warned(4.0, 4.0, 0.0).is_none());

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::contact::ContactState;
 use crate::contact::certificate::StateChecks;
-use crate::contact::solver::{SolveReport, StopReason};
+use crate::contact::solver::{SolveReport, Stagnation, StopReason};
 use crate::error::{Result, warning};
 use crate::evolution::field_measures::{root_mean_square, volume};
 use crate::evolution::given_warnings::StepWarning;
@@ -15,6 +15,9 @@ use crate::evolution::state;
 
 /// Grids with fewer cells across may be too coarse to show the gap between the contact and the edge of the frame.
 const MIN_CELLS_ACROSS: usize = 12;
+
+/// Largest rotation that loads may cause, radians. Linearisation then neglects that lever arms shorten by 1 - cos = 0.5 %.
+const MAX_ROTATION: f64 = 0.1;
 
 pub(super) struct SolvedState<'s> {
     /// Number of the increment or jump in its step, from 1.
@@ -66,13 +69,27 @@ impl Run<'_> {
         record.method.clone_from(&report.method);
         record.iterations = report.iterations;
         record.operator_applications = report.applications;
-        record.converged = report.stop == StopReason::Converged && checks.natural_residual <= tolerance;
+        let solved = report.stop == StopReason::Converged
+            && checks.natural_residual <= tolerance
+            && dissipates(checks);
+        let turn = self.rotation_under_loads(record);
+        // Strokes before the first jump of cycles are not results.
+        let is_result = record.jump.is_some() || self.step().kind.cycles().is_none();
+        record.converged = solved && !(is_result && turn > MAX_ROTATION);
+        if solved && !record.converged {
+            let note = self.prepared.large_rotation_message(record, turn.to_degrees());
+            self.result.warnings.push(note);
+        }
         if let Some(sliding) = &report.loss_of_equilibrium {
             let note = self.prepared.loss_of_equilibrium_message(&record.name, record.increment, sliding);
             self.result.warnings.push(note);
         }
+        if let (Some(stagnation), false) = (&report.stagnation, record.converged) {
+            let note = stagnation_message(record, stagnation, tolerance);
+            self.result.warnings.push(note);
+        }
         let no_contact = (record.contact_area == 0.0 && record.converged)
-            .then(|| self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap))
+            .then(|| self.prepared.no_contact_message(record, &self.controls, checks.min_gap))
             .flatten();
         if let Some((kind, note)) = no_contact {
             self.warn_once(kind, |_| note);
@@ -86,8 +103,18 @@ impl Run<'_> {
             StopReason::ContactLost => Err(RunEnd::Diverged(Divergence::ContactLost)),
             StopReason::StickZoneNotConverged => Err(RunEnd::Diverged(Divergence::StickZone)),
             _ if record.converged => Ok(()),
+            _ if solved => Err(RunEnd::Diverged(Divergence::LargeRotation)),
             _ => Err(RunEnd::Diverged(Divergence::Iterations)),
         }
+    }
+
+    /// Rotation of body 2 relative to body 1 about the axes along which no rotation is prescribed, radians.
+    fn rotation_under_loads(&self, record: &IncrementRecord) -> f64 {
+        let moment = self.effective_loads(self.controls.loads_at_shift()).moment;
+        let floating = !self.prepared.model.floating.is_empty();
+        let turn = [record.rotation[0], record.rotation[1], record.twist];
+        let unknown = (0..3).filter(|&axis| floating || moment[axis].is_some());
+        unknown.map(|axis| turn[axis].to_radians().powi(2)).sum::<f64>().sqrt()
     }
 
     fn frame_edge_warning(&self, record: &IncrementRecord) -> String {
@@ -95,7 +122,7 @@ impl Run<'_> {
         let fewest = frame.grid.and_then(|grid| grid.cells.into_iter().filter(|n| *n > 1).min());
         let coarse = fewest.filter(|n| *n < MIN_CELLS_ACROSS && frame.grid_indices.is_none());
         let finer = coarse.map(|n| {
-            format!("enlarge frame.half_width, or increase frame.cells ({n} cells across the frame)")
+            format!("enlarge frame.half_width, or use smaller cells ({n} across the frame), and contact faces of meshed bodies that are at least as small")
         });
         let larger = if frame.grid.is_none() && frame.n_excluded > 0 {
             "take the frame from the body whose surface ends there (frame.body), or use smaller faces"
@@ -121,5 +148,64 @@ impl Run<'_> {
         self.result.records.push(record);
         self.result.state = fields;
         Ok(())
+    }
+}
+
+/// Largest negative friction dissipation that counts as rounding, as the relative defect of the friction law in energy.
+const MAX_TANGENTIAL_GAP_ENERGY: f64 = 1e-6;
+
+/// Whether friction takes energy from the bodies, as the second law of thermodynamics requires.
+fn dissipates(checks: &StateChecks) -> bool {
+    checks.dissipation >= 0.0 || checks.tangential_gap_energy <= MAX_TANGENTIAL_GAP_ENERGY
+}
+
+/// Residual up to which a relaxed tolerance is a sensible advice.
+const MAX_ADVISED_TOLERANCE: f64 = 1e-5;
+
+fn stagnation_message(record: &IncrementRecord, stagnation: &Stagnation, tolerance: f64) -> String {
+    let residual = record.certificate.natural_residual;
+    let course: Vec<String> =
+        stagnation.history.iter().map(|(k, best)| format!("{best:.0e} after {k}")).collect();
+    let course = if course.is_empty() { String::new() } else { format!(" ({})", course.join(", ")) };
+    let cells = |count: usize, law: &str| (count > 0).then(|| format!("{law} in {count}"));
+    let violated: Vec<String> = [
+        cells(stagnation.contact_cells, "the contact conditions are violated"),
+        cells(stagnation.friction_cells, "the friction law is violated"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let violated = if violated.is_empty() {
+        "a prescribed force is not reached".to_owned()
+    } else {
+        format!("{} cells", violated.join(" cells and "))
+    };
+    let advice = if stagnation.needs_iterations {
+        "increase solver.max_iterations"
+    } else if residual <= MAX_ADVISED_TOLERANCE {
+        "relax solver.tolerance, or use more `increments`"
+    } else {
+        "use more `increments`, or prescribe the displacement (`approach`, `shift`) instead of the force"
+    };
+    format!(
+        "step \"{}\" ({}): residual {residual:.1e} instead of {tolerance:.0e} after {} iterations{course}; {violated}: {advice}",
+        record.name, record.increment, record.iterations
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the second law of thermodynamics, up to rounding.
+    #[test]
+    fn friction_must_dissipate() {
+        let checks = |dissipation: f64, tangential_gap_energy: f64| StateChecks {
+            dissipation,
+            tangential_gap_energy,
+            ..StateChecks::default()
+        };
+        assert!(dissipates(&checks(1.0, 1e-3)) && dissipates(&checks(-1e-12, 1e-9)));
+        assert!(!dissipates(&checks(-1.0, 1e-3)));
     }
 }

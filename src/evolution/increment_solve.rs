@@ -39,7 +39,7 @@ pub(super) fn increment_problem<'b>(
         rigid_axes: prepared.rigid_axes.as_deref(),
         mode_gaps: &prepared.mode_gaps,
         friction: if laws.friction { prepared.ellipse } else { None },
-        wear: if laws.wear { prepared.specific_wear_rate } else { None },
+        wear: prepared.specific_wear_rate(laws.wear, laws.friction),
         wear_path_factors: laws.wear_path_factors,
         scales: prepared.scales(),
         wear_depth,

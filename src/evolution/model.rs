@@ -37,8 +37,7 @@ pub struct Model {
 pub(super) struct PreparedModel<'a> {
     pub model: &'a Model,
     pub ellipse: Option<FrictionEllipse>,
-    pub specific_wear_rate: Option<SpecificWearRate>,
-    /// Wear volume per friction energy, 1/MPa; `None` if this energy does not determine the wear volume.
+    /// Wear volume per friction energy, 1/MPa; `None` if wear does not follow friction.
     pub volume_per_energy: Option<f64>,
     scales: Mutex<Arc<ContactScales>>,
     /// Axes x, y, n of the frame.
@@ -103,7 +102,6 @@ impl<'a> PreparedModel<'a> {
         let n = model.frame.n_cells();
         let with_friction = steps.iter().any(|step| step.friction);
         let ellipse = if with_friction { model.friction.ellipse() } else { None };
-        let specific_wear_rate = model.wear.specific_rate(model.friction.ellipse());
         let scales = contact_scales(model, ellipse.as_ref())?;
         let axes = model.frame.axes;
         let rigid_axes = rigid_axes(&model.frame, &axes);
@@ -140,8 +138,7 @@ impl<'a> PreparedModel<'a> {
             controls_rotation,
             model,
             ellipse,
-            specific_wear_rate,
-            volume_per_energy: specific_wear_rate
+            volume_per_energy: (model.wear.specific_rate(ellipse))
                 .zip(ellipse)
                 .and_then(|(wear, ellipse)| wear.volume_per_energy(&ellipse)),
             scales: Mutex::new(Arc::new(scales)),
@@ -197,6 +194,11 @@ impl<'a> PreparedModel<'a> {
 
     pub fn normal_is_free(&self) -> bool {
         (self.free_part(Vector3::z()) - Vector3::z()).norm() < 1e-6
+    }
+
+    /// Specific wear rate with the given laws. `None` without wear, and for the energy law without friction.
+    pub fn specific_wear_rate(&self, wear: bool, friction: bool) -> Option<SpecificWearRate> {
+        self.model.wear.specific_rate(self.ellipse.filter(|_| friction)).filter(|_| wear)
     }
 
     pub fn scales(&self) -> Arc<ContactScales> {

@@ -103,7 +103,7 @@ impl Run<'_> {
             record.rolling = Some(self.add_rolling_wear(rolling, number, &it)?);
         } else {
             self.state.dissipation += checks.dissipation;
-            if step.wear {
+            if self.wears() {
                 self.state.add_wear_dissipation(checks.dissipation, step.friction);
             }
         }
@@ -144,6 +144,10 @@ impl Run<'_> {
 
     pub(super) fn has_friction(&self) -> bool {
         self.step().friction && self.prepared.ellipse.is_some()
+    }
+
+    pub(super) fn wears(&self) -> bool {
+        self.prepared.specific_wear_rate(self.step().wear, self.step().friction).is_some()
     }
 
     /// Replaces tangential force and spin moment by fixed motions if friction does not act or the step rolls. Without friction, a

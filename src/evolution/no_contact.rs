@@ -1,10 +1,11 @@
 //! Message about increments without contact.
 
 use crate::error::warning;
+use crate::evolution::controls::ActiveControls;
 use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::model::PreparedModel;
 use crate::evolution::records::IncrementRecord;
-use crate::evolution::step::Normal;
+use crate::evolution::step::{Normal, Tilt};
 
 impl PreparedModel<'_> {
     /// Warning that nothing is in contact. `left` is the smallest gap, in the length unit of the scene.
@@ -14,10 +15,10 @@ impl PreparedModel<'_> {
     pub(super) fn no_contact_message(
         &self,
         record: &IncrementRecord,
-        held: Normal,
+        held: &ActiveControls,
         left: f64,
     ) -> Option<(StepWarning, String)> {
-        if held == Normal::Force(0.0) {
+        if held.normal == Normal::Force(0.0) {
             return None;
         }
         let place = format!("step \"{}\" ({})", record.name, record.increment);
@@ -26,6 +27,14 @@ impl PreparedModel<'_> {
                 "{place}: the bodies are not in contact, so that all contact forces are 0. If contact is intended, check approach, gap and frame"
             );
             return Some((StepWarning::NoContact, note));
+        }
+        if matches!(held.tilt, Tilt::Moment(_)) {
+            let note = warning(&format!(
+                "{place}: no cell is in contact, although body 2 was moved {:.4e} past the first touch, because the moment rotates it off by {:.4e} degrees. Pressures balance a moment only if the contact lies around frame.center: move it under the contact, change the moment, or prescribe `rotation`",
+                record.approach,
+                record.rotation[0].hypot(record.rotation[1])
+            ));
+            return Some((StepWarning::NoContactPastFirstTouch, note));
         }
         let frame = &self.model.frame;
         let side = frame.mean_cell_side();

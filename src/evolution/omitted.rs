@@ -41,10 +41,11 @@ pub fn omitted_contact_work(
 ) -> Vec<OmittedWork> {
     let mut skipped = Vec::new();
     let frictionless = friction.ellipse().is_none();
-    let wearless = wear.specific_rate(friction.ellipse()).is_none();
+    let wears =
+        |step: &Step| step.wear && wear.specific_rate(friction.ellipse().filter(|_| step.friction)).is_some();
     let mut bare: Vec<&str> = steps
         .iter()
-        .filter(|step| (frictionless || !step.friction) && (wearless || !step.wear))
+        .filter(|step| (frictionless || !step.friction) && !wears(step))
         .map(|step| step.name.as_str())
         .collect();
     // The load points of a history are steps of the same name.
@@ -59,7 +60,7 @@ pub fn omitted_contact_work(
     let turned = steps
         .iter()
         .any(|step| matches!(step.tilt, Some(Tilt::Moment(_))) || matches!(step.spin, Some(Spin::Moment(_))));
-    let rubs = |step: &Step| step.friction && (wearless || !step.wear) && step.kind.cycles().is_none();
+    let rubs = |step: &Step| step.friction && !wears(step) && step.kind.cycles().is_none();
     if operator.uncoupled && !frictionless && !turned && steps.iter().any(rubs) {
         skipped.push(OmittedWork::new(
             OmittableWork::NormalComponents,

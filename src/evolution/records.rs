@@ -200,6 +200,8 @@ pub enum Divergence {
     GrossSliding,
     /// The bodies separated under prescribed forces.
     ContactLost,
+    /// Loads rotate a body beyond small rotations.
+    LargeRotation,
     /// The jump in which contact reaches the edge of the frame was not taken.
     FrameEdge,
     /// The stick zone of a cycle did not converge.
@@ -217,6 +219,7 @@ impl Divergence {
             Self::Iterations => "iterations",
             Self::GrossSliding => "gross-sliding",
             Self::ContactLost => "contact-lost",
+            Self::LargeRotation => "large-rotation",
             Self::FrameEdge => "frame-edge",
             Self::StickZone => "stick-zone",
             Self::LinearSolver => "linear-solver",

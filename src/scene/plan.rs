@@ -100,7 +100,7 @@ impl Plan {
 
     /// Whether bodies wear in `step`.
     pub fn has_wear(&self, step: &Step) -> bool {
-        step.wear && self.wear.specific_rate(self.friction.ellipse()).is_some()
+        step.wear && self.wear.specific_rate(self.friction.ellipse().filter(|_| step.friction)).is_some()
     }
 
     /// Replaces the memory limit if `limit` is given, with a note if it exceeds the available memory.

@@ -244,6 +244,12 @@ const TABLE: &[Row] = &[
         0,
         &["steps.1.cycles.force_amplitude", "needs friction"],
     ),
+    (
+        "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }",
+        "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }\nfriction = false",
+        1,
+        &["steps.1.friction", "wear law \"energy\"", "`wear = false`"],
+    ),
     ("k = 1.25e-9", "k = 1.25e-9\ntolerance = 0.0", 1, &["wear.tolerance"]),
     ("fibre = { tilt = 30.0, azimuth = 0.0 }\n", "", 0, &["friction.law", "neither body has"]),
     (

@@ -50,6 +50,22 @@ fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
     assert!(code == Some(0) && text.contains("node cells") && !text.contains("WARNING"), "{text}");
 }
 
+/// Truth: geometry: at least twice the nodal area of (0.3 mm)^2 allows 5 cells of the frame's 2.4 mm. Hints of the same run that ask
+/// for smaller cells therefore ask for smaller contact faces too.
+#[test]
+fn hints_about_the_number_of_cells_agree() {
+    for (approach, hint) in [("0.02", "reaches the edge"), ("0.004", "cells lie in contact")] {
+        let approach = format!("approach = {approach}");
+        let (_folder, path) = block(&[("cells = [4, 4]", "cells = [6, 6]"), ("approach = 0.02", &approach)]);
+        let (code, text, warnings) = call("run", &path);
+        assert_eq!(code, Some(0), "{text}");
+        assert!(text.contains("cells = [5, 5] or fewer"), "{text}");
+        let warning = warnings.iter().find(|w| w.contains(hint)).unwrap_or_else(|| panic!("{text}"));
+        assert!(warning.contains("smaller cells") && warning.contains("contact faces of meshed bodies"));
+        assert!(!text.contains("increase frame.cells"), "{text}");
+    }
+}
+
 /// Truth: geometry: cells of 0.6 mm have their centres 0.42 mm from the axis. There the sphere of 50 mm is 1.8e-3 mm above its
 /// lowest point, more than the approach.
 #[test]

@@ -166,6 +166,39 @@ fn too_large_a_moment_is_reported() {
     assert!(off.warnings.iter().any(|note| note.contains("tips about y")), "{:?}", off.warnings);
 }
 
+/// Truth: statics. Pressures on one side of the centre of the frame balance a zero moment only if all are zero. Body 2 then rotates
+/// off the contact by about the approach over the lever 0.7 mm. Small rotations give a warning, rotations above 0.1 rad end the run.
+#[test]
+fn a_zero_moment_beside_the_contact_opens_it() {
+    for (approach, small) in [(0.02, true), (0.2, false)] {
+        let model = half_spaces(&steel(), None, (1.0, 16), |x, y| sphere(1.0)(x - 0.7, y));
+        let result = solve(&model, &[Step { tilt: Some(Tilt::Moment([0.0; 2])), ..indent(approach) }]);
+        let large = Outcome::NotConverged(Divergence::LargeRotation);
+        assert_eq!(result.outcome, if small { Outcome::Converged } else { large });
+        let record = &result.records[0];
+        assert!(record.converged == small && record.contact_area == 0.0);
+        assert!((record.rotation[1].to_radians() < -0.1) != small, "{record:?}");
+        let told = if small { "moment rotates it off" } else { "the loads rotate body 2 by" };
+        assert!(result.warnings.iter().any(|note| note.contains(told)), "{:?}", result.warnings);
+    }
+}
+
+/// Truth: contact on a flat gap is homogeneous of degree one, so the rotation is proportional to the loads. Below 0.1 rad the run
+/// converges, above it the rotation is too large, although the punch stays in contact.
+#[test]
+fn rotations_in_contact_are_limited() {
+    let flat = half_spaces(&steel(), None, (1.0, 8), |_, _| 0.0);
+    let under = |scale: f64| {
+        solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 20.0 * scale])), ..press(100.0 * scale) }])
+    };
+    let unit = last(&under(1.0)).rotation[1].to_radians();
+    let below = under(0.099 / unit);
+    assert!(relative(last(&below).rotation[1].to_radians(), 0.099) < 1e-6);
+    let above = under(0.101 / unit);
+    assert_eq!(above.outcome, Outcome::NotConverged(Divergence::LargeRotation));
+    assert!(above.records[0].contact_area > 0.0 && !above.records[0].converged);
+}
+
 /// Truth: controls that a step does not name keep their values, rotations as well as moments, also during cycles.
 #[test]
 fn what_a_step_does_not_name_stays() {

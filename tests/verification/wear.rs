@@ -109,6 +109,38 @@ fn the_limit_shape_is_the_rigid_overlap() {
     assert!(result.records.last().expect("records").worn_volume < std::f64::consts::PI * 50.0 * 0.02 * 0.02);
 }
 
+/// Truth: with the energy law the wear volume is k times the friction energy, which is zero without friction. A frictionless step
+/// adds no wear, before and after frictional wear. Archard's law with the same rate wears in each of these steps.
+#[test]
+fn no_friction_energy_wears_nothing() {
+    let mut model = half_spaces(&steel(), None, (0.8, 16), sphere(50.0));
+    model.friction = FrictionLaw::Coulomb { mu: 0.6 };
+    let smooth = |step: Step| Step { friction: false, ..step };
+    let cycles = || fretting(1000, 0.01, 2, Integrator::Sdirk2);
+    let steps =
+        [smooth(indent(0.005)), smooth(shift(0.01, 0.0)), smooth(cycles()), cycles(), smooth(cycles())];
+    let mut volumes = |wear: WearLaw| {
+        model.wear = wear;
+        let result = solve(&model, &steps);
+        assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
+        let by_energy = result.records.last().expect("records").worn_volume_by_energy;
+        let ends = [0, 1000, 2000, 3000].map(|cycles| {
+            result.records.iter().rfind(|record| record.cycles_done == cycles).expect("an entry")
+        });
+        (ends.map(|record| [record.worn_volume, 1e-8 * record.dissipation]), by_energy)
+    };
+    let (by_energy, last) = volumes(WearLaw::Energy { k: 1e-8 });
+    assert_eq!(by_energy[..2], [[0.0; 2]; 2]);
+    assert!(by_energy[2][0] > 0.0 && by_energy[3] == by_energy[2], "{by_energy:?}");
+    assert!(
+        by_energy.iter().all(|[volume, energy]| (volume - energy).abs() <= 1e-6 * volume),
+        "{by_energy:?}"
+    );
+    assert!(last.is_some_and(|volume| relative(volume, by_energy[3][1]) < 1e-12), "{last:?}");
+    let (archard, last) = volumes(WearLaw::Archard { i: 6e-9 });
+    assert!(archard[0][0] > 0.0 && archard.windows(2).all(|pair| pair[1][0] > pair[0][0]) && last.is_none());
+}
+
 /// Truth: a stroke in partial slip wears only the annulus. The worn volume is k times the dissipation.
 #[test]
 fn partial_slip_wears_only_the_annulus() {

@@ -157,7 +157,7 @@ impl Run<'_> {
         }
         self.state.wear_depth.iter_mut().zip(&jump.wear_depth).for_each(|(worn, by)| *worn += by);
         self.state.dissipation += jump.dissipation;
-        if step.wear {
+        if self.wears() {
             self.state.add_wear_dissipation(jump.dissipation, step.friction);
         }
         let errors = self.state.depth_errors.iter_mut().zip(&jump.error_field);

@@ -21,7 +21,7 @@ impl<'a> Run<'a> {
     /// Closed path and settings of the resolved cycles of the current step, if any.
     fn resolved_path(&self) -> Option<(&'a ClosedPath, ResolvedCycleSettings)> {
         let closed = self.step().kind.closed_path()?;
-        let wears = self.step().wear && self.prepared.specific_wear_rate.is_some();
+        let wears = self.wears();
         let settings = closed.resolved_cycles.filter(|_| wears)?;
         (settings.correction == Correction::Always || self.has_friction()).then_some((closed, settings))
     }

@@ -5,6 +5,8 @@ use super::resolver::Resolver;
 use crate::evolution::step::{
     ClosedPath, Correction, Cycles, Drive, JumpPolicy, ResolvedCycleSettings, StepKind,
 };
+use crate::laws::friction::FrictionLaw;
+use crate::laws::wear::WearLaw;
 use crate::scene::spec::frame::PositiveCount;
 use crate::scene::spec::step::{
     AutoKeyword, CyclePath, Cycles as Keys, Sliding, Step as StepKeys, StrokeIncrements,
@@ -50,7 +52,21 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
         }
         (None, None) => return None,
     };
+    check_friction_energy(r, key, step, laws);
     (r.diagnostics.len() == before).then_some(kind)
+}
+
+/// Refuses a wear step whose law needs the friction energy, but which has no friction.
+fn check_friction_energy(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option<&Laws>) {
+    let by_energy = laws.is_some_and(|laws| {
+        matches!(laws.wear, WearLaw::Energy { .. }) && laws.friction != FrictionLaw::None
+    });
+    if by_energy && step.wear && !step.friction {
+        let message = "wear law \"energy\" wears by the friction energy, but this step has `friction = false`: nothing would wear";
+        let mend =
+            "remove `friction = false`; or add `wear = false` to the step; or use wear.law = \"archard\"";
+        r.report(&format!("{key}.friction"), message, "no friction energy", mend);
+    }
 }
 
 fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) -> Option<ClosedPath> {
