@@ -6,7 +6,7 @@ import pytest
 from conftest import ROOT
 
 #: Thin and unsupported bodies, beside half-spaces, rigid bodies and thick bodies: pressed, shifted, pulled by up to 0.95 of the friction limit, in
-#: fretting cycles. The last three need factorised Newton steps.
+#: fretting cycles.
 PAIRS = [20, 26, 47, 49, 68, 69, 90, 147, 175, 46, 144, 153]
 
 

@@ -69,11 +69,10 @@ impl Increment<'_> {
         changes
     }
 
-    /// Root mean square of the changes of the tractions in one local projection step, over the cells and path points, relative to the
-    /// largest pressure. The relative defects of prescribed forces are added to the mean square.
-    pub(super) fn mean_residual(&self, it: &ContactState) -> f64 {
+    /// Root of the sum of the squared traction changes in one local projection step, divided by the number of cells and by `p_max`
+    /// squared, and of the squared relative defects of prescribed forces.
+    pub(super) fn mean_residual(&self, it: &ContactState, p_max: f64) -> f64 {
         let n = self.n();
-        let p_max = largest_pressure(it, n);
         let squares = (0..self.path_points.len()).map(|end| {
             let changes = (0..n).flat_map(|i| self.traction_change(it, end, i)).map(|change| change / p_max);
             let mean = changes.map(|change| change * change).sum::<f64>() / n as f64;
@@ -82,22 +81,31 @@ impl Increment<'_> {
         squares.sum::<f64>().sqrt()
     }
 
-    /// Numbers of cells, summed over the path points, whose pressures and whose tangential tractions would change by more than
-    /// `tolerance` times the largest pressure in one local projection step.
-    pub(super) fn violated_cells(&self, it: &ContactState, tolerance: f64) -> [usize; 2] {
+    /// Norm of the defects of the prescribed tangential forces of an evaluated state, N. Path points with a balance have none.
+    pub(super) fn force_defect(&self, it: &ContactState) -> f64 {
         let n = self.n();
-        let p_max = largest_pressure(it, n);
-        let mut counts = [0; 2];
-        for end in 0..self.path_points.len() {
-            for i in 0..n {
-                let changes = self.traction_change(it, end, i);
-                counts
-                    .iter_mut()
-                    .zip(changes)
-                    .for_each(|(count, change)| *count += usize::from(change > tolerance * p_max));
-            }
-        }
-        counts
+        let squares = self.path_points.iter().enumerate().map(|(end, point)| {
+            let TangentialControl::Force(wanted) = point.tangential else { return 0.0 };
+            let sum = |plane: usize| -> f64 {
+                let start = end * 3 * n + plane * n;
+                it.tractions[start..start + n].iter().zip(self.areas).map(|(t, a)| t * a).sum()
+            };
+            (sum(0) - wanted[0]).powi(2) + (sum(1) - wanted[1]).powi(2)
+        });
+        squares.sum::<f64>().sqrt()
+    }
+
+    /// Numbers of cells whose pressures and whose tangential tractions would change by more than `tolerance` times the largest
+    /// pressure in one local projection step, at any path point.
+    pub(super) fn violated_cells(&self, it: &ContactState, tolerance: f64) -> [usize; 2] {
+        let bound = tolerance * largest_pressure(it, self.n());
+        let violated = |part: usize| {
+            let any = |i: &usize| {
+                (0..self.path_points.len()).any(|end| self.traction_change(it, end, *i)[part] > bound)
+            };
+            (0..self.n()).filter(any).count()
+        };
+        [violated(0), violated(1)]
     }
 
     fn overlap_is_rounding(&self, it: &ContactState) -> bool {
@@ -140,7 +148,8 @@ impl Increment<'_> {
     }
 }
 
-fn largest_pressure(it: &ContactState, n: usize) -> f64 {
+/// Largest pressure of all path points of `n` cells, MPa.
+pub(super) fn largest_pressure(it: &ContactState, n: usize) -> f64 {
     let pressures = it.scaled.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
     pressures.fold(0.0, |most, p| nan_max(most, *p))
 }

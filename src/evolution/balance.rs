@@ -167,7 +167,7 @@ impl PreparedModel<'_> {
         }
     }
 
-    /// Warning that the loads rotate a body by `degrees`, more than the linearised rotation allows.
+    /// Warning that a body is rotated by `degrees`, more than the linearised rotation allows.
     pub(super) fn large_rotation_message(&self, record: &IncrementRecord, degrees: f64) -> String {
         let apart = if record.contact_area == 0.0 { ", and no cell remains in contact" } else { "" };
         let remedy = if self.controls_rotation {
@@ -176,7 +176,7 @@ impl PreparedModel<'_> {
             "Check the loads and supports of the bodies"
         };
         warning(&format!(
-            "step \"{}\" ({}): the loads rotate {} by {} degrees{apart}. Rotations are linearised, so that more than 0.1 radians (5.7 degrees) are not reliable. {remedy}",
+            "step \"{}\" ({}): {} is rotated by {} degrees{apart}. Rotations are linearised, so that more than 0.1 radians (5.7 degrees) are not reliable. {remedy}",
             record.name,
             record.increment,
             self.who(),

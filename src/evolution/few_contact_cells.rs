@@ -66,7 +66,7 @@ pub(super) fn few_contact_cells_warning(
     };
     let finer = match frame.grid {
         Some(_) => {
-            "use smaller cells (frame.cells, frame.half_width), and contact faces of meshed bodies that are at least as small"
+            "use smaller cells (frame.cells, frame.half_width) and, on meshed bodies, contact faces no larger than the cells"
         }
         None => "refine the meshes of the contact surfaces",
     };
@@ -103,7 +103,9 @@ mod tests {
         };
         assert!(warned(4.0, 2.0, 0.0).is_some_and(|text| text.contains("only 8 cells lie in contact")));
         // More cells help only if the meshes resolve them.
-        assert!(warned(4.0, 2.0, 0.0).is_some_and(|text| text.contains("contact faces of meshed bodies")));
+        assert!(
+            warned(4.0, 2.0, 0.0).is_some_and(|text| text.contains("contact faces no larger than the cells"))
+        );
         assert!(warned(6.0, 2.0, 0.0).is_none() && warned(4.0, 2.0, 9.0).is_none());
         assert!(warned(2.0, 4.0, 0.0).is_some_and(|text| text.contains("only 2 cells lie across")));
         assert!(warned(4.0, 4.0, 0.0).is_none());

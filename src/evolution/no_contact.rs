@@ -28,7 +28,7 @@ impl PreparedModel<'_> {
             );
             return Some((StepWarning::NoContact, note));
         }
-        if matches!(held.tilt, Tilt::Moment(_)) {
+        if matches!(held.tilt, Tilt::Moment(_)) && record.rotation != [0.0; 2] {
             let note = warning(&format!(
                 "{place}: no cell is in contact, although body 2 was moved {:.4e} past the first touch, because the moment rotates it off by {:.4e} degrees. Pressures balance a moment only if the contact lies around frame.center: move it under the contact, change the moment, or prescribe `rotation`",
                 record.approach,

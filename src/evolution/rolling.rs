@@ -105,7 +105,7 @@ impl Run<'_> {
         }
         self.state.rolling_wear_volume += worn * passages;
         self.state.dissipation += dissipation * passages;
-        if step.wear {
+        if self.wears() {
             self.state.add_wear_dissipation(dissipation * passages, step.friction);
         }
         let share = number as f64 / count;

@@ -61,7 +61,9 @@ fn hints_about_the_number_of_cells_agree() {
         assert_eq!(code, Some(0), "{text}");
         assert!(text.contains("cells = [5, 5] or fewer"), "{text}");
         let warning = warnings.iter().find(|w| w.contains(hint)).unwrap_or_else(|| panic!("{text}"));
-        assert!(warning.contains("smaller cells") && warning.contains("contact faces of meshed bodies"));
+        assert!(
+            warning.contains("smaller cells") && warning.contains("contact faces no larger than the cells")
+        );
         assert!(!text.contains("increase frame.cells"), "{text}");
     }
 }

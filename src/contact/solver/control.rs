@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::{ContactState, Increment};
 use super::report::{SolveReport, StopReason};
+use super::stagnation::ResidualHistory;
 use crate::omitted::AllowedOmissions;
 
 /// Solution method for the contact problem.
@@ -54,11 +55,18 @@ pub(super) struct SolveControl<'a> {
     pub(super) options: SolverOptions,
     iterations_before: usize,
     watch: &'a mut IterationCallback<'a>,
+    /// Residuals of the whole problem, if they are recorded.
+    history: Option<&'a mut ResidualHistory>,
 }
 
 impl<'a> SolveControl<'a> {
     pub(super) fn new(options: SolverOptions, watch: &'a mut IterationCallback<'a>) -> Self {
-        Self { options, iterations_before: 0, watch }
+        Self { options, iterations_before: 0, watch, history: None }
+    }
+
+    /// Records the residuals of the iterations in `history`.
+    pub(super) fn recording(self, history: &'a mut ResidualHistory) -> Self {
+        Self { history: Some(history), ..self }
     }
 
     pub(super) fn rest(&mut self, iterations: usize) -> SolveControl<'_> {
@@ -67,11 +75,23 @@ impl<'a> SolveControl<'a> {
             options: SolverOptions { max_iterations, ..self.options },
             iterations_before: self.iterations_before + iterations,
             watch: self.watch,
+            history: self.history.as_deref_mut(),
         }
     }
 
+    /// Control of an auxiliary problem after `iterations`, with at most `most` iterations. Its residuals are not recorded.
+    pub(super) fn auxiliary(&mut self, iterations: usize, most: usize) -> SolveControl<'_> {
+        let mut rest = self.rest(iterations);
+        rest.options.max_iterations = rest.options.max_iterations.min(most);
+        SolveControl { history: None, ..rest }
+    }
+
     pub(super) fn is_cancelled(&mut self, iterations: usize, residual: f64) -> bool {
-        (self.watch)(self.iterations_before + iterations, residual)
+        let iterations = self.iterations_before + iterations;
+        if let Some(history) = self.history.as_deref_mut() {
+            history.add(iterations, residual);
+        }
+        (self.watch)(iterations, residual)
     }
 
     /// `exhausted` states that no iterations are left.

@@ -73,11 +73,7 @@ pub fn solve(
     watch: &mut IterationCallback,
 ) -> SolveReport {
     let mut history = ResidualHistory::default();
-    let mut watch = |iterations, residual| {
-        history.add(iterations, residual);
-        watch(iterations, residual)
-    };
-    let mut control = SolveControl::new(*options, &mut watch);
+    let mut control = SolveControl::new(*options, watch).recording(&mut history);
     let mut report = if pressures_first::is_applicable(problem, options) {
         pressures_first::solve(problem, it, &mut control, solve_nested)
     } else {
@@ -87,8 +83,10 @@ pub fn solve(
         close_unloaded_gap(problem, it);
     }
     if report.stop == StopReason::Iterations {
-        let reached_limit = report.iterations >= options.max_iterations;
-        report.stagnation = Some(Stagnation::new(problem, it, options.tolerance, history, reached_limit));
+        problem.evaluate(it);
+        report.applications += problem.applications();
+        let iterations = [report.iterations, options.max_iterations];
+        report.stagnation = Some(Stagnation::new(problem, it, options.tolerance, history, iterations));
     }
     report
 }

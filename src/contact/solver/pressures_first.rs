@@ -47,7 +47,7 @@ pub(super) fn solve(
     let surface = 2 * problem.n();
     let tangential = it.scaled[..surface].to_vec();
     it.scaled[..surface].fill(0.0);
-    let mut part = control.rest(0);
+    let mut part = control.auxiliary(0, usize::MAX);
     part.options.tolerance *= PRESSURE_TOLERANCE_SHARE;
     let first = solver(&pressed, it, &mut part);
     it.scaled[..surface].copy_from_slice(&tangential);

@@ -2,20 +2,25 @@
 
 use super::super::{ContactState, Increment};
 
-/// A residual that falls by a smaller factor in ten times as many iterations has stalled.
-const MAX_STALL_RATIO: f64 = 0.5;
+/// A solve stalls if its residual falls by a smaller factor while the number of iterations grows fivefold.
+const STALL_FACTOR: f64 = 2.0;
 
 /// Course of a solve that did not reach its tolerance, and its last state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stagnation {
-    /// Numbers of iterations and the smallest natural residuals up to them: after 1, 10, 100, ... iterations.
+    /// Natural residual of the last state.
+    pub residual: f64,
+    /// Largest accepted natural residual.
+    pub tolerance: f64,
+    /// Number of iterations.
+    pub iterations: usize,
+    /// Numbers of iterations 1, 10, 100, ... and the smallest natural residuals up to them.
     pub history: Vec<(usize, f64)>,
     /// Whether the solve ended at its iteration limit while the residual still fell.
     pub needs_iterations: bool,
-    /// Number of cells whose gap and pressure violate the contact conditions by more than the tolerance. A cell counts once per
-    /// path point.
+    /// Number of cells whose gap and pressure violate the contact conditions by more than the tolerance, at any path point.
     pub contact_cells: usize,
-    /// Number of cells whose traction and slip violate the friction law by more than the tolerance, counted likewise.
+    /// Number of cells whose traction and slip violate the friction law by more than the tolerance, at any path point.
     pub friction_cells: usize,
 }
 
@@ -38,20 +43,27 @@ impl ResidualHistory {
 }
 
 impl Stagnation {
+    /// Course of a solve that ended with the evaluated state `it` after `iterations` of at most `most`.
     pub(super) fn new(
         problem: &Increment,
         it: &ContactState,
         tolerance: f64,
         history: ResidualHistory,
-        reached_limit: bool,
+        [iterations, most]: [usize; 2],
     ) -> Self {
         let [contact_cells, friction_cells] = problem.violated_cells(it, tolerance);
-        let falls = match history.kept[..] {
-            [.., before, last] => last.1 < MAX_STALL_RATIO * before.1,
-            _ => true,
-        };
-        let needs_iterations = reached_limit && falls;
-        Self { history: history.kept, needs_iterations, contact_cells, friction_cells }
+        let best = history.best.unwrap_or(f64::INFINITY);
+        let before = history.kept.iter().rfind(|(k, _)| 5 * k <= iterations);
+        let falls = before.is_none_or(|(_, before)| STALL_FACTOR * best < *before);
+        Self {
+            residual: problem.natural_residual(it),
+            tolerance,
+            iterations,
+            needs_iterations: iterations >= most && falls,
+            history: history.kept,
+            contact_cells,
+            friction_cells,
+        }
     }
 }
 
@@ -64,8 +76,8 @@ mod tests {
     fn history_keeps_the_smallest_residuals() {
         let mut history = ResidualHistory::default();
         for iterations in 0..25 {
-            history.add(iterations, if iterations == 7 { 0.5 } else { 1.0 / (1 + iterations % 2) as f64 });
+            history.add(iterations, if iterations == 7 { 0.25 } else { 1.0 / (1 + iterations % 2) as f64 });
         }
-        assert_eq!(history.kept, [(1, 0.5), (10, 0.5)]);
+        assert_eq!(history.kept, [(1, 0.5), (10, 0.25)]);
     }
 }

@@ -98,7 +98,7 @@ impl Run<'_> {
         RunEnd::FrameEdge(work - kept)
     }
 
-    /// A jump that did not converge is recorded without its wear, and ends the run.
+    /// A jump whose solver did not converge is recorded without its wear, and ends the run.
     pub(super) fn commit_jump(&mut self, wear_step: &mut WearStepState, accepted: AcceptedJump) -> Advance {
         let AcceptedJump { jump, clock, .. } = &accepted;
         let number = wear_step.jumps_done + 1;

@@ -136,3 +136,22 @@ fn straps_slide_at_their_friction_limit() {
     assert!((beyond.records[1].tangential_force[0] + limit).abs() < 1e-7 * limit);
     assert!(beyond.warnings.iter().any(|w| w.contains("body 2 slides along -x")), "{:?}", beyond.warnings);
 }
+
+/// Truth: the same state belongs to a prescribed shift and to its friction force. The force is 0.8 of the friction limit and acts in
+/// eight increments; the shifts of each increment are prescribed in a second run. Both runs meet the tolerance 1e-8.
+#[test]
+fn forces_and_shifts_give_the_same_states() {
+    let model = straps();
+    let force = Some(Tangential::Force([-96.0, 0.0]));
+    let pulled = solve(&model, &[clamp(), Step { tangential: force, increments: 8, ..step("pull") }]);
+    assert_eq!(pulled.outcome, Outcome::Converged);
+    let shifts: Vec<f64> = pulled.records[1..].iter().map(|record| record.shift[0]).collect();
+    let steps: Vec<Step> =
+        std::iter::once(clamp()).chain(shifts.iter().map(|to| shift(-to, 180.0))).collect();
+    let shifted = solve(&model, &steps);
+    assert_eq!(shifted.outcome, Outcome::Converged);
+    for (one, other) in pulled.records.iter().zip(&shifted.records) {
+        let apart = one.tangential_force[0] - other.tangential_force[0];
+        assert!(apart.abs() < 1e-4, "{} {}", one.tangential_force[0], other.tangential_force[0]);
+    }
+}

@@ -5,7 +5,7 @@
 //! the scaled slip; c_n and c_t are local stiffnesses. The equations of these cell states give the step; they are linear except for
 //! the direction of slip. Far from the solution the states alternate. Projected Barzilai-Borwein steps therefore precede the first
 //! Newton step if the residual is large, and follow failed Newton steps. Systems of meshed bodies are factorised after a failure.
-//! If that fails too, further factorised steps are shortened until the mean residual falls.
+//! After a failed step, factorised steps are shortened until the mean residual falls.
 //!
 //! # Source
 //! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods". Hüeber,
@@ -15,10 +15,12 @@ mod factorised_systems;
 mod gross_sliding;
 mod preconditioner;
 mod rolling;
+mod shifts;
 mod system_matrix;
 mod tangent;
 mod unknowns;
 
+use super::super::residual::largest_pressure;
 use super::super::{ContactState, Increment, SlipReference, Unknowns};
 use super::barzilai_borwein;
 use super::control::{PartSolver, SolveControl, SolverOptions};
@@ -66,8 +68,8 @@ const NONMONOTONE_STEPS: usize = 1;
 /// Bound on the residual of a step without a new best residual, relative to the best residual.
 const NONMONOTONE_FACTOR: f64 = 3.0;
 
-/// Number of steps with iterative solutions of the linear systems, after which systems of meshed bodies are factorised. A failed
-/// step may cause this earlier ([`factorised_systems::follow_failure`]).
+/// Number of steps, and of restarts by Barzilai-Borwein steps, after which systems of meshed bodies are factorised. A failed step
+/// may cause this earlier ([`factorised_systems::follow_failure`]).
 const MAX_ITERATIVE_STEPS: usize = 10;
 
 /// Largest number of consecutive exact steps without a new best residual. Cells may change state for several steps before the
@@ -77,7 +79,7 @@ const EXACT_STEPS_WITHOUT_GAIN: usize = 10;
 /// Least decrease of the mean residual in a damped step, relative to the decrease that the linear equations predict.
 const SUFFICIENT_GAIN: f64 = 0.1;
 
-/// Shortest damped step, as a share of the Newton step.
+/// Smallest tried length of a damped step, as a share of the Newton step.
 const MIN_STEP_LENGTH: f64 = 1e-4;
 
 /// Bound on the residual after the first step of a solve; with a larger residual the step fails. A failed step with a residual
@@ -106,6 +108,8 @@ struct NewtonSolve<'s, 'p> {
     /// Whether linear systems are factorised.
     factorise: bool,
     part_solver: PartSolver,
+    /// Whether friction is known to carry the prescribed tangential forces.
+    carried: bool,
     /// Unknowns at the start of the solve.
     start: Unknowns,
     /// Unknowns of the state with the smallest residual.
@@ -129,7 +133,8 @@ pub(super) fn solve(
     let workspace = Workspace::new(problem);
     let krylov = Gmres::default();
     let (options, start) = (control.options, Unknowns::from_state(it));
-    let (factorise, best, best_residual) = (false, start.clone(), f64::INFINITY);
+    let (factorise, carried) = (false, false);
+    let (best, best_residual) = (start.clone(), f64::INFINITY);
     let solve = NewtonSolve {
         problem,
         options,
@@ -139,6 +144,7 @@ pub(super) fn solve(
         workspace,
         factorise,
         part_solver,
+        carried,
         start,
         best,
         best_residual,
@@ -178,15 +184,17 @@ impl NewtonSolve<'_, '_> {
             return self.report;
         }
         let mut trial = it.clone();
-        let (mut failures, mut repair, mut near) = (0, FALLBACK_STEPS, FIRST_STEP_START_RESIDUAL);
+        let (mut failures, mut near) = (0, FIRST_STEP_START_RESIDUAL);
         let mut progress = Progress { first: true, best: f64::INFINITY, worse: 0 };
         // State before the first exact step since the last failure.
         let mut kept: Option<Unknowns> = None;
-        let mut may_start = true;
+        let (mut may_start, mut admissible) = (true, true);
         for steps in 1.. {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
-            self.keep_best(it);
+            if admissible {
+                self.keep_best(it);
+            }
             let iterations = self.report.iterations;
             let exhausted = iterations >= self.options.max_iterations || failures >= MAX_NEWTON_FAILURES;
             if let Some(stop) = control.stop_reason(iterations, residual, exhausted) {
@@ -208,6 +216,7 @@ impl NewtonSolve<'_, '_> {
             }
             let before = progress;
             if progress.accepts(after, exact) {
+                admissible = !exact;
                 std::mem::swap(it, &mut trial);
                 continue;
             }
@@ -216,7 +225,7 @@ impl NewtonSolve<'_, '_> {
                 (self.factorise, progress) = (true, before);
                 continue;
             }
-            progress.worse = 0;
+            (progress.worse, admissible) = (0, true);
             failures += 1;
             (may_start, near) = (true, RESTART_RESIDUAL);
             if let Some(kept) = kept.take() {
@@ -225,14 +234,25 @@ impl NewtonSolve<'_, '_> {
             } else if after < FIRST_STEP_LIMIT {
                 std::mem::swap(it, &mut trial);
             }
-            if (failures == 1 && self.slides(it, control) == Some(true))
-                || self.fall_back_to_gradient(it, self.options.tolerance, repair, control)
-            {
+            if self.recover(it, failures, control) {
                 break;
             }
-            repair *= 2;
         }
         self.report
+    }
+
+    /// Continues after `failures` failed steps. Returns whether the solve has ended.
+    fn recover(&mut self, it: &mut ContactState, failures: usize, control: &mut SolveControl) -> bool {
+        if failures == 1 {
+            if self.factorise && self.solve_by_shifts(it, control) {
+                return false;
+            }
+            if self.slides(it, control) == Some(true) {
+                return true;
+            }
+        }
+        let most = FALLBACK_STEPS << (failures - 1);
+        self.fall_back_to_gradient(it, self.options.tolerance, most, control)
     }
 
     /// Keeps the state `it` if its residual is the smallest of the solve.
@@ -255,15 +275,24 @@ impl NewtonSolve<'_, '_> {
     /// Returns whether a prescribed tangential force makes the bodies slide, if that is known. If so, the report states it, and `it`
     /// is the state in sliding.
     fn slides(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<bool> {
+        if self.carried {
+            return Some(false);
+        }
         match gross_sliding::test(self.problem, it, control, self.part_solver, &mut self.report) {
             Verdict::Slides(loss) => {
+                for (motion, start) in it.rigid_motion.iter_mut().zip(&self.start.rigid_motion) {
+                    (motion[0], motion[1]) = (start[0], start[1]);
+                }
                 self.problem.evaluate(it);
                 self.report.applications += self.problem.applications();
                 self.report.residual = self.problem.natural_residual(it);
                 (self.report.stop, self.report.loss_of_equilibrium) = (StopReason::GrossSliding, Some(loss));
                 Some(true)
             }
-            Verdict::Carried => Some(false),
+            Verdict::Carried => {
+                self.carried = true;
+                Some(false)
+            }
             Verdict::Unknown => None,
         }
     }
@@ -283,18 +312,19 @@ impl NewtonSolve<'_, '_> {
         if !damped {
             return after;
         }
-        let before = self.problem.mean_residual(it);
+        let p_max = largest_pressure(it, self.problem.n());
+        let before = self.problem.mean_residual(it, p_max);
         let mut length = 1.0;
-        while self.problem.mean_residual(trial) > (1.0 - SUFFICIENT_GAIN * length) * before {
-            if length < MIN_STEP_LENGTH {
-                return f64::INFINITY;
+        while length >= MIN_STEP_LENGTH {
+            if self.problem.mean_residual(trial, p_max) <= (1.0 - SUFFICIENT_GAIN * length) * before {
+                return self.problem.natural_residual(trial);
             }
             trial.halve_step(it);
             length *= 0.5;
             self.problem.evaluate(trial);
             self.report.applications += self.problem.applications();
         }
-        self.problem.natural_residual(trial)
+        f64::INFINITY
     }
 
     /// Projects the tractions onto the admissible set. Returns the residual.
@@ -333,6 +363,11 @@ impl NewtonSolve<'_, '_> {
                 slides.unwrap_or_else(|| {
                     self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, control)
                 })
+            }
+            StopReason::Iterations | StopReason::Interrupted => {
+                self.keep_best(it);
+                self.end(it, report.stop);
+                true
             }
             stop => {
                 (self.report.stop, self.report.loss_of_equilibrium) = (stop, report.loss_of_equilibrium);

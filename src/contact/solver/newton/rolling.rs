@@ -59,7 +59,7 @@ impl NewtonSolve<'_, '_> {
     fn solve_frictionless_start(&mut self, it: &mut ContactState, control: &mut SolveControl) {
         // In steady rolling wear does not change the gap.
         let pressed = Increment { wear: None, ..without_friction(self.problem) };
-        let report = (self.part_solver)(&pressed, it, control);
+        let report = (self.part_solver)(&pressed, it, &mut control.auxiliary(0, usize::MAX));
         self.report.add_work_of(&report);
         self.report.applications += self.problem.applications();
         self.problem.evaluate(it);
