@@ -59,7 +59,7 @@ pub struct Sweep {
     pub notes: Vec<String>,
     /// The runs: all combinations that `require` does not omit, with the last axis varying fastest.
     pub runs: Vec<RunSpec>,
-    /// Kinds of the steps with wear jumps, by step name. They determine the abscissa of the curves.
+    /// Kinds of the steps with wear jumps, by step name. They determine label and scale of the abscissa of curves.
     pub step_kinds: BTreeMap<String, StepKind>,
     /// The plan of the first run.
     pub first: Plan,
@@ -71,7 +71,7 @@ impl Sweep {
     /// The plan of a run.
     ///
     /// # Errors
-    /// If the scene or a mesh was changed after the study was read and is now invalid (kind `Input`).
+    /// If the scene, or a file that it names, became invalid after the study was read (kind `Input`).
     pub fn plan(&self, number: usize) -> Result<Plan, Error> {
         let run = &self.runs[number];
         let read = scene::read_with_meshes(&self.scene, &run.overrides, &self.meshes);
@@ -91,8 +91,8 @@ impl Sweep {
 /// Reads the study file at `path`; `overrides` apply to the scene of every run.
 ///
 /// # Errors
-/// Errors of the study file. If only its table `output` has errors, or none, also all errors of the scene with each combination of
-/// values. The list has one item per file.
+/// Errors of the study file. If it has none, except in the paths of `output.collect` and `output.curves`, also the errors of the
+/// scene of each run. The list has one item per file.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>> {
     let (document, keys, mut mistakes) = read_keys(path)?;
     let axes = axes(&document, &keys, overrides, &mut mistakes);

@@ -109,13 +109,12 @@ fn a_history_is_its_steps() {
     assert!((angle / 0.01 - 1.0).abs() < 1e-2, "{angle}");
 }
 
-/// Truth: docs/scene.md: a decimal comma does not separate cells. Otherwise the digits before or behind the comma would go to the
-/// ignored column "-", without a message.
+/// Truth: docs/scene.md: decimal commas beside semicolons, blanks or tabs are refused. Otherwise the digits before or behind the
+/// comma would go to the ignored column "-", without a message.
 #[test]
 fn decimal_commas_of_histories_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let history = "[[steps]]\nhistory = { file = \"loads.csv\" }";
-    // If the comma separated cells, the last row would have two cells.
     fs::write(folder.path().join("loads.csv"), "approach;twist\n0,001;0,1\n0,002;\n").unwrap();
     let (code, text, _) = run(folder.path(), &scene("", SPHERE, history));
     let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -208,8 +207,8 @@ fn mistakes_of_histories_are_placed() {
     );
 }
 
-/// Truth: files of NumPy in C and Fortran order, and in both format versions, give the results of equal heights as text, bit by
-/// bit. Heights in single precision agree to 1e-6.
+/// Truth: files of NumPy in C and Fortran order, and in format versions 1 and 2, give the results of equal heights as text, bit
+/// by bit. Heights in single precision give the same approach to 1e-6.
 #[test]
 fn heights_that_numpy_wrote() {
     let folder = tempfile::tempdir().unwrap();
@@ -222,7 +221,7 @@ fn heights_that_numpy_wrote() {
             "kind = \"heights\"\nfile = \"{file}\"\nspacing = [0.05, 0.05]\nangle = 20.0\noffset = [0.01, 0.0]"
         )
     };
-    // A rotated map must be larger than the diagonal of the frame.
+    // The rotated map does not cover the corners of the frame, but it covers this outline.
     let outline = "outline = { shape = \"circle\", radius = 0.4 }";
     let result = |file: &str| {
         let (code, text, summary) = run(folder.path(), &scene(outline, &heights(file), press));
@@ -399,8 +398,8 @@ fn a_pull_on_bodies_that_do_not_touch() {
     }
 }
 
-/// Truth: statics: in cycles with gross sliding, the moments of friction are opposite in both strokes. Friction cannot balance a
-/// constant spin moment.
+/// Truth: statics: in cycles with gross sliding, the moment of friction changes sign from stroke to stroke. Friction cannot balance
+/// a constant spin moment.
 #[test]
 fn a_spin_moment_held_in_cycles() {
     let folder = tempfile::tempdir().unwrap();

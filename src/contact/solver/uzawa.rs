@@ -1,8 +1,9 @@
 //! Uzawa predictor-corrector with radial return: the reference method (docs/theory-contact.md).
 //!
 //! Predictor: the gap for the current tractions. Corrector: p <- (p - r_n g_n)+, q <- radial return of q - r_t M² Δg_t on |q|_μ <=
-//! p. M = diag(μ1, μ2) and |q|_μ = |M⁻¹ q|. The steps r = 1.8 / λ_max are constant between restarts. The convergence rate is 1 -
-//! O(h/L) with cell side h and frame size L.
+//! p. Components are along the axes of the friction ellipse, M = diag(μ1, μ2), and |q|_μ = |M⁻¹ q|. Each step size r starts as 1.8
+//! divided by the estimated largest eigenvalue of its block; only restarts change it. The convergence rate is 1 - O(h/L) with cell
+//! side h and frame size L.
 
 use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
@@ -23,7 +24,7 @@ impl StepRule for Constant {
         self.0
     }
 
-    /// Halves the step sizes, because unstable steps cause restarts.
+    /// Halves the step sizes: a restart suggests that they were too long.
     fn restart(&mut self) -> StepSizes {
         self.0.normal *= 0.5;
         self.0.tangential *= 0.5;

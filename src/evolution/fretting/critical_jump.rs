@@ -1,5 +1,6 @@
-//! Longest stable explicit jump ΔN = 2 / λ_max(S_nn⁻¹ D) (docs/theory-wear.md). For fixed contact area and slip, pressures follow
-//! dp/dN = -S_nn⁻¹ D p. S_nn is the normal flexibility, D the diagonal matrix of wear depth per pressure and cycle.
+//! Longest stable explicit jump ΔN = 2 / λ_max(S_nn⁻¹ D) (docs/theory-wear.md). For fixed approach, contact area and slip,
+//! pressures follow dp/dN = -S_nn⁻¹ D p. S_nn is the normal flexibility, D the diagonal matrix of wear depth per pressure and
+//! cycle.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -25,8 +26,7 @@ impl Run<'_> {
     }
 }
 
-/// Smallest λ of S_nn p = λ D p on the cells where `wear`, the diagonal of D (`[N]`), is positive. The result is an upper bound, at
-/// most a few percent too large.
+/// Smallest λ of S_nn p = λ D p on the cells where `wear`, the diagonal of D (`[N]`), is positive. The result is an upper bound.
 fn smallest_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) -> Option<f64> {
     let n = wear.len();
     let cells: Vec<usize> = (0..n).filter(|&cell| wear[cell] > 0.0).collect();

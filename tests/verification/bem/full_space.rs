@@ -21,7 +21,8 @@ fn largest(fields: [&Matrix3<f64>; 3]) -> f64 {
 }
 
 /// Truth: displacements and tractions of unit forces by an independent program (ten digits). For steel this is Kelvin's solution.
-/// Tractions act on the plane normal to the position of the first point. The displacement falls as 1 / distance and is even.
+/// Tractions are those at the first point, on the plane normal to its position vector. The displacement falls as 1 / distance and
+/// is even.
 #[test]
 fn tabulated_values() {
     let points = [[1.0, 2.0, 2.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(Point::from);
@@ -174,7 +175,7 @@ fn flux(
 /// zero.
 #[test]
 fn equilibrium() {
-    // With tilted fibres, tractions vary over shorter distances.
+    // Tractions in the anisotropic material vary over shorter distances than in steel.
     for (stiffness, n) in [(steel(), 30), (im7(30.0), 90)] {
         let field = FullSpaceField::new(&stiffness).unwrap();
         let ones = Point::from_element(1.0);

@@ -1,4 +1,4 @@
-//! Newton's method against the projected gradient, an algorithm that shares no step with it.
+//! Newton's method against the projected gradient alone, which solves no Newton equations.
 
 use super::block::{pairs, tied};
 use super::half_spaces::difference;
@@ -37,7 +37,7 @@ fn same_as_bb(name: &str, model: &Model, steps: &[Step], tolerance: f64) {
     }
 }
 
-/// Truth: the projected gradient with Barzilai-Borwein steps, an independent algorithm, reaches the same state.
+/// Truth: the projected gradient with Barzilai-Borwein steps, without Newton steps, reaches the same state.
 #[test]
 fn every_pair_of_bodies_by_newton() {
     let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();
@@ -68,8 +68,8 @@ fn forces_by_newton() {
     same_as_bb("frictionless", &bare, &[press(700.0), press(20.0), indent(0.01)], 1e-9);
 }
 
-/// Truth: case `str-friction-large`. The result is certified, or the run reports that it did not converge. Where the solution is
-/// unique (up to 0.5), Barzilai-Borwein steps certify the same result.
+/// Truth: case `str-friction-large`. The result is certified, or the run reports that it did not converge. Up to mu = 0.5,
+/// where the solution is unique, both methods converge to the same result.
 #[test]
 fn any_coefficient_by_newton() {
     for mu in [1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {

@@ -1,6 +1,7 @@
-//! Test for gross sliding: whether friction carries a prescribed tangential force while every cell slips along it.
+//! Test for gross sliding: whether friction carries a prescribed tangential force while every cell slips opposite to it.
 //!
-//! It applies to path points without balance and without implicit wear. The scaled limit is the normal force.
+//! It applies to unknown pressures with friction, to path points without balance, and if wear is not implicit. The friction limit
+//! of a scaled tangential force is the normal force.
 
 use super::super::super::balance::LossOfEquilibrium;
 use super::super::super::{
@@ -12,7 +13,7 @@ use super::super::report::SolveReport;
 /// Largest number of iterations of the test.
 const MAX_ITERATIONS: usize = 500;
 
-/// Share of the friction limit that a prescribed force must reach.
+/// Share of the friction limit from which a prescribed force counts as gross sliding.
 const LIMIT_SHARE: f64 = 1.0 - 1e-12;
 
 /// Returns whether a prescribed normal force is too small for the tangential force of its path point.
@@ -31,12 +32,12 @@ pub(super) enum Verdict {
     Slides(LossOfEquilibrium),
     /// Friction carries every force.
     Carried,
-    /// The test does not apply, or the pressures in sliding did not converge.
+    /// The test does not apply, or the pressures in sliding did not converge or are zero.
     Unknown,
 }
 
-/// Solves for the pressures of each path point with a prescribed tangential force, while every cell slips against the force. If
-/// friction then carries no more than the force, writes the tractions and the approach into `it`.
+/// Tests the path points with a prescribed tangential force until one slides. Its pressures are solved while every cell slips
+/// opposite to the force. Writes the tractions and the approach of a sliding path point into `it`.
 ///
 /// Adds the work of the solves to `report`.
 pub(super) fn test(
