@@ -1,6 +1,7 @@
 //! Prescribed tangential forces by prescribed displacements: an iteration on the shifts at which friction carries the forces.
 //!
-//! A force step may open, close or slide many cells at once, so that the active set does not settle. At a prescribed shift it does.
+//! Under a prescribed force, a Newton step may change the states of many cells at once, so that the active set does not settle.
+//! At a prescribed shift it usually settles.
 
 use super::super::super::{ContactState, Increment, PathPoint, TangentialControl};
 use super::super::control::SolveControl;
@@ -49,8 +50,8 @@ impl NewtonSolve<'_, '_> {
         false
     }
 
-    /// Solves at the shift of `trial`, shortened until the force defect falls, and replaces `state` by the solution. Returns `false`
-    /// if no length succeeds.
+    /// Solves at the shift of `trial`, shortened until the force defect falls, and replaces `state` by the solution. Returns
+    /// `false` if no length succeeds.
     fn take_shift(
         &mut self,
         shifted: &Increment,

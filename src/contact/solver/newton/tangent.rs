@@ -1,5 +1,5 @@
-//! Linear system of a Newton step, reduced to its unknowns. These are the pressure and one or two tangential tractions of each cell
-//! in contact, and the rigid motions that follow from prescribed forces.
+//! Linear system of a Newton step, reduced to its unknowns. These are the pressure and up to two tangential tractions of each
+//! cell in contact, and the rigid motions that follow from prescribed forces.
 //!
 //! Rows are multiplied by the local stiffness c, so that all rows have the unit of a traction.
 
