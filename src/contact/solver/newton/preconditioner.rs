@@ -92,7 +92,7 @@ impl ActiveSetInverse {
                     [rows[first], rows[first + 1]]
                 }
                 CellStatus::Slip { .. } if rolls => continue,
-                CellStatus::Slip { direction, beta_ratio } => {
+                CellStatus::Slip { direction, beta_ratio, .. } => {
                     perpendicular(direction).map(|e| e * rows[first] * share(beta_ratio))
                 }
             };
@@ -116,7 +116,7 @@ impl ActiveSetInverse {
             match active.state {
                 CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => {}
                 CellStatus::Stick => (x[first], x[first + 1]) = (q[0], q[1]),
-                CellStatus::Slip { direction, beta_ratio } => {
+                CellStatus::Slip { direction, beta_ratio, .. } => {
                     let left = perpendicular(direction);
                     let elastic = left[0] * q[0] + left[1] * q[1];
                     let alone = rows[first] / (1.0 + beta_ratio);

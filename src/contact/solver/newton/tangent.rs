@@ -9,7 +9,9 @@ use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::{ContactState, Increment, Pressures, SlipReference};
 use super::factorised_systems::Entries;
 use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
-use super::unknowns::{ActiveCell, CellStatus, FreeMotion, active_cells, free_motions, perpendicular};
+use super::unknowns::{
+    ActiveCell, CellStatus, FIXED_ENTRY, FreeMotion, active_cells, free_motions, perpendicular,
+};
 use crate::contact::friction_scaling::FrictionScaling;
 use crate::flexibility::Flexibility;
 use crate::linalg::dense_lu::DenseLu;
@@ -188,7 +190,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                     (rows[active.tangential_row], rows[active.tangential_row + 1]) =
                         (c * slip[0], c * slip[1]);
                 }
-                CellStatus::Slip { direction, beta_ratio } => {
+                CellStatus::Slip { direction, beta_ratio, .. } => {
                     let c = self.problem.scales.c_tangential[active.cell];
                     let sideways = x.get(active.tangential_row).copied().unwrap_or(0.0);
                     rows[active.tangential_row] =
@@ -214,11 +216,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         let fixed = self.problem.scales.fixed_directions.get(active.cell).copied().unwrap_or_default();
         let (size, block) = match active.state {
             CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => (0, fixed),
-            CellStatus::Stick => (2, fixed),
-            CellStatus::Slip { direction, .. } => {
-                let e = nalgebra::Vector2::from(perpendicular(direction));
-                (1, nalgebra::Matrix2::from_element(e.dot(&(fixed * e))))
-            }
+            CellStatus::Stick => (2, FIXED_ENTRY * fixed),
+            CellStatus::Slip { fixed_entry, .. } => (1, nalgebra::Matrix2::from_element(fixed_entry)),
         };
         (0..size).flat_map(move |i| (0..size).map(move |j| (i, j, block[(i, j)])))
     }
@@ -247,7 +246,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                     rhs[active.tangential_row] -= c * it.gradient[base];
                     rhs[active.tangential_row + 1] -= c * it.gradient[base + n];
                 }
-                CellStatus::Slip { direction, beta_ratio } => {
+                CellStatus::Slip { direction, beta_ratio, .. } => {
                     // -e⊥·q̂ / β, with e the direction of the augmented traction and e⊥ perpendicular to e. Slip does not enter,
                     // because the augmented traction has no component along e⊥.
                     let q = [it.scaled[base], it.scaled[base + n]];

@@ -14,6 +14,9 @@ const MIN_BETA: f64 = 1e-3;
 /// Slip along a fixed direction is rounding if it is at most this share of the slip.
 const MAX_FIXED_SLIP_SHARE: f64 = 1e-9;
 
+/// Entry for the missing compliance of sticking cells along fixed directions. The slip along them is reduced by this factor in a step.
+pub(super) const FIXED_ENTRY: f64 = 1e-6;
+
 /// State of a cell in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum CellStatus {
@@ -27,6 +30,8 @@ pub(super) enum CellStatus {
         direction: [f64; 2],
         /// (1 - β) / β, with β the factor of the radial return.
         beta_ratio: f64,
+        /// Entry that is added for the missing compliance perpendicular to the slip, where supports fix this direction.
+        fixed_entry: f64,
     },
     /// The pressure is unknown, and the tangential traction is the pressure times `direction`, because the slip is prescribed.
     PrescribedSlip {
@@ -105,8 +110,31 @@ fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Opt
         return Some(CellStatus::Stick);
     }
     let beta = (p / size).clamp(MIN_BETA, 1.0);
-    let direction = slip_direction(problem.scales.fixed_directions.get(cell), y, slip);
-    Some(CellStatus::Slip { direction, beta_ratio: (1.0 - beta) / beta })
+    let beta_ratio = (1.0 - beta) / beta;
+    let (mut direction, mut fixed_entry) = ([y[0] / size, y[1] / size], 0.0);
+    if let Some(fixed) = problem.scales.fixed_directions.get(cell) {
+        (direction, fixed_entry) = match free_direction(fixed, y, slip) {
+            Some(free) => (free, share_along(fixed, perpendicular(free))),
+            None => (direction, turn_bound(fixed, direction, q, [p, beta_ratio])),
+        };
+    }
+    Some(CellStatus::Slip { direction, beta_ratio, fixed_entry })
+}
+
+/// e·F e with the projector F on fixed directions.
+fn share_along(fixed: &Matrix2<f64>, e: [f64; 2]) -> f64 {
+    let e = Vector2::from(e);
+    e.dot(&(fixed * e))
+}
+
+/// Entry for the missing compliance of a slipping cell perpendicular to `direction`. If that direction is fixed, the row contains
+/// β_ratio alone. The entry reduces the turn of the traction, and is the smallest for which the perpendicular traction is at most the
+/// pressure after the step.
+fn turn_bound(fixed: &Matrix2<f64>, direction: [f64; 2], q: [f64; 2], [p, beta_ratio]: [f64; 2]) -> f64 {
+    let left = perpendicular(direction);
+    let sideways = (q[0] * left[0] + q[1] * left[1]).abs();
+    let least = (sideways - p * beta_ratio) / (p + sideways);
+    share_along(fixed, left) * if least > FIXED_ENTRY { least } else { FIXED_ENTRY }
 }
 
 /// State of a cell in contact with the traction `q` and the prescribed slip `slip`. Without slip, the traction keeps its value or
@@ -122,15 +150,14 @@ fn prescribed_slip(q: [f64; 2], slip: [f64; 2], limit: f64) -> CellStatus {
     }
 }
 
-/// Direction of the augmented tangential traction `y`. Along directions that supports fix, `fixed`, tractions have no effect on the
-/// slip, and only rounding would turn the direction; `y` loses these components unless the bodies slip along them.
-fn slip_direction(fixed: Option<&Matrix2<f64>>, y: [f64; 2], slip: [f64; 2]) -> [f64; 2] {
-    let (mut y, slip) = (Vector2::from(y), Vector2::from(slip));
-    if let Some(fixed) = fixed.filter(|fixed| (*fixed * slip).norm() <= MAX_FIXED_SLIP_SHARE * slip.norm()) {
-        let free = y - fixed * y;
-        y = if free.norm() > MAX_FIXED_SLIP_SHARE * y.norm() { free } else { y };
-    }
-    (y / y.norm()).into()
+/// Direction of the augmented tangential traction `y` without its components along `fixed` directions; `None` if the bodies slip along
+/// them, or if nothing is left of it. Tractions along fixed directions have no effect on the slip, and only rounding would turn `y`.
+fn free_direction(fixed: &Matrix2<f64>, y: [f64; 2], slip: [f64; 2]) -> Option<[f64; 2]> {
+    let (y, slip) = (Vector2::from(y), Vector2::from(slip));
+    let free = y - fixed * y;
+    let slips = (fixed * slip).norm() > MAX_FIXED_SLIP_SHARE * slip.norm();
+    (*fixed != Matrix2::zeros() && !slips && free.norm() > MAX_FIXED_SLIP_SHARE * y.norm())
+        .then(|| (free / free.norm()).into())
 }
 
 /// Unknown rigid motions of a path point, with the works that its controls or its balance prescribe.
