@@ -81,20 +81,6 @@ impl Increment<'_> {
         squares.sum::<f64>().sqrt()
     }
 
-    /// Norm of the defects of the prescribed tangential forces of an evaluated state, N. Path points with a balance have none.
-    pub(super) fn force_defect(&self, it: &ContactState) -> f64 {
-        let n = self.n();
-        let squares = self.path_points.iter().enumerate().map(|(end, point)| {
-            let TangentialControl::Force(wanted) = point.tangential else { return 0.0 };
-            let sum = |plane: usize| -> f64 {
-                let start = end * 3 * n + plane * n;
-                it.tractions[start..start + n].iter().zip(self.areas).map(|(t, a)| t * a).sum()
-            };
-            (sum(0) - wanted[0]).powi(2) + (sum(1) - wanted[1]).powi(2)
-        });
-        squares.sum::<f64>().sqrt()
-    }
-
     /// Numbers of cells whose pressures and whose tangential tractions would change by more than `tolerance` times the largest
     /// pressure in one local projection step, at any path point.
     pub(super) fn violated_cells(&self, it: &ContactState, tolerance: f64) -> [usize; 2] {

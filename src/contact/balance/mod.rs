@@ -246,6 +246,24 @@ impl Balance {
         }
     }
 
+    /// Works of the scaled tractions `[3, N]` on the unknown motions, minus the prescribed works.
+    pub(super) fn work_defects(&self, areas: &[f64], hatted: &[f64]) -> Vec<f64> {
+        let n = areas.len();
+        let mut defects = -self.target_work;
+        for (cell, area) in areas.iter().enumerate() {
+            let p = [hatted[cell], hatted[n + cell], hatted[2 * n + cell]];
+            for (defect, c) in defects.iter_mut().zip(self.row(cell)) {
+                *defect += area * (c[0] * p[0] + c[1] * p[1] + c[2] * p[2]);
+            }
+        }
+        defects.iter().copied().take(self.n).collect()
+    }
+
+    /// Adds `share` times `works` to the prescribed works.
+    pub(super) fn add_works(&mut self, works: &[f64], share: f64) {
+        self.target_work.iter_mut().zip(works).for_each(|(target, work)| *target += share * work);
+    }
+
     /// Defect of the balance for scaled tractions `[3, N]`, relative to the prescribed works plus the absolute works of all cells.
     pub(super) fn residual(&self, areas: &[f64], hatted: &[f64]) -> f64 {
         let n = areas.len();

@@ -5,17 +5,17 @@
 //! the scaled slip; c_n and c_t are local stiffnesses. The equations of these cell states give the step; they are linear except for
 //! the direction of slip. Far from the solution the states alternate. Projected Barzilai-Borwein steps therefore precede the first
 //! Newton step if the residual is large, and follow failed Newton steps. Systems of meshed bodies are factorised after a failure.
-//! After a failed step, factorised steps are shortened until the mean residual falls.
+//! After two failed steps, gaps and loads change gradually from the start, and factorised steps are shortened.
 //!
 //! # Source
 //! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods". Hüeber,
 //! Stadler and Wohlmuth 2008: the bound β <= 1 on the factor of the radial return.
 
+mod continuation;
 mod factorised_systems;
 mod gross_sliding;
 mod preconditioner;
 mod rolling;
-mod shifts;
 mod system_matrix;
 mod tangent;
 mod unknowns;
@@ -110,6 +110,8 @@ struct NewtonSolve<'s, 'p> {
     part_solver: PartSolver,
     /// Whether friction is known to carry the prescribed tangential forces.
     carried: bool,
+    /// Whether the continuation was tried.
+    continued: bool,
     /// Unknowns at the start of the solve.
     start: Unknowns,
     /// Unknowns of the state with the smallest residual.
@@ -133,7 +135,7 @@ pub(super) fn solve(
     let workspace = Workspace::new(problem);
     let krylov = Gmres::default();
     let (options, start) = (control.options, Unknowns::from_state(it));
-    let (factorise, carried) = (false, false);
+    let (factorise, carried, continued) = (false, false, false);
     let (best, best_residual) = (start.clone(), f64::INFINITY);
     let solve = NewtonSolve {
         problem,
@@ -145,6 +147,7 @@ pub(super) fn solve(
         factorise,
         part_solver,
         carried,
+        continued,
         start,
         best,
         best_residual,
@@ -208,11 +211,11 @@ impl NewtonSolve<'_, '_> {
                 continue;
             }
             self.factorise |= steps > MAX_ITERATIVE_STEPS && factorised_systems::are_applicable(self.problem);
-            let exact = self.step(it, &mut trial);
+            let exact = self.step(self.problem, it, &mut trial);
             let mut after = self.problem.natural_residual(&trial);
             if exact {
                 kept.get_or_insert_with(|| Unknowns::from_state(it));
-                after = self.finish_exact_step(it, &mut trial, after, failures > 0);
+                after = self.finish_exact_step(it, &mut trial, after, failures > 1);
             }
             let before = progress;
             if progress.accepts(after, exact) {
@@ -243,12 +246,12 @@ impl NewtonSolve<'_, '_> {
 
     /// Continues after `failures` failed steps. Returns whether the solve has ended.
     fn recover(&mut self, it: &mut ContactState, failures: usize, control: &mut SolveControl) -> bool {
-        if failures == 1 {
-            if self.factorise && self.solve_by_shifts(it, control) {
-                return false;
-            }
+        if failures == 2 {
             if self.slides(it, control) == Some(true) {
                 return true;
+            }
+            if self.solve_by_continuation(it, control) {
+                return false;
             }
         }
         let most = FALLBACK_STEPS << (failures - 1);
@@ -267,7 +270,7 @@ impl NewtonSolve<'_, '_> {
     fn end(&mut self, it: &mut ContactState, stop: StopReason) {
         if stop != StopReason::Converged {
             self.best.restore_into(it);
-            self.report.residual = self.project(it);
+            self.report.residual = self.project(self.problem, it);
         }
         self.report.stop = stop;
     }
@@ -307,7 +310,7 @@ impl NewtonSolve<'_, '_> {
         damped: bool,
     ) -> f64 {
         if after <= self.options.tolerance {
-            return self.project(trial);
+            return self.project(self.problem, trial);
         }
         if !damped {
             return after;
@@ -328,11 +331,11 @@ impl NewtonSolve<'_, '_> {
     }
 
     /// Projects the tractions onto the admissible set. Returns the residual.
-    fn project(&mut self, it: &mut ContactState) -> f64 {
+    fn project(&mut self, problem: &Increment, it: &mut ContactState) -> f64 {
         it.project_to_cone();
-        self.problem.evaluate(it);
-        self.report.applications += self.problem.applications();
-        self.problem.natural_residual(it)
+        problem.evaluate(it);
+        self.report.applications += problem.applications();
+        problem.natural_residual(it)
     }
 
     /// Takes Barzilai-Borwein steps until the residual meets `tolerance`: at most `most` steps, unless equilibrium seems lost.
@@ -354,15 +357,8 @@ impl NewtonSolve<'_, '_> {
             StopReason::Converged => false,
             // The step limit was reached, but the solve has iterations left.
             StopReason::Iterations if report.iterations < left => false,
-            // A loose tolerance does not prove that equilibrium is lost, and the result may depend on the iterates. Repeat from the
-            // start with the full tolerance.
-            StopReason::GrossSliding | StopReason::ContactLost if tolerance > self.options.tolerance => {
-                self.start.restore_into(it);
-                self.problem.evaluate(it);
-                let slides = self.slides(it, control);
-                slides.unwrap_or_else(|| {
-                    self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, control)
-                })
+            StopReason::GrossSliding | StopReason::ContactLost => {
+                self.check_loss(it, &report, tolerance, control)
             }
             StopReason::Iterations | StopReason::Interrupted => {
                 self.keep_best(it);
@@ -370,17 +366,47 @@ impl NewtonSolve<'_, '_> {
                 true
             }
             stop => {
-                (self.report.stop, self.report.loss_of_equilibrium) = (stop, report.loss_of_equilibrium);
+                self.report.stop = stop;
                 true
             }
         }
     }
 
-    /// Takes a Newton step from `it` to `trial`. Returns whether it is exact: by factors of the linear system, without a projection of
-    /// the tractions.
-    fn step(&mut self, it: &ContactState, trial: &mut ContactState) -> bool {
+    /// Continues after Barzilai-Borwein steps to the tolerance `tolerance` that report a loss of equilibrium. That is no proof, and it
+    /// may depend on the iterates. Returns whether the solve has ended.
+    fn check_loss(
+        &mut self,
+        it: &mut ContactState,
+        loss: &SolveReport,
+        tolerance: f64,
+        control: &mut SolveControl,
+    ) -> bool {
+        let full = tolerance <= self.options.tolerance;
+        self.factorise |= factorised_systems::are_applicable(self.problem);
+        if !full {
+            self.start.restore_into(it);
+            self.problem.evaluate(it);
+            if self.slides(it, control) == Some(true) {
+                return true;
+            }
+        }
+        if self.solve_by_continuation(it, control) {
+            return false;
+        }
+        if !full {
+            return !self.carried
+                && self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, control);
+        }
+        (self.report.stop, self.report.loss_of_equilibrium) = (loss.stop, loss.loss_of_equilibrium);
+        self.report.residual = loss.residual;
+        true
+    }
+
+    /// Takes a Newton step of `problem` from `it` to `trial`. Returns whether it is exact: by factors of the linear system, without a
+    /// projection of the tractions.
+    fn step(&mut self, problem: &Increment, it: &ContactState, trial: &mut ContactState) -> bool {
         trial.copy_unknowns(it);
-        let mut tangent = NewtonSystem::new(self.problem, it, &self.linear, &mut self.workspace);
+        let mut tangent = NewtonSystem::new(problem, it, &self.linear, &mut self.workspace);
         if self.factorise {
             tangent.factorise();
         }
@@ -404,9 +430,9 @@ impl NewtonSolve<'_, '_> {
         if !exact {
             trial.project_to_cone();
         }
-        self.problem.evaluate(trial);
+        problem.evaluate(trial);
         self.report.iterations += 1;
-        self.report.applications += (report.n_products + 2) * self.problem.applications();
+        self.report.applications += (report.n_products + 2) * problem.applications();
         exact
     }
 }

@@ -37,7 +37,7 @@ impl NewtonSolve<'_, '_> {
                 self.report.stop = stop;
                 break;
             }
-            self.step(it, &mut trial);
+            self.step(self.problem, it, &mut trial);
             if in_vain > MAX_STEPS_WITHOUT_GAIN {
                 trial.halve_step(it);
                 self.problem.evaluate(&mut trial);
