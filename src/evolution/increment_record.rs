@@ -12,6 +12,7 @@ use crate::evolution::large_sliding::large_sliding_warning;
 use crate::evolution::records::{Certificate, Divergence, FrameState, IncrementRecord, Resultants};
 use crate::evolution::run::{Run, RunEnd};
 use crate::evolution::state;
+use crate::evolution::step::{Normal, Tangential};
 
 /// Grids with fewer cells across may be too coarse to show the gap between the contact and the edge of the frame.
 const MIN_CELLS_ACROSS: usize = 12;
@@ -83,7 +84,7 @@ impl Run<'_> {
             self.result.warnings.push(note);
         }
         if let (Some(stagnation), false) = (&report.stagnation, record.converged) {
-            let note = stagnation_message(record, stagnation);
+            let note = stagnation_message(record, stagnation, self.advises_displacements());
             self.result.warnings.push(note);
         }
         let no_contact = (record.contact_area == 0.0 && record.converged)
@@ -104,6 +105,13 @@ impl Run<'_> {
             _ if solved => Err(RunEnd::Diverged(Divergence::LargeRotation)),
             _ => Err(RunEnd::Diverged(Divergence::Iterations)),
         }
+    }
+
+    /// Whether the step prescribes forces, and supports allow displacements in their place.
+    fn advises_displacements(&self) -> bool {
+        let supported = self.prepared.model.floating.is_empty();
+        let normal = matches!(self.controls.normal, Normal::Force(_));
+        supported && (normal || matches!(self.controls.tangential, Tangential::Force(_)))
     }
 
     /// Rotation of body 2 relative to body 1 about the axes along which no rotation is prescribed, radians.
@@ -152,7 +160,8 @@ impl Run<'_> {
 /// Residual up to which a relaxed tolerance is sensible advice.
 const MAX_ADVISED_TOLERANCE: f64 = 1e-5;
 
-fn stagnation_message(record: &IncrementRecord, stagnation: &Stagnation) -> String {
+/// `displacements` states whether the message advises to prescribe displacements.
+fn stagnation_message(record: &IncrementRecord, stagnation: &Stagnation, displacements: bool) -> String {
     let Stagnation { residual, tolerance, iterations, .. } = stagnation;
     let course: Vec<String> =
         stagnation.history.iter().map(|(k, best)| format!("{best:.0e} after {k}")).collect();
@@ -173,14 +182,16 @@ fn stagnation_message(record: &IncrementRecord, stagnation: &Stagnation) -> Stri
     } else {
         violated.join(", ")
     };
+    let (finer, otherwise) = (
+        if record.jump.is_some() { "jumps" } else { "`increments`" },
+        if displacements { ", or prescribe displacements instead of forces" } else { "" },
+    );
     let advice = if stagnation.needs_iterations {
-        "increase solver.max_iterations"
+        "increase solver.max_iterations".to_owned()
     } else if *residual <= MAX_ADVISED_TOLERANCE {
-        "relax solver.tolerance"
-    } else if record.jump.is_some() {
-        "use more jumps, or prescribe displacements instead of forces"
+        "relax solver.tolerance".to_owned()
     } else {
-        "use more `increments`, or prescribe displacements instead of forces"
+        format!("use more {finer}{otherwise}")
     };
     format!(
         "step \"{}\" ({}): residual {residual:.1e} instead of {tolerance:e} after {iterations} iterations{course}; {violated}: {advice}",
