@@ -23,7 +23,7 @@ pub const MOTION_COMPONENTS: usize = 3 + MAX_RIGID_MODES;
 pub type RigidMotion = [f64; MOTION_COMPONENTS];
 
 /// Vector of one value per unknown motion; its remaining entries are zero.
-type MotionValues = SVector<f64, MOTION_COMPONENTS>;
+pub(super) type MotionValues = SVector<f64, MOTION_COMPONENTS>;
 
 /// Largest eigenvalue of the Gram matrix of the gaps at which a combination of motions, scaled to unit mean square gap, is
 /// unresisted.
@@ -247,7 +247,7 @@ impl Balance {
     }
 
     /// Works of the scaled tractions `[3, N]` on the unknown motions, minus the prescribed works.
-    pub(super) fn work_defects(&self, areas: &[f64], hatted: &[f64]) -> Vec<f64> {
+    pub(super) fn work_defects(&self, areas: &[f64], hatted: &[f64]) -> MotionValues {
         let n = areas.len();
         let mut defects = -self.target_work;
         for (cell, area) in areas.iter().enumerate() {
@@ -256,12 +256,12 @@ impl Balance {
                 *defect += area * (c[0] * p[0] + c[1] * p[1] + c[2] * p[2]);
             }
         }
-        defects.iter().copied().take(self.n).collect()
+        defects
     }
 
-    /// Adds `share` times `works` to the prescribed works.
-    pub(super) fn add_works(&mut self, works: &[f64], share: f64) {
-        self.target_work.iter_mut().zip(works).for_each(|(target, work)| *target += share * work);
+    /// Adds `works` to the prescribed works.
+    pub(super) fn add_works(&mut self, works: MotionValues) {
+        self.target_work += works;
     }
 
     /// Defect of the balance for scaled tractions `[3, N]`, relative to the prescribed works plus the absolute works of all cells.

@@ -51,13 +51,13 @@ fn strap(x: f64, z: f64) -> Mesh {
     mesh
 }
 
-/// The two straps, pressed together by 50 MPa under the washer. The far end of the outer strap is held.
+/// The two straps, pressed together by 50 MPa under the washer. The far end of the outer strap is fixed.
 fn straps() -> Model {
-    straps_held([true; 3])
+    straps_fixed([true; 3])
 }
 
-/// As [`straps`], with the far end of the outer strap held along the axes `held`.
-fn straps_held(held: [bool; 3]) -> Model {
+/// As [`straps`], with the far end of the outer strap fixed along the axes `fixed`.
+fn straps_fixed(fixed: [bool; 3]) -> Model {
     let aluminium = Stiffness::isotropic(70e3, 0.3).expect("an admissible material");
     let mut middle = spec(strap(0.0, -2.0), &aluminium);
     middle.supports = vec![
@@ -66,7 +66,7 @@ fn straps_held(held: [bool; 3]) -> Model {
         support("body", [false, true, false], [0.0; 3]),
     ];
     let mut outer = spec(strap(-40.0, 0.0), &aluminium);
-    outer.supports = vec![support("x0", held, [0.0; 3]), support("body", [false, true, false], [0.0; 3])];
+    outer.supports = vec![support("x0", fixed, [0.0; 3]), support("body", [false, true, false], [0.0; 3])];
     outer.pressures = vec![("washer".to_owned(), 50.0)];
     let frame =
         ContactFrame::from_nodes(&middle.mesh, "contact", Side::Lower, [0.0; 2], 0.0, &HashMap::new())
@@ -155,7 +155,7 @@ fn check_forces_against_shifts(model: &Model, force: f64, increments: usize) {
     let steps: Vec<Step> = std::iter::once(clamp()).chain(shifts.map(|to| shift(to, 0.0))).collect();
     let shifted = solve(model, &steps);
     assert_eq!(shifted.outcome, Outcome::Converged);
-    for (one, other) in pulled.records.iter().zip(&shifted.records) {
+    for (one, other) in pulled.records.iter().zip(&shifted.records).skip(1) {
         let apart = one.tangential_force[0] - other.tangential_force[0];
         assert!(apart.abs() < 1e-6 * force.abs(), "{:?} {:?}", one.tangential_force, other.tangential_force);
     }
@@ -167,11 +167,11 @@ fn forces_and_shifts_give_the_same_states() {
     check_forces_against_shifts(&straps(), -96.0, 8);
 }
 
-/// Truth: as [`forces_and_shifts_give_the_same_states`]. The force is half the friction limit, and one increment moves the strap along
-/// its whole overlap, because its far end is free normal to the contact.
+/// Truth: as [`forces_and_shifts_give_the_same_states`]. The force is half the friction limit, and acts in one increment. The far end
+/// of the strap is free normal to the contact, so that the contact alone carries the strap.
 #[test]
 fn a_free_end_follows_the_force() {
-    check_forces_against_shifts(&straps_held([true, false, false]), 60.0, 1);
+    check_forces_against_shifts(&straps_fixed([true, false, false]), 60.0, 1);
 }
 
 /// Truth: Newton's method converges in a few steps. Supports fix both straps along y, so that a force along y changes the tractions

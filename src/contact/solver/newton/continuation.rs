@@ -1,8 +1,9 @@
 //! Continuation: gaps and loads change in steps from values for which the start of the solve is the solution.
 //!
-//! A large change of load changes the states of many cells at once, so that the active set does not settle. In a small step few cells
-//! change their states, and a few Newton steps suffice.
+//! A large change of load changes the states of many cells at once, so that the active set does not settle. In a small step few
+//! cells change their states, and a few Newton steps suffice.
 
+use super::super::super::balance::MotionValues;
 use super::super::super::{
     ContactState, Increment, NormalControl, PathPoint, SlipReference, TangentialControl,
 };
@@ -23,7 +24,7 @@ const QUICK_STEPS: usize = 5;
 const MAX_STEPS: usize = 12;
 /// Largest number of Newton steps of a continuation.
 const MAX_ITERATIONS: usize = 400;
-/// Largest number of systems without factors. Some are singular; where none can be factorised, the continuation ends soon.
+/// Number of systems without factors after which the continuation ends. Single systems may be singular.
 const MAX_UNFACTORISED: usize = 4;
 /// Largest natural residual at λ < 1.
 const INTERMEDIATE_TOLERANCE: f64 = 1e-6;
@@ -31,7 +32,8 @@ const INTERMEDIATE_TOLERANCE: f64 = 1e-6;
 /// Share of the friction limit from which the traction of a cell counts as slipping.
 const SLIP_SHARE: f64 = 1.0 - 1e-9;
 
-/// Changes of gaps and loads of a path point for which a given state is the solution.
+/// Changes of gaps and loads of a path point for which a given state is the solution, except for the implicit wear that the change of
+/// slip causes.
 struct Perturbation {
     /// Change of the gap and the slip, `[3, N]`, mm.
     gap: Vec<f64>,
@@ -40,7 +42,7 @@ struct Perturbation {
     /// Change of the prescribed tangential force on body 2, N.
     tangential_force: [f64; 2],
     /// Change of the prescribed works of a balance.
-    works: Vec<f64>,
+    works: MotionValues,
 }
 
 impl Perturbation {
@@ -55,17 +57,17 @@ impl Perturbation {
             }
             (gap[cell], gap[n + cell]) = slip_change(problem, it, cell).into();
         }
-        let carried = |plane: usize| -> f64 {
+        let resultant = |plane: usize| -> f64 {
             let tractions = &it.tractions[plane * n..(plane + 1) * n];
             tractions.iter().zip(problem.areas).map(|(traction, area)| traction * area).sum()
         };
         let point = &problem.path_points[0];
         let normal_force = match point.normal {
-            NormalControl::Force(force) => carried(2) - force,
+            NormalControl::Force(force) => resultant(2) - force,
             NormalControl::Approach => 0.0,
         };
         let tangential_force = match point.tangential {
-            TangentialControl::Force(force) => [carried(0) - force[0], carried(1) - force[1]],
+            TangentialControl::Force(force) => [resultant(0) - force[0], resultant(1) - force[1]],
             TangentialControl::Shift => [0.0; 2],
         };
         let works = point.balance.as_ref().map(|balance| balance.work_defects(problem.areas, &it.scaled));
@@ -82,7 +84,7 @@ impl Perturbation {
             force.iter_mut().zip(self.tangential_force).for_each(|(force, change)| *force += rest * change);
         }
         if let Some(balance) = &mut point.balance {
-            balance.add_works(&self.works, rest);
+            balance.add_works(rest * self.works);
         }
         if let SlipReference::Previous(from) = &mut point.reference {
             from.iter_mut().zip(&self.gap).for_each(|(from, change)| *from -= rest * change);
@@ -131,7 +133,8 @@ impl NewtonSolve<'_, '_> {
         }
         self.continued = true;
         let mut control = control.auxiliary(self.report.iterations, MAX_ITERATIONS);
-        let last = self.report.iterations + control.options.max_iterations;
+        let first = self.report.iterations;
+        let last = first + control.options.max_iterations;
         let mut state = it.clone();
         self.start.restore_into(&mut state);
         self.project(problem, &mut state);
@@ -148,8 +151,9 @@ impl NewtonSolve<'_, '_> {
                 ..*problem
             };
             trial.copy_unknowns(&state);
-            let tolerance = if next < 1.0 { INTERMEDIATE_TOLERANCE } else { 0.0 }.max(self.options.tolerance);
-            match self.correct(&changed, &mut trial, &mut spare, tolerance) {
+            let wanted = self.options.tolerance;
+            let tolerance = if next < 1.0 { wanted.max(INTERMEDIATE_TOLERANCE) } else { wanted };
+            match self.correct(&changed, [&mut trial, &mut spare], tolerance, last) {
                 Correction::Solved(steps) => {
                     std::mem::swap(&mut state, &mut trial);
                     share = next;
@@ -157,12 +161,12 @@ impl NewtonSolve<'_, '_> {
                 }
                 failure => {
                     unfactorised += usize::from(failure == Correction::Unfactorised);
-                    step *= REDUCTION;
+                    step = REDUCTION * (next - share);
                 }
             }
             let iterations = self.report.iterations;
             let exhausted = step < MIN_STEP || unfactorised > MAX_UNFACTORISED || iterations >= last;
-            if share < 1.0 && (exhausted || control.is_cancelled(iterations, self.best_residual)) {
+            if share < 1.0 && (exhausted || control.is_cancelled(iterations - first, self.best_residual)) {
                 return false;
             }
         }
@@ -170,13 +174,13 @@ impl NewtonSolve<'_, '_> {
         true
     }
 
-    /// Takes Newton steps of `changed` from the unknowns in `trial`.
+    /// Takes Newton steps of `changed` from the unknowns in `trial`, up to the iteration `last` of the solve.
     fn correct(
         &mut self,
         changed: &Increment,
-        trial: &mut ContactState,
-        spare: &mut ContactState,
+        [trial, spare]: [&mut ContactState; 2],
         tolerance: f64,
+        last: usize,
     ) -> Correction {
         changed.evaluate(trial);
         self.report.applications += changed.applications();
@@ -186,7 +190,7 @@ impl NewtonSolve<'_, '_> {
                 self.project(changed, trial);
                 return Correction::Solved(steps);
             }
-            if steps == MAX_STEPS {
+            if steps == MAX_STEPS || self.report.iterations >= last {
                 break;
             }
             if !self.step(changed, trial, spare) {

@@ -365,15 +365,15 @@ impl NewtonSolve<'_, '_> {
                 self.end(it, report.stop);
                 true
             }
-            stop => {
-                self.report.stop = stop;
+            StopReason::NotFinite | StopReason::StickZoneNotConverged => {
+                self.report.stop = report.stop;
                 true
             }
         }
     }
 
-    /// Continues after Barzilai-Borwein steps to the tolerance `tolerance` that report a loss of equilibrium. That is no proof, and it
-    /// may depend on the iterates. Returns whether the solve has ended.
+    /// Continues after Barzilai-Borwein steps to the tolerance `tolerance` that report a loss of equilibrium. With a loose tolerance or a
+    /// balance, that is no proof, and the result may depend on the iterates. Returns whether the solve has ended.
     fn check_loss(
         &mut self,
         it: &mut ContactState,
@@ -382,7 +382,6 @@ impl NewtonSolve<'_, '_> {
         control: &mut SolveControl,
     ) -> bool {
         let full = tolerance <= self.options.tolerance;
-        self.factorise |= factorised_systems::are_applicable(self.problem);
         if !full {
             self.start.restore_into(it);
             self.problem.evaluate(it);
@@ -390,12 +389,22 @@ impl NewtonSolve<'_, '_> {
                 return true;
             }
         }
-        if self.solve_by_continuation(it, control) {
+        let balanced = self.problem.path_points.iter().any(|point| point.balance.is_some());
+        if balanced || !full {
+            self.factorise |= factorised_systems::are_applicable(self.problem);
+            if self.solve_by_continuation(it, control) {
+                return false;
+            }
+        }
+        if self.carried {
             return false;
         }
         if !full {
-            return !self.carried
-                && self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, control);
+            return self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, control);
+        }
+        if control.is_cancelled(self.report.iterations, self.best_residual) {
+            self.end(it, StopReason::Interrupted);
+            return true;
         }
         (self.report.stop, self.report.loss_of_equilibrium) = (loss.stop, loss.loss_of_equilibrium);
         self.report.residual = loss.residual;

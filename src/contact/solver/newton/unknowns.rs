@@ -14,7 +14,8 @@ const MIN_BETA: f64 = 1e-3;
 /// Slip along a fixed direction is rounding if it is at most this share of the slip.
 const MAX_FIXED_SLIP_SHARE: f64 = 1e-9;
 
-/// Entry for the missing compliance of sticking cells along fixed directions. The slip along them is reduced by this factor in a step.
+/// Entry for the missing compliance of sticking cells along fixed directions, relative to the local compliance. A step leaves this
+/// share of the slip that the local compliance would give for the change of the traction.
 pub(super) const FIXED_ENTRY: f64 = 1e-6;
 
 /// State of a cell in contact.
@@ -112,10 +113,11 @@ fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Opt
     let beta = (p / size).clamp(MIN_BETA, 1.0);
     let beta_ratio = (1.0 - beta) / beta;
     let (mut direction, mut fixed_entry) = ([y[0] / size, y[1] / size], 0.0);
-    if let Some(fixed) = problem.scales.fixed_directions.get(cell) {
+    let fixed = problem.scales.fixed_directions.get(cell);
+    if let Some(fixed) = fixed.filter(|fixed| **fixed != Matrix2::zeros()) {
         (direction, fixed_entry) = match free_direction(fixed, y, slip) {
             Some(free) => (free, share_along(fixed, perpendicular(free))),
-            None => (direction, turn_bound(fixed, direction, q, [p, beta_ratio])),
+            None => (direction, turn_bound(fixed, direction, q, [p.max(0.0), beta_ratio])),
         };
     }
     Some(CellStatus::Slip { direction, beta_ratio, fixed_entry })
@@ -127,9 +129,9 @@ fn share_along(fixed: &Matrix2<f64>, e: [f64; 2]) -> f64 {
     e.dot(&(fixed * e))
 }
 
-/// Entry for the missing compliance of a slipping cell perpendicular to `direction`. If that direction is fixed, the row contains
-/// β_ratio alone. The entry reduces the turn of the traction, and is the smallest for which the perpendicular traction is at most the
-/// pressure after the step.
+/// Entry for the missing compliance of a slipping cell perpendicular to `direction`, for its traction `q` and pressure p. If that
+/// direction is fixed, the row contains β_ratio alone, and a small β_ratio would turn the traction too far. The entry is the smallest
+/// for which the perpendicular traction after the step is at most p.
 fn turn_bound(fixed: &Matrix2<f64>, direction: [f64; 2], q: [f64; 2], [p, beta_ratio]: [f64; 2]) -> f64 {
     let left = perpendicular(direction);
     let sideways = (q[0] * left[0] + q[1] * left[1]).abs();
@@ -156,8 +158,7 @@ fn free_direction(fixed: &Matrix2<f64>, y: [f64; 2], slip: [f64; 2]) -> Option<[
     let (y, slip) = (Vector2::from(y), Vector2::from(slip));
     let free = y - fixed * y;
     let slips = (fixed * slip).norm() > MAX_FIXED_SLIP_SHARE * slip.norm();
-    (*fixed != Matrix2::zeros() && !slips && free.norm() > MAX_FIXED_SLIP_SHARE * y.norm())
-        .then(|| (free / free.norm()).into())
+    (!slips && free.norm() > MAX_FIXED_SLIP_SHARE * y.norm()).then(|| (free / free.norm()).into())
 }
 
 /// Unknown rigid motions of a path point, with the works that its controls or its balance prescribe.
