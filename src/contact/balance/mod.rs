@@ -7,6 +7,7 @@
 //! For given radii of the friction discs, ρ minimises a convex potential. The radii are the pressures of the previous minimisation.
 
 mod potential;
+mod sliding;
 
 use nalgebra::{DMatrix, SVector, SymmetricEigen};
 

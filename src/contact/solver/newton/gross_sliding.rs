@@ -1,9 +1,11 @@
-//! Test for gross sliding: whether friction carries a prescribed tangential force while every cell slips opposite to it.
+//! Test for gross sliding: whether friction carries the prescribed loads while every cell slips.
 //!
-//! It applies to unknown pressures with friction, to path points without balance, and if wear is not implicit. The friction limit
-//! of a scaled tangential force is the normal force.
+//! It applies to unknown pressures with friction, and if wear is not implicit. Without a balance, every cell slips opposite to the
+//! scaled tangential force, and its friction limit is the normal force. With a balance, the bodies slide along the motion that friction
+//! resists least at the pressures in sliding.
 
-use super::super::super::balance::LossOfEquilibrium;
+use super::super::super::balance::{Balance, LossOfEquilibrium};
+use super::super::super::friction_scaling::FrictionScaling;
 use super::super::super::{
     ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference, TangentialControl,
 };
@@ -13,14 +15,22 @@ use super::super::report::SolveReport;
 /// Largest number of iterations of the test.
 const MAX_ITERATIONS: usize = 500;
 
+/// Largest number of sliding motions of a balance for which the pressures are solved.
+const MAX_MOTIONS: usize = 20;
+
+/// Largest change of the carried fraction of the load between these motions in the last of them.
+const FRACTION_TOLERANCE: f64 = 1e-8;
+
 /// Share of the friction limit from which a prescribed force counts as gross sliding.
 const LIMIT_SHARE: f64 = 1.0 - 1e-12;
 
 /// Returns whether a prescribed normal force is too small for the tangential force of its path point.
 pub(super) fn is_certain(problem: &Increment) -> bool {
     (0..problem.path_points.len()).any(|end| {
-        match (scaled_force(problem, end), problem.path_points[end].normal) {
-            (Some(force), NormalControl::Force(normal)) => force[0].hypot(force[1]) > normal.max(0.0),
+        match (prescribed_load(problem, end), problem.path_points[end].normal) {
+            (Some(Load::Force(force)), NormalControl::Force(normal)) => {
+                force[0].hypot(force[1]) > normal.max(0.0)
+            }
             _ => false,
         }
     })
@@ -36,8 +46,8 @@ pub(super) enum Verdict {
     Unknown,
 }
 
-/// Tests the path points with a prescribed tangential force until one slides. Its pressures are solved while every cell slips
-/// opposite to the force. Writes the tractions and the approach of a sliding path point into `it`.
+/// Tests the path points with a prescribed load until one slides. Writes the tractions and the motions normal to the contact of a
+/// sliding path point into `it`.
 ///
 /// Adds the work of the solves to `report`.
 pub(super) fn test(
@@ -48,80 +58,171 @@ pub(super) fn test(
     report: &mut SolveReport,
 ) -> Verdict {
     let mut all = Verdict::Carried;
-    let mut forces = 0;
+    let mut loads = 0;
     for end in 0..problem.path_points.len() {
-        let Some(force) = scaled_force(problem, end) else { continue };
-        forces += 1;
-        match test_path_point(problem, it, (end, force), control, solver, report) {
+        let Some(load) = prescribed_load(problem, end) else { continue };
+        loads += 1;
+        let mut test = SlidingTest::new(problem, it, end, control, solver, report);
+        let verdict = match load {
+            Load::Force(force) => test.force(force),
+            Load::Balance(balance) => test.balance(balance),
+        };
+        let state = test.state;
+        match verdict {
             Verdict::Carried => {}
             Verdict::Unknown => all = Verdict::Unknown,
-            slides @ Verdict::Slides(_) => return slides,
+            Verdict::Slides(loss) => {
+                let n = problem.n();
+                it.scaled[3 * n * end..3 * n * (end + 1)].copy_from_slice(&state.scaled);
+                it.rigid_motion[end][2] = state.rigid_motion[0][2];
+                it.mode_amplitudes[end] = state.mode_amplitudes[0];
+                return Verdict::Slides(loss);
+            }
         }
     }
-    if forces == 0 { Verdict::Unknown } else { all }
+    if loads == 0 { Verdict::Unknown } else { all }
 }
 
-/// Scaled tangential force that path point `end` prescribes; `None` if the force is zero or the test does not apply. With implicit
-/// wear, the gap depends on the distance of sliding.
-fn scaled_force(problem: &Increment, end: usize) -> Option<[f64; 2]> {
+/// Load of a path point to which the test applies.
+enum Load<'a> {
+    /// Scaled tangential force on body 2.
+    Force([f64; 2]),
+    /// Forces and moments of a balance.
+    Balance(&'a Balance),
+}
+
+/// Load that path point `end` prescribes; `None` if it has no tangential force or the test does not apply. With implicit wear, the
+/// gap depends on the distance of sliding.
+fn prescribed_load<'a>(problem: &'a Increment, end: usize) -> Option<Load<'a>> {
     let (point, hat) = (&problem.path_points[end], problem.friction_scaling()?);
     let implicit_wear = problem.wear.is_some() && problem.implicit_passes > 0.0;
-    match point.tangential {
-        TangentialControl::Force(force)
-            if force != [0.0; 2]
-                && point.balance.is_none()
-                && problem.pressures == Pressures::Unknown
-                && !implicit_wear =>
-        {
-            Some(hat.scaled_traction(force))
+    if implicit_wear || problem.pressures != Pressures::Unknown {
+        return None;
+    }
+    match (&point.balance, point.tangential) {
+        (Some(balance), _) => Some(Load::Balance(balance)),
+        (None, TangentialControl::Force(force)) if force != [0.0; 2] => {
+            Some(Load::Force(hat.scaled_traction(force)))
         }
         _ => None,
     }
 }
 
-fn test_path_point(
-    problem: &Increment,
-    it: &mut ContactState,
-    (end, force): (usize, [f64; 2]),
-    control: &mut SolveControl,
+/// Test of one path point.
+struct SlidingTest<'t, 'p, 'c> {
+    problem: &'t Increment<'p>,
+    point: &'t PathPoint,
+    hat: FrictionScaling,
+    /// State in sliding.
+    state: ContactState,
+    control: &'t mut SolveControl<'c>,
     solver: PartSolver,
-    report: &mut SolveReport,
-) -> Verdict {
-    let n = problem.n();
-    let Some(hat) = problem.friction_scaling() else { return Verdict::Unknown };
-    let point = &problem.path_points[end];
-    let size = force[0].hypot(force[1]);
-    if matches!(point.normal, NormalControl::Force(normal) if size < LIMIT_SHARE * normal) {
-        return Verdict::Carried;
+    report: &'t mut SolveReport,
+}
+
+impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
+    /// The path point `end` has friction.
+    fn new(
+        problem: &'t Increment<'p>,
+        it: &ContactState,
+        end: usize,
+        control: &'t mut SolveControl<'c>,
+        solver: PartSolver,
+        report: &'t mut SolveReport,
+    ) -> Self {
+        let n = problem.n();
+        let hat = problem.friction_scaling().expect("a load is tested with friction");
+        let mut state = ContactState::new(n, vec![it.rigid_motion[end]]);
+        state.mode_amplitudes = vec![it.mode_amplitudes[end]];
+        state.scaled.copy_from_slice(&it.scaled[3 * n * end..3 * n * (end + 1)]);
+        Self { problem, point: &problem.path_points[end], hat, state, control, solver, report }
     }
-    let slip = hat.physical_slip(force.map(|part| -part));
-    let slips = [vec![slip[0]; n], vec![slip[1]; n]].concat();
-    let sliding = Increment {
-        wear: None,
-        scales: problem.scales.clone(),
-        path_points: vec![PathPoint {
-            tangential: TangentialControl::Shift,
-            balance: None,
-            reference: SlipReference::Prescribed(slips),
-            ..point.clone()
-        }],
-        ..*problem
-    };
-    let planes = 3 * n * end..3 * n * (end + 1);
-    let mut state = ContactState::new(n, vec![it.rigid_motion[end]]);
-    state.mode_amplitudes = vec![it.mode_amplitudes[end]];
-    state.scaled.copy_from_slice(&it.scaled[planes.clone()]);
-    let solved = solver(&sliding, &mut state, &mut control.auxiliary(report.iterations, MAX_ITERATIONS));
-    report.add_work_of(&solved);
-    let pressures = &state.scaled[2 * n..];
-    let limit: f64 = pressures.iter().zip(problem.areas).map(|(p, area)| p * area).sum();
-    if !solved.converged() || limit == 0.0 {
-        return Verdict::Unknown;
+
+    /// Tests a scaled tangential force.
+    fn force(&mut self, force: [f64; 2]) -> Verdict {
+        let n = self.problem.n();
+        let size = force[0].hypot(force[1]);
+        if matches!(self.point.normal, NormalControl::Force(normal) if size < LIMIT_SHARE * normal) {
+            return Verdict::Carried;
+        }
+        let slip = self.hat.physical_slip(force.map(|part| -part));
+        let slips = [vec![slip[0]; n], vec![slip[1]; n]].concat();
+        let point = PathPoint { balance: None, ..self.point.clone() };
+        if !self.solve_sliding(point, slips) {
+            return Verdict::Unknown;
+        }
+        let limit: f64 = self.pressures().iter().zip(self.problem.areas).map(|(p, area)| p * area).sum();
+        if limit == 0.0 {
+            Verdict::Unknown
+        } else if size < LIMIT_SHARE * limit {
+            Verdict::Carried
+        } else {
+            Verdict::Slides(LossOfEquilibrium::by_sliding(&self.hat, force, limit))
+        }
     }
-    if size < LIMIT_SHARE * limit {
-        return Verdict::Carried;
+
+    /// Tests the loads of a balance: alternates between the motion that friction resists least and the pressures in that motion.
+    fn balance(&mut self, balance: &Balance) -> Verdict {
+        let areas = self.problem.areas;
+        let pressing = balance.without_slip(areas);
+        let normal = match &pressing {
+            Some(_) => self.point.normal,
+            None => NormalControl::Approach,
+        };
+        let mut limits = self.pressures().to_vec();
+        if limits.iter().all(|limit| *limit <= 0.0) {
+            limits.fill(1.0);
+        }
+        let mut fraction = f64::INFINITY;
+        for _ in 0..MAX_MOTIONS {
+            let Some(sliding) = balance.least_resisted_motion(areas, &limits) else {
+                return Verdict::Unknown;
+            };
+            let point = PathPoint { balance: pressing.clone(), normal, ..self.point.clone() };
+            if !self.solve_sliding(point, self.physical(&sliding.slip)) {
+                return Verdict::Unknown;
+            }
+            limits.copy_from_slice(self.pressures());
+            let Some(sliding) = balance.least_resisted_motion(areas, &limits) else {
+                return Verdict::Unknown;
+            };
+            let before = std::mem::replace(&mut fraction, sliding.carried_load_fraction);
+            if (fraction - before).abs() <= FRACTION_TOLERANCE * fraction {
+                return match fraction < 1.0 / LIMIT_SHARE {
+                    true => Verdict::Slides(balance.loss_by_sliding(&sliding)),
+                    false => Verdict::Carried,
+                };
+            }
+        }
+        Verdict::Unknown
     }
-    it.scaled[planes].copy_from_slice(&state.scaled);
-    it.rigid_motion[end][2] = state.rigid_motion[0][2];
-    Verdict::Slides(LossOfEquilibrium::by_sliding(&hat, force, limit))
+
+    fn pressures(&self) -> &[f64] {
+        &self.state.scaled[2 * self.problem.n()..]
+    }
+
+    /// Physical slip, `[2, N]`.
+    fn physical(&self, scaled: &[f64]) -> Vec<f64> {
+        let n = self.problem.n();
+        let mut slips = vec![0.0; 2 * n];
+        for cell in 0..n {
+            (slips[cell], slips[n + cell]) = self.hat.physical_slip([scaled[cell], scaled[n + cell]]).into();
+        }
+        slips
+    }
+
+    /// Solves for the pressures while the cells slip by `slips`, `[2, N]`. Returns whether they converged.
+    fn solve_sliding(&mut self, point: PathPoint, slips: Vec<f64>) -> bool {
+        let (tangential, reference) = (TangentialControl::Shift, SlipReference::Prescribed(slips));
+        let sliding = Increment {
+            wear: None,
+            scales: self.problem.scales.clone(),
+            path_points: vec![PathPoint { tangential, reference, ..point }],
+            ..*self.problem
+        };
+        let mut control = self.control.auxiliary(self.report.iterations, MAX_ITERATIONS);
+        let solved = (self.solver)(&sliding, &mut self.state, &mut control);
+        self.report.add_work_of(&solved);
+        solved.converged()
+    }
 }

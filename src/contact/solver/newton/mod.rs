@@ -382,14 +382,14 @@ impl NewtonSolve<'_, '_> {
         control: &mut SolveControl,
     ) -> bool {
         let full = tolerance <= self.options.tolerance;
-        if !full {
+        let balanced = self.problem.path_points.iter().any(|point| point.balance.is_some());
+        if balanced || !full {
             self.start.restore_into(it);
             self.problem.evaluate(it);
             if self.slides(it, control) == Some(true) {
                 return true;
             }
         }
-        let balanced = self.problem.path_points.iter().any(|point| point.balance.is_some());
         if balanced || !full {
             self.factorise |= factorised_systems::are_applicable(self.problem);
             if self.solve_by_continuation(it, control) {

@@ -1,0 +1,212 @@
+//! Sliding along unknown motions: the motion that friction resists least, and the balance of the pressures while the bodies slide.
+
+use nalgebra::{SMatrix, SymmetricEigen};
+
+use super::{Balance, LossOfEquilibrium, MOTION_COMPONENTS, MotionValues, with_unit_maximum};
+
+/// Largest number of steps of the minimisation.
+const MAX_STEPS: usize = 500;
+/// Change of the motion in a step, relative to the motion, at which the minimisation ends.
+const STEP_TOLERANCE: f64 = 1e-10;
+/// Smallest slip of a cell in the minimisation, relative to the largest slip.
+const MIN_SLIP_SHARE: f64 = 1e-9;
+/// Eigenvalue of the weighted Gram matrix of the slips, relative to the largest, up to which a combination of motions causes no slip.
+/// The weights differ by up to the reciprocal of [`MIN_SLIP_SHARE`].
+const NULL_SHARE: f64 = 1e-13;
+/// Largest normal gap of a sliding motion, relative to the largest slip.
+const GAP_TOLERANCE: f64 = 1e-6;
+
+/// Motion in gross sliding.
+pub struct SlidingMotion {
+    values: MotionValues,
+    /// Scaled slip of the cells, `[2, N]`.
+    pub slip: Vec<f64>,
+    /// Work of the friction limits on the motion, divided by the work of the load on it.
+    pub carried_load_fraction: f64,
+}
+
+impl Balance {
+    /// The motion for which the friction limits do the least work, per work of the load. `limits` are the scaled friction limits of
+    /// the cells, `[N]`. By the kinematic theorem of limit analysis, friction with these limits carries the load up to that fraction
+    /// of it. Returns `None` if friction does no work, if the load does no work on sliding, or if the motion changes normal gaps.
+    ///
+    /// # Source
+    /// Weiszfeld 1937, "Sur le point pour lequel la somme des distances de n points donnés est minimum": the sum of slips is
+    /// minimised by sums of squares whose weights are the reciprocal slips of the previous step.
+    pub fn least_resisted_motion(&self, areas: &[f64], limits: &[f64]) -> Option<SlidingMotion> {
+        let n = areas.len();
+        let mut weights: Vec<f64> = areas.iter().zip(limits).map(|(area, limit)| area * limit).collect();
+        let mut values = MotionValues::zeros();
+        for _ in 0..MAX_STEPS {
+            let next = self.motion_of_least_squares(&weights)?;
+            let change = (next - values).norm();
+            values = next;
+            if change <= STEP_TOLERANCE * values.norm() {
+                break;
+            }
+            let slips: Vec<f64> = (0..n).map(|cell| slip_size(self.gap(cell, &values))).collect();
+            let least = MIN_SLIP_SHARE * slips.iter().fold(0.0, |most, slip| f64::max(most, *slip));
+            for (cell, weight) in weights.iter_mut().enumerate() {
+                *weight = areas[cell] * limits[cell] / slips[cell].max(least);
+            }
+        }
+        let (mut work, mut largest, mut opening, mut slip) = (0.0, 0.0f64, 0.0f64, vec![0.0; 2 * n]);
+        for cell in 0..n {
+            let gap = self.gap(cell, &values);
+            (slip[cell], slip[n + cell]) = (gap[0], gap[1]);
+            work += areas[cell] * limits[cell] * slip_size(gap);
+            (largest, opening) = (largest.max(slip_size(gap)), opening.max(gap[2].abs()));
+        }
+        let driven = -self.target_work.dot(&values);
+        let slides = driven > 0.0 && opening <= GAP_TOLERANCE * largest;
+        slides.then(|| SlidingMotion { values, slip, carried_load_fraction: work / driven })
+    }
+
+    /// The motion of unit work of the load with the least sum of squares of the slips, with weights by cell.
+    fn motion_of_least_squares(&self, weights: &[f64]) -> Option<MotionValues> {
+        let eigen = SymmetricEigen::new(self.slip_gram(weights));
+        let least = NULL_SHARE * eigen.eigenvalues.max();
+        let mut values = MotionValues::zeros();
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            if *value > least {
+                values -= vector * (vector.dot(&self.target_work) / value);
+            }
+        }
+        let driven = -self.target_work.dot(&values);
+        (driven > 0.0).then(|| values / driven)
+    }
+
+    /// Sum of weighted products of slips per unit of the motions.
+    fn slip_gram(&self, weights: &[f64]) -> SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS> {
+        let mut gram = SMatrix::zeros();
+        for (cell, weight) in weights.iter().enumerate() {
+            let row = self.row(cell);
+            for (j, c) in row.iter().enumerate() {
+                for (k, other) in row.iter().enumerate() {
+                    gram[(j, k)] += weight * (c[0] * other[0] + c[1] * other[1]);
+                }
+            }
+        }
+        gram
+    }
+
+    /// Balance of the motions that cause no slip; `None` if there are none.
+    pub fn without_slip(&self, areas: &[f64]) -> Option<Self> {
+        let eigen = SymmetricEigen::new(self.slip_gram(areas));
+        let least = NULL_SHARE * eigen.eigenvalues.max();
+        let values = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+        let kept = values.filter(|(value, vector)| **value <= least && vector.rows(0, self.n).norm() > 0.5);
+        let kept: Vec<MotionValues> = kept.map(|(_, vector)| vector.into_owned()).collect();
+        let mut target_work = MotionValues::zeros();
+        for (work, values) in target_work.iter_mut().zip(&kept) {
+            *work = self.target_work.dot(values);
+        }
+        let columns = (0..areas.len()).flat_map(|cell| kept.iter().map(move |values| self.gap(cell, values)));
+        (!kept.is_empty()).then(|| Self {
+            n: kept.len(),
+            motions: kept.iter().map(|values| self.motion(values)).collect(),
+            columns: columns.collect(),
+            target_work,
+            unresisted_motions: self.unresisted_motions.clone(),
+        })
+    }
+
+    /// Gross sliding along `sliding`.
+    pub(crate) fn loss_by_sliding(&self, sliding: &SlidingMotion) -> LossOfEquilibrium {
+        LossOfEquilibrium {
+            motion: with_unit_maximum(self.motion(&sliding.values)),
+            separates_bodies: false,
+            carried_load_fraction: sliding.carried_load_fraction,
+        }
+    }
+}
+
+fn slip_size(gap: [f64; 3]) -> f64 {
+    gap[0].hypot(gap[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{BalanceCells, BalanceConstraint};
+    use super::*;
+    use crate::contact::balance::RigidMotion;
+    use crate::contact::friction_scaling::FrictionScaling;
+    use crate::laws::friction::FrictionEllipse;
+
+    /// Balance of a flat frame with the points `points`: translations along x and y, rotation about n, and a tilt about y.
+    fn balance(points: &[[f64; 2]], areas: &[f64], hat: FrictionScaling, works: [f64; 4]) -> Balance {
+        let gap = |component: usize, cell: usize| {
+            let [x, y] = points[cell];
+            match component {
+                0 => [1.0, 0.0, 0.0],
+                1 => [0.0, 1.0, 0.0],
+                3 => [-y, x, 0.0],
+                _ => [0.0, 0.0, x],
+            }
+        };
+        let wanted = [(0, works[0]), (1, works[1]), (3, works[2]), (4, works[3])].map(|(component, work)| {
+            let mut motion = [0.0; MOTION_COMPONENTS];
+            motion[component] = 1.0;
+            BalanceConstraint { motion, work }
+        });
+        Balance::new(BalanceCells { areas, hat: Some(hat) }, gap, &wanted).expect("resisted loads")
+    }
+
+    fn coulomb(mu: f64) -> FrictionScaling {
+        FrictionScaling::new(&FrictionEllipse { mu: [mu; 2], angle: 0.0 })
+    }
+
+    fn motion_of(balance: &Balance, sliding: &SlidingMotion) -> RigidMotion {
+        balance.motion(&sliding.values)
+    }
+
+    /// Truth: two points at x = -a and x = a with the friction limit L each carry a force F along y at x = e up to 2 L a / (a + e),
+    /// because the body turns about the farther point. Tolerance 1e-6: that point slips by [`MIN_SLIP_SHARE`] of the other's slip.
+    #[test]
+    fn an_eccentric_force_turns_the_body_about_the_farther_point() {
+        let (a, limit, force) = (2.0, 0.7, 3.0);
+        for e in [0.1, 0.5, 1.9] {
+            let works = [0.0, force, force * e, 0.0];
+            let balance = balance(&[[-a, 0.0], [a, 0.0]], &[1.0; 2], coulomb(1.0), works);
+            let sliding = balance.least_resisted_motion(&[1.0; 2], &[limit; 2]).expect("a motion");
+            let wanted = 2.0 * limit * a / (a + e) / force;
+            let found = sliding.carried_load_fraction;
+            assert!((found / wanted - 1.0).abs() < 1e-6, "{e} {found} {wanted}");
+        }
+    }
+
+    /// Truth: friction of points on a circle of radius r with the limits L carries a moment of sum L r. Their slip in a translation
+    /// is along the normal of the friction ellipse. The tilt changes no slip, and its work stays prescribed.
+    #[test]
+    fn moments_turn_and_forces_translate() {
+        let (n, r) = (12, 1.5);
+        let points: Vec<[f64; 2]> = (0..n)
+            .map(|i| {
+                let (sin, cos) = (std::f64::consts::TAU * i as f64 / n as f64).sin_cos();
+                [r * cos, r * sin]
+            })
+            .collect();
+        let (areas, limits) = (vec![0.5; n], vec![0.8; n]);
+        let turned = balance(&points, &areas, coulomb(1.0), [0.0, 0.0, 2.0, 0.3]);
+        let sliding = turned.least_resisted_motion(&areas, &limits).expect("a motion");
+        let wanted = n as f64 * 0.5 * 0.8 * r / 2.0;
+        assert!((sliding.carried_load_fraction / wanted - 1.0).abs() < 1e-9);
+
+        let (mu, angle) = ([0.4, 0.1], 0.3);
+        let hat = FrictionScaling::new(&FrictionEllipse { mu, angle });
+        let force = [1.1, 0.6];
+        let pulled = balance(&points, &areas, hat, [force[0], force[1], 0.0, 0.3]);
+        let sliding = pulled.least_resisted_motion(&areas, &limits).expect("a motion");
+        let motion = motion_of(&pulled, &sliding);
+        let (sin, cos) = angle.sin_cos();
+        let along = [force[0] * cos + force[1] * sin, force[1] * cos - force[0] * sin];
+        let normal = [along[0] / mu[0].powi(2), along[1] / mu[1].powi(2)];
+        let wanted = [normal[0] * cos - normal[1] * sin, normal[0] * sin + normal[1] * cos];
+        let across = (motion[0] * wanted[1] - motion[1] * wanted[0]) / wanted[0].hypot(wanted[1]);
+        assert!(across.abs() < 1e-9 * motion[0].hypot(motion[1]) && motion[3].abs() < 1e-9, "{motion:?}");
+
+        let pressing = pulled.without_slip(&areas).expect("a tilt");
+        let [(motion, work)] = pressing.constraints().collect::<Vec<_>>()[..] else { panic!("one motion") };
+        assert!((work - 0.3 * motion[4]).abs() < 1e-12 && motion[..4].iter().all(|part| part.abs() < 1e-12));
+    }
+}
