@@ -37,6 +37,8 @@ pub struct Increment<'a> {
     pub wear_path_factors: Option<&'a [f64]>,
     /// Local stiffnesses and largest eigenvalues for this operator and this friction ellipse.
     pub scales: Arc<ContactScales>,
+    /// Patch of neighbouring cells to which each cell belongs, `[N]`. Empty without meshed bodies.
+    pub patches: &'a [usize],
     /// Wear depth at the start, `[N]`, mm.
     pub wear_depth: &'a [f64],
     /// Number of passes through the path points whose wear opens the gap: 1, or the cycles of an implicit stage. 0 if wear does not

@@ -165,6 +165,7 @@ impl<'a> WindowProblem<'a> {
             rigid_axes: self.rigid_axes.as_deref(),
             mode_gaps: &self.floating,
             scales: self.scales.clone(),
+            patches: &[],
             wear_depth: &self.worn,
             wear_path_factors: self.path_factors.as_deref(),
             path_points: self.ends.clone(),

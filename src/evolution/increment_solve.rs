@@ -42,6 +42,7 @@ pub(super) fn increment_problem<'b>(
         wear: prepared.specific_wear_rate(laws.wear, laws.friction),
         wear_path_factors: laws.wear_path_factors,
         scales: prepared.scales(),
+        patches: &prepared.patches,
         wear_depth,
         implicit_passes: laws.implicit_passes,
         pressures: Pressures::Unknown,

@@ -15,6 +15,10 @@ use crate::frame::ContactFrame;
 use crate::geometry::Triad;
 use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 use crate::laws::wear::{SpecificWearRate, WearLaw};
+use crate::linalg::hierarchical::ClusterTree;
+
+/// Largest number of cells of a patch. Its factors take 5 MB.
+const MAX_PATCH_CELLS: usize = 256;
 
 /// Inputs of a run.
 pub struct Model {
@@ -40,6 +44,8 @@ pub(super) struct PreparedModel<'a> {
     /// Wear volume per friction energy, 1/MPa; `None` if wear does not follow friction.
     pub volume_per_energy: Option<f64>,
     scales: Mutex<Arc<ContactScales>>,
+    /// Patch of neighbouring cells to which each cell belongs, `[N]`; empty without meshed bodies.
+    pub patches: Vec<usize>,
     /// Axes x, y, n of the frame.
     pub axes: Triad,
     pub edge: Vec<bool>,
@@ -96,6 +102,21 @@ fn contact_scales(model: &Model, ellipse: Option<&FrictionEllipse>) -> Result<Co
     Ok(scales)
 }
 
+/// Patch of neighbouring cells to which each cell belongs, `[N]`; empty without meshed bodies.
+fn patches(model: &Model) -> Vec<usize> {
+    if !model.flexibility.is_condensed() {
+        return Vec::new();
+    }
+    let centers: Vec<[f64; 3]> = model.frame.centers.iter().map(|&center| center.into()).collect();
+    let extents: Vec<[[f64; 3]; 2]> = centers.iter().map(|&center| [center; 2]).collect();
+    let tree = ClusterTree::new(&centers, &extents, MAX_PATCH_CELLS);
+    let mut patches = vec![0; centers.len()];
+    for (patch, places) in tree.clusters_of_size(MAX_PATCH_CELLS).into_iter().enumerate() {
+        tree.order[places].iter().for_each(|&cell| patches[cell] = patch);
+    }
+    patches
+}
+
 impl<'a> PreparedModel<'a> {
     pub fn new(model: &'a Model, steps: &[Step]) -> Result<Self> {
         check_sizes(model)?;
@@ -142,6 +163,7 @@ impl<'a> PreparedModel<'a> {
                 .zip(ellipse)
                 .and_then(|(wear, ellipse)| wear.volume_per_energy(&ellipse)),
             scales: Mutex::new(Arc::new(scales)),
+            patches: patches(model),
             formed_cells: Mutex::new(Vec::new()),
             axes,
             edge: model.frame.edge_cells(),

@@ -21,11 +21,13 @@ pub(super) fn are_applicable(problem: &Increment) -> bool {
 /// Whether systems of `problem` are factorised after a failed iterative step with `failures` failures before. With an approximate
 /// inverse of the flexibility, the first failure is left to Barzilai-Borwein steps.
 pub(super) fn follow_failure(problem: &Increment, failures: usize) -> bool {
-    let has_inverse = || {
-        let nothing = vec![0.0; 3 * problem.n()];
-        problem.flexibility.precondition(&nothing, &mut nothing.clone())
-    };
-    are_applicable(problem) && (failures > 0 || !has_inverse())
+    are_applicable(problem) && (failures > 0 || !has_inverse(problem))
+}
+
+/// Whether the flexibility has an approximate inverse of its own.
+pub(super) fn has_inverse(problem: &Increment) -> bool {
+    let nothing = vec![0.0; 3 * problem.n()];
+    problem.flexibility.precondition(&nothing, &mut nothing.clone())
 }
 
 /// Flexibility between some cells, for several steps.

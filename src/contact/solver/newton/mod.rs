@@ -4,7 +4,8 @@
 //! The augmented variables p - c_n g_n and q̂ - c_t Δĝ_t decide whether a cell is open, sticks or slips. g_n is the normal gap, Δĝ_t
 //! the scaled slip; c_n and c_t are local stiffnesses. The equations of these cell states give the step; they are linear except for
 //! the direction of slip. Far from the solution the states alternate. Projected Barzilai-Borwein steps therefore precede the first
-//! Newton step if the residual is large, and follow failed Newton steps. Systems of meshed bodies are factorised after a failure.
+//! Newton step if the residual is large, and follow failed Newton steps. Systems of meshed bodies are factorised after a failure,
+//! large ones by patches of cells.
 //! After two failed steps, gaps and loads change gradually from the start, and factorised steps are shortened.
 //!
 //! # Source
@@ -14,6 +15,7 @@
 mod continuation;
 mod factorised_systems;
 mod gross_sliding;
+mod patches;
 mod preconditioner;
 mod rolling;
 mod system_matrix;
@@ -26,6 +28,7 @@ use super::barzilai_borwein;
 use super::control::{PartSolver, SolveControl, SolverOptions};
 use super::report::{SolveReport, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions, KrylovReport};
+use factorised_systems::MAX_UNKNOWNS;
 use gross_sliding::Verdict;
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
@@ -40,7 +43,7 @@ const MAX_START_STEPS: usize = 1000;
 /// Largest number of Barzilai-Borwein steps after the first failed Newton step. The number doubles after each further failure.
 const FALLBACK_STEPS: usize = 15;
 
-/// Number of Krylov vectors between restarts.
+/// Number of Krylov vectors between restarts. Large systems of meshed bodies have no restarts: with them, long waves would not converge.
 const GMRES_RESTART: usize = 40;
 /// Largest number of operator products in the solution of one linear system.
 const MAX_GMRES_PRODUCTS: usize = 120;
@@ -107,6 +110,8 @@ struct NewtonSolve<'s, 'p> {
     workspace: Workspace,
     /// Whether linear systems are factorised.
     factorise: bool,
+    /// Whether the last system was too large for that.
+    too_large: bool,
     part_solver: PartSolver,
     /// Whether friction is known to carry the prescribed tangential forces.
     carried: bool,
@@ -135,7 +140,7 @@ pub(super) fn solve(
     let workspace = Workspace::new(problem);
     let krylov = Gmres::default();
     let (options, start) = (control.options, Unknowns::from_state(it));
-    let (factorise, carried, continued) = (false, false, false);
+    let (factorise, too_large, carried, continued) = (false, false, false, false);
     let (best, best_residual) = (start.clone(), f64::INFINITY);
     let solve = NewtonSolve {
         problem,
@@ -145,6 +150,7 @@ pub(super) fn solve(
         linear,
         workspace,
         factorise,
+        too_large,
         part_solver,
         carried,
         continued,
@@ -223,7 +229,8 @@ impl NewtonSolve<'_, '_> {
                 std::mem::swap(it, &mut trial);
                 continue;
             }
-            if !self.factorise && factorised_systems::follow_failure(self.problem, failures) {
+            let may_factorise = !self.factorise && !self.too_large;
+            if may_factorise && factorised_systems::follow_failure(self.problem, failures) {
                 // Without factors, the same step fails again.
                 (self.factorise, progress) = (true, before);
                 continue;
@@ -419,6 +426,8 @@ impl NewtonSolve<'_, '_> {
         if self.factorise {
             tangent.factorise();
         }
+        tangent.factorise_patches();
+        self.too_large = tangent.tractions > MAX_UNKNOWNS;
         let rhs = tangent.rhs(it);
         let mut x = vec![0.0; rhs.len()];
         let residual = self.report.residual;
@@ -427,7 +436,8 @@ impl NewtonSolve<'_, '_> {
         } else {
             linear_tolerance(residual, self.options.tolerance)
         };
-        let options = KrylovOptions { tolerance, max_products: MAX_GMRES_PRODUCTS, restart: GMRES_RESTART };
+        let restart = if tangent.patches.is_empty() { GMRES_RESTART } else { MAX_GMRES_PRODUCTS };
+        let options = KrylovOptions { tolerance, max_products: MAX_GMRES_PRODUCTS, restart };
         // If GMRES has no memory for its vectors or is cancelled, the step uses the result of the last completed restart. It fails, or
         // the solve ends.
         let solved = self.krylov.solve(&mut tangent, &rhs, &mut x, 1, options);

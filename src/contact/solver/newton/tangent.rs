@@ -8,6 +8,7 @@ use faer::Par;
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
 use super::super::super::{ContactState, Increment, Pressures, SlipReference};
 use super::factorised_systems::Entries;
+use super::patches::{self, PatchFactors};
 use super::preconditioner::{ActiveSetInverse, MotionSchurComplement};
 use super::unknowns::{
     ActiveCell, CellStatus, FIXED_ENTRY, FreeMotion, active_cells, free_motions, perpendicular,
@@ -23,7 +24,7 @@ pub(super) struct NewtonSystem<'s, 'p> {
     pub(super) problem: &'s Increment<'p>,
     pub(super) hat: Option<FrictionScaling>,
     pub(super) active: Vec<ActiveCell>,
-    free: Vec<FreeMotion>,
+    pub(super) free: Vec<FreeMotion>,
     /// Number of unknown tractions. The unknown motions follow them.
     pub(super) tractions: usize,
     /// Scale of the unknown motions relative to the tractions: the inverse of the mean normal stiffness, mm/MPa.
@@ -38,6 +39,8 @@ pub(super) struct NewtonSystem<'s, 'p> {
     pub(super) entries: &'s mut Option<Entries>,
     /// Factors of the whole system.
     pub(super) factors: Option<DenseLu>,
+    /// Factors for the patches of a large system.
+    pub(super) patches: Vec<PatchFactors>,
 }
 
 /// Operator and zero fields of the linear equations.
@@ -101,8 +104,9 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
             bordered: MotionSchurComplement::new(Vec::new(), Vec::new()),
             entries: &mut workspace.entries,
             factors: None,
+            patches: Vec::new(),
         };
-        tangent.bordered = tangent.border();
+        tangent.update_border();
         tangent.keep_wear(it);
         tangent
     }
@@ -317,16 +321,23 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         }
     }
 
+    /// Computes approximate tractions `x` from the rows without the unknown motions.
+    fn solve_tractions(&mut self, rows: &[f64], x: &mut [f64]) {
+        if self.patches.is_empty() || !patches::solve(&self.patches, rows, x) {
+            self.inverse.apply(self.problem, &self.active, rows, x);
+        }
+    }
+
     /// Computes the Schur complement of the free motions, for the preconditioner.
-    fn border(&mut self) -> MotionSchurComplement {
+    pub(super) fn update_border(&mut self) {
         let (mut columns, mut constraints) = (Vec::new(), Vec::new());
         for (rows, work) in self.border_vectors(Rows::OwnPathPoint) {
             let mut solved = vec![0.0; self.tractions];
-            self.inverse.apply(self.problem, &self.active, &rows, &mut solved);
+            self.solve_tractions(&rows, &mut solved);
             columns.push(solved);
             constraints.push(work);
         }
-        MotionSchurComplement::new(columns, constraints)
+        self.bordered = MotionSchurComplement::new(columns, constraints);
     }
 
     /// For each free motion: values of the rows `which` per unit of its amount, and work of a unit of each traction, divided by the
@@ -414,7 +425,7 @@ impl LinearSystem for NewtonSystem<'_, '_> {
         }
         let (rows, motions) = image.split_at(self.tractions);
         let (tractions, amounts) = x.split_at_mut(self.tractions);
-        self.inverse.apply(self.problem, &self.active, rows, tractions);
+        self.solve_tractions(rows, tractions);
         self.bordered.eliminate_motions(motions, tractions, amounts);
     }
 }

@@ -1,5 +1,7 @@
 //! Unknowns of a Newton step: the states of the cells in contact, and the rigid motions that follow from prescribed forces.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix2, Vector2};
 
 use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
@@ -53,6 +55,18 @@ pub(super) struct ActiveCell {
     pub state: CellStatus,
 }
 
+impl ActiveCell {
+    /// Indices of the unknown tractions of the cell.
+    pub fn unknowns(&self) -> Range<usize> {
+        let tangential = match self.state {
+            CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => 0,
+            CellStatus::Slip { .. } => 1,
+            CellStatus::Stick => 2,
+        };
+        self.tangential_row..self.tangential_row + tangential + usize::from(self.pressure_row.is_some())
+    }
+}
+
 /// Unknown rigid motion.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FreeMotion {
@@ -69,15 +83,12 @@ pub(super) fn active_cells(problem: &Increment, it: &ContactState) -> (Vec<Activ
     for end in 0..problem.path_points.len() {
         for cell in 0..problem.n() {
             let Some(state) = state(problem, it, end, cell) else { continue };
-            let tangential_row = tractions;
-            tractions += match state {
-                CellStatus::PressureOnly | CellStatus::PrescribedSlip { .. } => 0,
-                CellStatus::Slip { .. } => 1,
-                CellStatus::Stick => 2,
-            };
-            let pressure_row = (problem.pressures == Pressures::Unknown).then_some(tractions);
-            tractions += usize::from(pressure_row.is_some());
-            active.push(ActiveCell { end, cell, tangential_row, pressure_row, state });
+            let mut found = ActiveCell { end, cell, tangential_row: tractions, pressure_row: None, state };
+            if problem.pressures == Pressures::Unknown {
+                found.pressure_row = Some(found.unknowns().end);
+            }
+            tractions = found.unknowns().end;
+            active.push(found);
         }
     }
     (active, tractions)
