@@ -22,6 +22,7 @@ mod rigid_partner;
 mod soft;
 mod states;
 mod symmetry_planes;
+mod thick_plate;
 mod touch;
 mod two_solvers;
 

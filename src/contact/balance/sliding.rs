@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SymmetricEigen};
 
-use super::{Balance, LossOfEquilibrium, MOTION_COMPONENTS, MotionValues, with_unit_maximum};
+use super::{Balance, LOAD_TOLERANCE, LossOfEquilibrium, MOTION_COMPONENTS, MotionValues, with_unit_maximum};
 
 /// Largest number of steps of the minimisation.
 const MAX_STEPS: usize = 500;
@@ -23,12 +23,15 @@ pub struct SlidingMotion {
     pub slip: Vec<f64>,
     /// Work of the friction limits on the motion, divided by the work of the load on it.
     pub carried_load_fraction: f64,
+    /// Whether the minimisation of the work converged. Otherwise friction may carry less.
+    pub is_least: bool,
 }
 
 impl Balance {
     /// The motion for which the friction limits do the least work, per work of the load. `limits` are the scaled friction limits of
     /// the cells, `[N]`. By the kinematic theorem of limit analysis, friction with these limits carries the load up to that fraction
-    /// of it. Returns `None` if friction does no work, if the load does no work on sliding, or if the motion changes normal gaps.
+    /// of it. Returns `None` if friction does not resist a motion on which the
+    /// load does work, or if the motion changes normal gaps.
     ///
     /// # Source
     /// Weiszfeld 1937, "Sur le point pour lequel la somme des distances de n points donnés est minimum": the sum of slips is
@@ -36,12 +39,13 @@ impl Balance {
     pub fn least_resisted_motion(&self, areas: &[f64], limits: &[f64]) -> Option<SlidingMotion> {
         let n = areas.len();
         let mut weights: Vec<f64> = areas.iter().zip(limits).map(|(area, limit)| area * limit).collect();
-        let mut values = MotionValues::zeros();
+        let (mut values, mut is_least, load) = (MotionValues::zeros(), false, self.slip_load(areas));
         for _ in 0..MAX_STEPS {
-            let next = self.motion_of_least_squares(&weights)?;
+            let next = self.motion_of_least_squares(&weights, &load)?;
             let change = (next - values).norm();
             values = next;
-            if change <= STEP_TOLERANCE * values.norm() {
+            is_least = change <= STEP_TOLERANCE * values.norm();
+            if is_least {
                 break;
             }
             let slips: Vec<f64> = (0..n).map(|cell| slip_size(self.gap(cell, &values))).collect();
@@ -57,23 +61,50 @@ impl Balance {
             work += areas[cell] * limits[cell] * slip_size(gap);
             (largest, opening) = (largest.max(slip_size(gap)), opening.max(gap[2].abs()));
         }
-        let driven = -self.target_work.dot(&values);
+        let driven = -load.dot(&values);
         let slides = driven > 0.0 && opening <= GAP_TOLERANCE * largest;
-        slides.then(|| SlidingMotion { values, slip, carried_load_fraction: work / driven })
+        slides.then(|| SlidingMotion { values, slip, carried_load_fraction: work / driven, is_least })
     }
 
-    /// The motion of unit work of the load with the least sum of squares of the slips, with weights by cell.
-    fn motion_of_least_squares(&self, weights: &[f64]) -> Option<MotionValues> {
+    /// The motion of unit work of `load` with the least sum of squares of the slips, with weights by cell. `None` if `load` does work on
+    /// a motion without weighted slip.
+    fn motion_of_least_squares(&self, weights: &[f64], load: &MotionValues) -> Option<MotionValues> {
         let eigen = SymmetricEigen::new(self.slip_gram(weights));
         let least = NULL_SHARE * eigen.eigenvalues.max();
-        let mut values = MotionValues::zeros();
+        let (mut values, mut unresisted) = (MotionValues::zeros(), *load);
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             if *value > least {
-                values -= vector * (vector.dot(&self.target_work) / value);
+                let work = vector.dot(load);
+                values -= vector * (work / value);
+                unresisted -= vector * work;
             }
         }
-        let driven = -self.target_work.dot(&values);
-        (driven > 0.0).then(|| values / driven)
+        let driven = -load.dot(&values);
+        let resisted = unresisted.norm() <= LOAD_TOLERANCE * load.norm();
+        (driven > 0.0 && resisted).then(|| values / driven)
+    }
+
+    /// Prescribed works on the motions that cause slip.
+    fn slip_load(&self, areas: &[f64]) -> MotionValues {
+        let mut load = self.target_work;
+        for values in self.motions_without_slip(areas) {
+            load -= values * values.dot(&load);
+        }
+        load
+    }
+
+    /// Whether the load does work on motions that cause slip.
+    pub fn drives_slip(&self, areas: &[f64]) -> bool {
+        self.slip_load(areas).norm() > LOAD_TOLERANCE * self.target_work.norm()
+    }
+
+    /// Orthonormal motions that cause no slip.
+    fn motions_without_slip(&self, areas: &[f64]) -> Vec<MotionValues> {
+        let eigen = SymmetricEigen::new(self.slip_gram(areas));
+        let least = NULL_SHARE * eigen.eigenvalues.max();
+        let pairs = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+        let kept = pairs.filter(|(value, vector)| **value <= least && vector.rows(0, self.n).norm() > 0.5);
+        kept.map(|(_, vector)| vector.into_owned()).collect()
     }
 
     /// Sum of weighted products of slips per unit of the motions.
@@ -92,11 +123,7 @@ impl Balance {
 
     /// Balance of the motions that cause no slip; `None` if there are none.
     pub fn without_slip(&self, areas: &[f64]) -> Option<Self> {
-        let eigen = SymmetricEigen::new(self.slip_gram(areas));
-        let least = NULL_SHARE * eigen.eigenvalues.max();
-        let values = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
-        let kept = values.filter(|(value, vector)| **value <= least && vector.rows(0, self.n).norm() > 0.5);
-        let kept: Vec<MotionValues> = kept.map(|(_, vector)| vector.into_owned()).collect();
+        let kept = self.motions_without_slip(areas);
         let mut target_work = MotionValues::zeros();
         for (work, values) in target_work.iter_mut().zip(&kept) {
             *work = self.target_work.dot(values);

@@ -313,7 +313,8 @@ fn an_eccentric_load_tilts_a_block() {
 
 /// Truth: limit analysis. The motion in sliding is the one that friction resists least, so that the tractions in sliding balance the
 /// load times the carried fraction. The force acts beside the middle of the contact face and exceeds the friction limit: the friction
-/// force is parallel to it, and both have the same moment. Tolerance: 1e-6 of the force, because the motion is found to 1e-8 in its work.
+/// force has its direction, and no moment about its point of action. Tolerance: 1e-4 of the force. The work of the motion settles to 1e-8,
+/// and the tractions to its square root.
 #[test]
 fn friction_in_sliding_balances_a_fraction_of_the_load() {
     let mut block = spec(upper_mesh(wavy, 1.0), &material(70e3, 0.33));
@@ -328,12 +329,13 @@ fn friction_in_sliding_balances_a_fraction_of_the_load() {
     assert_eq!(result.outcome, Outcome::NotConverged(Divergence::GrossSliding), "{:?}", result.warnings);
     let record = &result.records[0];
     let carried = record.tangential_force;
-    let fraction = carried[0].hypot(carried[1]) / 50.0;
+    let fraction = (carried[0] * load[0] + carried[1] * load[1]) / 2500.0;
     assert!(fraction > 0.1 && fraction < 0.9, "{fraction}");
     let across = (carried[0] * load[1] - carried[1] * load[0]) / 50.0;
-    assert!(across.abs() < 5e-5 && record.moment[2].abs() < 5e-5, "{carried:?} {:?}", record.moment);
+    assert!(across.abs() < 5e-3 && record.moment[2].abs() < 5e-3, "{carried:?} {:?}", record.moment);
     let said = result.warnings.iter().find(|w| w.contains("gross sliding")).expect("a message");
-    assert!(said.contains(&format!("at most {:.2} % of the load", 100.0 * fraction)), "{said} {fraction}");
+    let percent: f64 = said.split("at most ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((percent - 100.0 * fraction).abs() < 0.01, "{said} {fraction}");
 }
 
 /// Truth: mirror images. An unconstrained lower body below a rigid plane carries the same pressures as an upper body above it, to

@@ -128,7 +128,7 @@ impl NewtonSolve<'_, '_> {
     ) -> bool {
         let problem = self.problem;
         let single = matches!(&problem.path_points[..], [point] if matches!(point.reference, SlipReference::Previous(_)));
-        if self.continued || !self.factorise || !single {
+        if self.continued || !self.factorise || self.too_large || !single {
             return false;
         }
         self.continued = true;

@@ -12,7 +12,7 @@ use super::super::super::{
 use super::super::control::{PartSolver, SolveControl};
 use super::super::report::SolveReport;
 
-/// Largest number of iterations of the test.
+/// Largest number of iterations of the test of a path point.
 const MAX_ITERATIONS: usize = 500;
 
 /// Largest number of sliding motions of a balance for which the pressures are solved.
@@ -38,11 +38,11 @@ pub(super) fn is_certain(problem: &Increment) -> bool {
 
 /// Result of the test.
 pub(super) enum Verdict {
-    /// A force reaches the friction limit.
+    /// A load reaches the friction limit.
     Slides(LossOfEquilibrium),
-    /// Friction carries every force.
+    /// Friction carries every load.
     Carried,
-    /// The test does not apply, or the pressures in sliding did not converge or are zero.
+    /// The test does not apply, the pressures in sliding did not converge or are zero, or no motion without opening was found.
     Unknown,
 }
 
@@ -100,7 +100,7 @@ fn prescribed_load<'a>(problem: &'a Increment, end: usize) -> Option<Load<'a>> {
         return None;
     }
     match (&point.balance, point.tangential) {
-        (Some(balance), _) => Some(Load::Balance(balance)),
+        (Some(balance), _) => balance.drives_slip(problem.areas).then_some(Load::Balance(balance)),
         (None, TangentialControl::Force(force)) if force != [0.0; 2] => {
             Some(Load::Force(hat.scaled_traction(force)))
         }
@@ -118,6 +118,8 @@ struct SlidingTest<'t, 'p, 'c> {
     control: &'t mut SolveControl<'c>,
     solver: PartSolver,
     report: &'t mut SolveReport,
+    /// Number of iterations of the report at which the test ends.
+    last: usize,
 }
 
 impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
@@ -135,7 +137,8 @@ impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
         let mut state = ContactState::new(n, vec![it.rigid_motion[end]]);
         state.mode_amplitudes = vec![it.mode_amplitudes[end]];
         state.scaled.copy_from_slice(&it.scaled[3 * n * end..3 * n * (end + 1)]);
-        Self { problem, point: &problem.path_points[end], hat, state, control, solver, report }
+        let (point, last) = (&problem.path_points[end], report.iterations + MAX_ITERATIONS);
+        Self { problem, point, hat, state, control, solver, report, last }
     }
 
     /// Tests a scaled tangential force.
@@ -188,9 +191,12 @@ impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
             };
             let before = std::mem::replace(&mut fraction, sliding.carried_load_fraction);
             if (fraction - before).abs() <= FRACTION_TOLERANCE * fraction {
-                return match fraction < 1.0 / LIMIT_SHARE {
-                    true => Verdict::Slides(balance.loss_by_sliding(&sliding)),
-                    false => Verdict::Carried,
+                return if fraction * LIMIT_SHARE < 1.0 {
+                    Verdict::Slides(balance.loss_by_sliding(&sliding))
+                } else if sliding.is_least {
+                    Verdict::Carried
+                } else {
+                    Verdict::Unknown
                 };
             }
         }
@@ -220,7 +226,8 @@ impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
             path_points: vec![PathPoint { tangential, reference, ..point }],
             ..*self.problem
         };
-        let mut control = self.control.auxiliary(self.report.iterations, MAX_ITERATIONS);
+        let left = self.last.saturating_sub(self.report.iterations);
+        let mut control = self.control.auxiliary(self.report.iterations, left);
         let solved = (self.solver)(&sliding, &mut self.state, &mut control);
         self.report.add_work_of(&solved);
         solved.converged()

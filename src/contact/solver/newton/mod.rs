@@ -28,7 +28,6 @@ use super::barzilai_borwein;
 use super::control::{PartSolver, SolveControl, SolverOptions};
 use super::report::{SolveReport, StopReason};
 use crate::linalg::gmres::{Gmres, KrylovOptions, KrylovReport};
-use factorised_systems::MAX_UNKNOWNS;
 use gross_sliding::Verdict;
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
@@ -43,7 +42,8 @@ const MAX_START_STEPS: usize = 1000;
 /// Largest number of Barzilai-Borwein steps after the first failed Newton step. The number doubles after each further failure.
 const FALLBACK_STEPS: usize = 15;
 
-/// Number of Krylov vectors between restarts. Large systems of meshed bodies have no restarts: with them, long waves would not converge.
+/// Number of Krylov vectors between restarts. GMRES does not restart on large systems of meshed bodies, where
+/// long waves do not converge across restarts.
 const GMRES_RESTART: usize = 40;
 /// Largest number of operator products in the solution of one linear system.
 const MAX_GMRES_PRODUCTS: usize = 120;
@@ -113,8 +113,10 @@ struct NewtonSolve<'s, 'p> {
     /// Whether the last system was too large for that.
     too_large: bool,
     part_solver: PartSolver,
-    /// Whether friction is known to carry the prescribed tangential forces.
+    /// Whether friction is known to carry the prescribed loads.
     carried: bool,
+    /// Whether the test for gross sliding under a balance was made.
+    tested: bool,
     /// Whether the continuation was tried.
     continued: bool,
     /// Unknowns at the start of the solve.
@@ -140,7 +142,7 @@ pub(super) fn solve(
     let workspace = Workspace::new(problem);
     let krylov = Gmres::default();
     let (options, start) = (control.options, Unknowns::from_state(it));
-    let (factorise, too_large, carried, continued) = (false, false, false, false);
+    let (factorise, too_large, carried, tested, continued) = (false, false, false, false, false);
     let (best, best_residual) = (start.clone(), f64::INFINITY);
     let solve = NewtonSolve {
         problem,
@@ -153,6 +155,7 @@ pub(super) fn solve(
         too_large,
         part_solver,
         carried,
+        tested,
         continued,
         start,
         best,
@@ -282,29 +285,40 @@ impl NewtonSolve<'_, '_> {
         self.report.stop = stop;
     }
 
-    /// Returns whether a prescribed tangential force makes the bodies slide, if that is known. If so, the report states it, and `it`
-    /// is the state in sliding.
+    fn has_balance(&self) -> bool {
+        self.problem.path_points.iter().any(|point| point.balance.is_some())
+    }
+
+    /// Returns whether the prescribed loads make the bodies slide, if that is known. If so, the report states it, and `it` is the state
+    /// in sliding. Under a balance, the test begins at the start of the solve, and is made once.
     fn slides(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<bool> {
         if self.carried {
             return Some(false);
         }
-        match gross_sliding::test(self.problem, it, control, self.part_solver, &mut self.report) {
-            Verdict::Slides(loss) => {
-                for (motion, start) in it.rigid_motion.iter_mut().zip(&self.start.rigid_motion) {
-                    (motion[0], motion[1]) = (start[0], start[1]);
-                }
-                self.problem.evaluate(it);
-                self.report.applications += self.problem.applications();
-                self.report.residual = self.problem.natural_residual(it);
-                (self.report.stop, self.report.loss_of_equilibrium) = (StopReason::GrossSliding, Some(loss));
-                Some(true)
-            }
-            Verdict::Carried => {
-                self.carried = true;
-                Some(false)
-            }
-            Verdict::Unknown => None,
+        let balanced = self.has_balance();
+        if balanced && std::mem::replace(&mut self.tested, true) {
+            return None;
         }
+        let kept = balanced.then(|| Unknowns::from_state(it));
+        if balanced {
+            self.start.restore_into(it);
+        }
+        let verdict = gross_sliding::test(self.problem, it, control, self.part_solver, &mut self.report);
+        if let Verdict::Slides(loss) = verdict {
+            for (motion, start) in it.rigid_motion.iter_mut().zip(&self.start.rigid_motion) {
+                (motion[0], motion[1]) = (start[0], start[1]);
+            }
+            self.problem.evaluate(it);
+            self.report.applications += self.problem.applications();
+            self.report.residual = self.problem.natural_residual(it);
+            (self.report.stop, self.report.loss_of_equilibrium) = (StopReason::GrossSliding, Some(loss));
+            return Some(true);
+        }
+        if let Some(kept) = kept {
+            kept.restore_into(it);
+        }
+        self.carried = matches!(verdict, Verdict::Carried);
+        self.carried.then_some(false)
     }
 
     /// Completes an exact step from `it` to `trial`, whose residual is `after`: projects the tractions of a solution, and shortens a
@@ -389,15 +403,14 @@ impl NewtonSolve<'_, '_> {
         control: &mut SolveControl,
     ) -> bool {
         let full = tolerance <= self.options.tolerance;
-        let balanced = self.problem.path_points.iter().any(|point| point.balance.is_some());
-        if balanced || !full {
+        if !full {
             self.start.restore_into(it);
             self.problem.evaluate(it);
+        }
+        if !full || self.has_balance() {
             if self.slides(it, control) == Some(true) {
                 return true;
             }
-        }
-        if balanced || !full {
             self.factorise |= factorised_systems::are_applicable(self.problem);
             if self.solve_by_continuation(it, control) {
                 return false;
@@ -427,7 +440,7 @@ impl NewtonSolve<'_, '_> {
             tangent.factorise();
         }
         tangent.factorise_patches();
-        self.too_large = tangent.tractions > MAX_UNKNOWNS;
+        self.too_large = tangent.is_large();
         let rhs = tangent.rhs(it);
         let mut x = vec![0.0; rhs.len()];
         let residual = self.report.residual;

@@ -1,9 +1,12 @@
 //! Dense matrix of a Newton step and its factorisation.
 
+use std::collections::BTreeMap;
+
 use faer::Par;
 use rayon::prelude::*;
 
-use super::factorised_systems::{Entries, MAX_UNKNOWNS};
+use super::factorised_systems::{Entries, MAX_UNKNOWNS, are_applicable, has_inverse};
+use super::patches::PatchFactors;
 use super::tangent::{NewtonSystem, Rows};
 use super::unknowns::{CellStatus, perpendicular};
 use crate::error::Result;
@@ -13,6 +16,9 @@ use crate::linalg::dense_matrix::DenseMatrix;
 /// Diagonal entry of the matrix for an unknown motion. The equations do not determine a motion common to all path points of a cycle
 /// without sticking cells; it then stays as it is. GMRES corrects the error of other motions.
 const MOTION_REGULARISATION: f64 = 1e-10;
+
+/// Largest memory of the factors of all patches, bytes. Larger systems keep the diagonal.
+const MAX_PATCH_BYTES: usize = 512_000_000;
 
 /// Unknown traction or equation of a cell. The traction is `vector` times the unknown, the row is `vector` · gap.
 struct CellVector {
@@ -29,18 +35,65 @@ impl NewtonSystem<'_, '_> {
         self.factors = self.factors();
     }
 
-    fn factors(&mut self) -> Option<DenseLu> {
+    /// Cells in contact, ascending.
+    fn cells(&self) -> Vec<usize> {
         let mut cells: Vec<usize> = self.active.iter().map(|active| active.cell).collect();
         cells.sort_unstable();
         cells.dedup();
+        cells
+    }
+
+    /// Whether the system is too large to be factorised.
+    pub(super) fn is_large(&self) -> bool {
+        self.len().max(3 * self.cells().len()) > MAX_UNKNOWNS
+    }
+
+    fn factors(&mut self) -> Option<DenseLu> {
+        let cells = self.cells();
         let unformed = self.problem.flexibility.unformed_cells();
         let formed = cells.iter().all(|cell| unformed.binary_search(cell).is_err());
-        if !formed || self.len().max(3 * cells.len()) > MAX_UNKNOWNS {
+        if !formed || self.is_large() {
             return None;
         }
         let known = self.entries.take().filter(|known| cells.iter().all(|&cell| known.place(cell).is_some()));
         *self.entries = known.or_else(|| Entries::new(self.problem.flexibility, cells));
         DenseLu::new(self.matrix(self.entries.as_ref()?).ok()?, Par::rayon(0)).ok()
+    }
+
+    /// Factorises the systems of the patches, if the whole system is too large for that and the operator has no approximate inverse.
+    /// The steps remain inexact.
+    pub(super) fn factorise_patches(&mut self) {
+        let wanted = !self.problem.patches.is_empty() && self.is_large();
+        if wanted && are_applicable(self.problem) && !has_inverse(self.problem) {
+            self.patches = self.patch_factors().unwrap_or_default();
+            self.update_border();
+        }
+    }
+
+    /// `None` if a system is singular, if the operator has no entries, or if memory does not suffice.
+    fn patch_factors(&self) -> Option<Vec<PatchFactors>> {
+        let unformed = self.problem.flexibility.unformed_cells();
+        let mut patches: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+        for (member, active) in self.active.iter().enumerate() {
+            if unformed.binary_search(&active.cell).is_ok() {
+                return None;
+            }
+            patches.entry((active.end, self.problem.patches[active.cell])).or_default().push(member);
+        }
+        let patches: Vec<Vec<usize>> = patches.into_values().collect();
+        let sizes =
+            patches.iter().map(|members| members.iter().map(|&k| self.active[k].unknowns().len()).sum());
+        if size_of::<f64>() * sizes.map(|n: usize| n * n).sum::<usize>() > MAX_PATCH_BYTES {
+            return None;
+        }
+        patches.par_iter().map(|members| self.factors_of_patch(members)).collect()
+    }
+
+    fn factors_of_patch(&self, members: &[usize]) -> Option<PatchFactors> {
+        let active = || members.iter().map(|&member| &self.active[member]);
+        let entries = Entries::new(self.problem.flexibility, active().map(|active| active.cell).collect())?;
+        let factors = DenseLu::new(self.matrix_between(members, &entries, 0).ok()?, Par::Seq).ok()?;
+        Some(PatchFactors { unknowns: active().flat_map(|active| active.unknowns()).collect(), factors })
     }
 
     /// Matrix of the system from the flexibility between the cells.
