@@ -417,6 +417,11 @@ impl NewtonSolve<'_, '_> {
             }
         }
         if self.carried {
+            if self.has_balance() {
+                // The lost state is far from equilibrium.
+                self.start.restore_into(it);
+                self.problem.evaluate(it);
+            }
             return false;
         }
         if !full {
