@@ -30,8 +30,7 @@ pub struct SlidingMotion {
 impl Balance {
     /// The motion for which the friction limits do the least work, per work of the load. `limits` are the scaled friction limits of
     /// the cells, `[N]`. By the kinematic theorem of limit analysis, friction with these limits carries the load up to that fraction
-    /// of it. Returns `None` if friction does not resist a motion on which the
-    /// load does work, or if the motion changes normal gaps.
+    /// of it. Returns `None` if friction does not resist a motion on which the load does work, or if the motion changes normal gaps.
     ///
     /// # Source
     /// Weiszfeld 1937, "Sur le point pour lequel la somme des distances de n points donnés est minimum": the sum of slips is
@@ -187,8 +186,8 @@ mod tests {
         balance.motion(&sliding.values)
     }
 
-    /// Truth: two points at x = -a and x = a with the friction limit L each carry a force F along y at x = e up to 2 L a / (a + e),
-    /// because the body turns about the farther point. Tolerance 1e-6: that point slips by [`MIN_SLIP_SHARE`] of the other's slip.
+    /// Truth: the body turns about the point that is farther from the force. Two points at x = -a and x = a with the friction limit L
+    /// each therefore carry a force along y at x = e up to 2 L a / (a + e). Tolerance 1e-6: that point slips by [`MIN_SLIP_SHARE`] of the other's slip.
     #[test]
     fn an_eccentric_force_turns_the_body_about_the_farther_point() {
         let (a, limit, force) = (2.0, 0.7, 3.0);
