@@ -19,6 +19,12 @@ use crate::geometry::{Side, format_short};
 /// Norm below which the part of a unit direction that is orthogonal to the earlier directions counts as zero.
 const MIN_DIRECTION_NORM: f64 = 1e-6;
 
+/// Share of the larger of translation and rotation from which a message names the smaller one.
+const MIN_MOTION_SHARE: f64 = 0.01;
+
+/// Fraction of a load below which the part that friction carries is rounding.
+const MIN_CARRIED_FRACTION: f64 = 1e-9;
+
 impl Run<'_> {
     pub(super) fn path_point(
         &mut self,
@@ -184,6 +190,27 @@ impl PreparedModel<'_> {
         ))
     }
 
+    /// Words for a motion that nothing resists. A separation is named by the larger of rotation and translation. Sliding is named by
+    /// both, and the translation is that of the point at `frame.center`; a part below [`MIN_MOTION_SHARE`] of the other is left out.
+    fn loss_motion(&self, shift: Vector3<f64>, turn: Vector3<f64>, separates: bool) -> String {
+        let (by_shift, by_turn) = (shift.norm(), turn.norm() * self.model.frame.size());
+        if separates {
+            return if by_turn > by_shift {
+                format!("tips about {}", direction_name(turn))
+            } else {
+                format!("moves away along {}", direction_name(shift))
+            };
+        }
+        let slides = (by_shift > MIN_MOTION_SHARE * by_turn)
+            .then(|| format!("slides along {}", direction_name(shift)));
+        let spins =
+            (by_turn > MIN_MOTION_SHARE * by_shift).then(|| format!("spins about {}", direction_name(turn)));
+        match (slides, spins) {
+            (Some(slides), Some(spins)) => format!("{slides}, at frame.center, and {spins}"),
+            (slides, spins) => slides.or(spins).unwrap_or_default(),
+        }
+    }
+
     pub(super) fn loss_of_equilibrium_message(
         &self,
         step: &str,
@@ -195,19 +222,13 @@ impl PreparedModel<'_> {
         let body1 = self.who() == "body 1";
         let sign = if body1 { -1.0 } else { 1.0 };
         let who = if body1 { "body 1" } else { "body 2" };
-        let turns = turn.norm() * self.model.frame.size() > shift.norm();
-        let how = match (turns, sliding.separates_bodies) {
-            (true, true) => format!("tips about {}", direction_name(turn * sign)),
-            (true, false) => format!("spins about {}", direction_name(turn * sign)),
-            (false, true) => format!("moves away along {}", direction_name(shift * sign)),
-            (false, false) => format!("slides along {}", direction_name(shift * sign)),
-        };
+        let how = self.loss_motion(shift * sign, turn * sign, sliding.separates_bodies);
         if sliding.separates_bodies {
             return format!(
                 "step \"{step}\" ({number}): no equilibrium, because the loads separate the bodies: {who} {how} (axes of the frame)"
             );
         }
-        if sliding.carried_load_fraction == 0.0 {
+        if sliding.carried_load_fraction < MIN_CARRIED_FRACTION {
             return format!(
                 "step \"{step}\" ({number}): no equilibrium, because no pressure acts and friction carries no tangential load: {who} {how} (axes of the frame)"
             );
@@ -218,7 +239,7 @@ impl PreparedModel<'_> {
                 percent if percent < 99.99 => format!("{percent:.2}"),
                 _ => "99.99".to_owned(),
             };
-            format!("; friction transmits at most {percent} % of the load")
+            format!("; friction transmits at most {percent} % of the load of this increment")
         } else {
             String::new()
         };

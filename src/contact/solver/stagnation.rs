@@ -2,8 +2,8 @@
 
 use super::super::{ContactState, Increment};
 
-/// A solve stalls if its residual falls by a smaller factor while the number of iterations grows fivefold.
-const STALL_FACTOR: f64 = 2.0;
+/// Largest factor on the number of iterations that is sensible advice.
+const MAX_ADVISED_FACTOR: f64 = 10.0;
 
 /// Course of a solve that did not reach its tolerance, and its last state.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +16,8 @@ pub struct Stagnation {
     pub iterations: usize,
     /// Numbers of iterations 1, 10, 100, ... and the smallest natural residuals up to them.
     pub history: Vec<(usize, f64)>,
-    /// Whether the solve ended at its iteration limit while the residual still fell.
+    /// Whether the solve ended at its iteration limit, and tenfold iterations would reach the tolerance if the residual falls on as a
+    /// power of their number.
     pub needs_iterations: bool,
     /// Number of cells whose gap and pressure violate the contact conditions by more than the tolerance, at any path point.
     pub contact_cells: usize,
@@ -54,12 +55,15 @@ impl Stagnation {
         let [contact_cells, friction_cells] = problem.violated_cells(it, tolerance);
         let best = history.best.unwrap_or(f64::INFINITY);
         let before = history.kept.iter().rfind(|(k, _)| 5 * k <= iterations);
-        let falls = before.is_none_or(|(_, before)| STALL_FACTOR * best < *before);
+        let reaches = before.is_none_or(|(k, before)| {
+            let power = (before / best).ln() / (iterations as f64 / *k as f64).ln();
+            best * MAX_ADVISED_FACTOR.powf(-power) <= tolerance
+        });
         Self {
             residual: problem.natural_residual(it),
             tolerance,
             iterations,
-            needs_iterations: iterations >= most && falls,
+            needs_iterations: iterations >= most && reaches,
             history: history.kept,
             contact_cells,
             friction_cells,

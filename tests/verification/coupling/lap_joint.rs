@@ -161,10 +161,11 @@ fn check_forces_against_shifts(model: &Model, force: f64, increments: usize) {
     }
 }
 
-/// Truth: the same state belongs to a prescribed shift and to its friction force. The force is 0.8 of the friction limit.
+/// Truth: the same state belongs to a prescribed shift and to its friction force. The forces are 0.8 and 0.25 of the friction limit.
 #[test]
 fn forces_and_shifts_give_the_same_states() {
     check_forces_against_shifts(&straps(), -96.0, 8);
+    check_forces_against_shifts(&straps(), -30.0, 4);
 }
 
 /// Truth: as [`forces_and_shifts_give_the_same_states`]. The force is half the friction limit, and acts in one increment. The far end
