@@ -225,8 +225,8 @@ pub(super) fn explain_divergence(reason: Divergence) -> &'static str {
             "the contact solver did not reach solver.tolerance; the run's notes say in which cells, and what to try"
         }
         Divergence::GrossSliding => {
-            "the tangential load exceeds the friction limit; the run's notes say how the bodies slide: reduce the \
-             load, or prescribe displacements of a supported body instead (`shift`, `twist`)"
+            "the tangential load exceeds the friction limit: reduce it, or prescribe displacements (`shift`, `twist`) \
+             of a supported body instead; the run's notes say how the bodies slide"
         }
         Divergence::ContactLost => "the bodies separated: check approach, forces and moments",
         Divergence::LargeRotation => {

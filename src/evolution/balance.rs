@@ -206,7 +206,7 @@ impl PreparedModel<'_> {
         let spins =
             (by_turn > MIN_MOTION_SHARE * by_shift).then(|| format!("spins about {}", direction_name(turn)));
         match (slides, spins) {
-            (Some(slides), Some(spins)) => format!("{slides}, at frame.center, and {spins}"),
+            (Some(slides), Some(spins)) => format!("{slides} (at frame.center) and {spins}"),
             (slides, spins) => slides.or(spins).unwrap_or_default(),
         }
     }
@@ -228,9 +228,9 @@ impl PreparedModel<'_> {
                 "step \"{step}\" ({number}): no equilibrium, because the loads separate the bodies: {who} {how} (axes of the frame)"
             );
         }
-        if sliding.carried_load_fraction < MIN_CARRIED_FRACTION {
+        if sliding.carried_load_fraction.abs() < MIN_CARRIED_FRACTION {
             return format!(
-                "step \"{step}\" ({number}): no equilibrium, because no pressure acts and friction carries no tangential load: {who} {how} (axes of the frame)"
+                "step \"{step}\" ({number}): no equilibrium, because friction carries none of the tangential load (no pressure acts where the bodies slide): {who} {how} (axes of the frame)"
             );
         }
         let share = if sliding.carried_load_fraction > 0.0 && sliding.carried_load_fraction < 1.0 {
@@ -239,7 +239,9 @@ impl PreparedModel<'_> {
                 percent if percent < 99.99 => format!("{percent:.2}"),
                 _ => "99.99".to_owned(),
             };
-            format!("; friction transmits at most {percent} % of the load of this increment")
+            format!(
+                "; friction transmits at most {percent} % of the tangential load of this increment, at its normal load"
+            )
         } else {
             String::new()
         };

@@ -148,7 +148,9 @@ impl Run<'_> {
 
     pub(super) fn deliver(&mut self, record: IncrementRecord, fields: FrameState) -> Result<()> {
         self.observer.increment_done(&record, &fields)?;
-        if let Some(note) = large_sliding_warning(&self.prepared.model.frame, &record, &fields) {
+        if record.converged
+            && let Some(note) = large_sliding_warning(&self.prepared.model.frame, &record, &fields)
+        {
             self.warn_once(StepWarning::LargeSliding, |_| note);
         }
         self.result.records.push(record);

@@ -2,7 +2,10 @@
 
 use nalgebra::{SMatrix, SymmetricEigen};
 
-use super::{Balance, LOAD_TOLERANCE, LossOfEquilibrium, MOTION_COMPONENTS, MotionValues, with_unit_maximum};
+use super::{
+    Balance, LOAD_TOLERANCE, LossOfEquilibrium, MOTION_COMPONENTS, MotionValues, RigidMotion,
+    with_unit_maximum,
+};
 
 /// Largest number of steps of the minimisation.
 const MAX_STEPS: usize = 500;
@@ -10,15 +13,18 @@ const MAX_STEPS: usize = 500;
 const STEP_TOLERANCE: f64 = 1e-10;
 /// Smallest slip of a cell in the minimisation, relative to the largest slip.
 const MIN_SLIP_SHARE: f64 = 1e-9;
-/// Eigenvalue of the weighted Gram matrix of the slips, relative to the largest, up to which a combination of motions causes no slip.
-/// The weights differ by up to the reciprocal of [`MIN_SLIP_SHARE`].
+/// Eigenvalue of a Gram matrix, relative to the largest, up to which a combination of motions causes no slip. The weights of the matrix
+/// differ by up to the reciprocal of [`MIN_SLIP_SHARE`].
 const NULL_SHARE: f64 = 1e-13;
-/// Largest normal gap of a sliding motion, relative to the largest slip.
-const GAP_TOLERANCE: f64 = 1e-6;
+/// The same for normal gaps: their root mean square relative to that of the largest gaps is at most a millionth.
+const NO_GAP_SHARE: f64 = 1e-12;
+
+type Gram = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
 
 /// Motion in gross sliding.
 pub struct SlidingMotion {
-    values: MotionValues,
+    /// Translation and rotation of body 2 with the work 1 of the load.
+    motion: RigidMotion,
     /// Scaled slip of the cells, `[2, N]`.
     pub slip: Vec<f64>,
     /// Work of the friction limits on the motion, divided by the work of the load on it.
@@ -28,9 +34,10 @@ pub struct SlidingMotion {
 }
 
 impl Balance {
-    /// The motion for which the friction limits do the least work, per work of the load. `limits` are the scaled friction limits of
-    /// the cells, `[N]`. By the kinematic theorem of limit analysis, friction with these limits carries the load up to that fraction
-    /// of it. Returns `None` if friction does not resist a motion on which the load does work, or if the motion changes normal gaps.
+    /// The motion for which the friction limits do the least work, per work of the load, among motions that change no normal gap:
+    /// the balance is that of [`Self::without_gap`]. `limits` are the scaled friction limits of the cells, `[N]`. By the kinematic
+    /// theorem of limit analysis, friction with these limits carries the load up to that fraction of it. Returns `None` if friction
+    /// does not resist a motion on which the load does work.
     ///
     /// # Source
     /// Weiszfeld 1937, "Sur le point pour lequel la somme des distances de n points donnés est minimum": the sum of slips is
@@ -38,9 +45,9 @@ impl Balance {
     pub fn least_resisted_motion(&self, areas: &[f64], limits: &[f64]) -> Option<SlidingMotion> {
         let n = areas.len();
         let mut weights: Vec<f64> = areas.iter().zip(limits).map(|(area, limit)| area * limit).collect();
-        let (mut values, mut is_least, load) = (MotionValues::zeros(), false, self.slip_load(areas));
+        let (mut values, mut is_least) = (MotionValues::zeros(), false);
         for _ in 0..MAX_STEPS {
-            let next = self.motion_of_least_squares(&weights, &load)?;
+            let next = self.motion_of_least_squares(&weights)?;
             let change = (next - values).norm();
             values = next;
             is_least = change <= STEP_TOLERANCE * values.norm();
@@ -53,81 +60,75 @@ impl Balance {
                 *weight = areas[cell] * limits[cell] / slips[cell].max(least);
             }
         }
-        let (mut work, mut largest, mut opening, mut slip) = (0.0, 0.0f64, 0.0f64, vec![0.0; 2 * n]);
+        let (mut work, mut slip) = (0.0, vec![0.0; 2 * n]);
         for cell in 0..n {
             let gap = self.gap(cell, &values);
             (slip[cell], slip[n + cell]) = (gap[0], gap[1]);
             work += areas[cell] * limits[cell] * slip_size(gap);
-            (largest, opening) = (largest.max(slip_size(gap)), opening.max(gap[2].abs()));
         }
-        let driven = -load.dot(&values);
-        let slides = driven > 0.0 && opening <= GAP_TOLERANCE * largest;
-        slides.then(|| SlidingMotion { values, slip, carried_load_fraction: work / driven, is_least })
+        Some(SlidingMotion { motion: self.motion(&values), slip, carried_load_fraction: work, is_least })
     }
 
-    /// The motion of unit work of `load` with the least sum of squares of the slips, with weights by cell. `None` if `load` does work on
-    /// a motion without weighted slip.
-    fn motion_of_least_squares(&self, weights: &[f64], load: &MotionValues) -> Option<MotionValues> {
-        let eigen = SymmetricEigen::new(self.slip_gram(weights));
+    /// The motion of unit work of the load with the least sum of squares of the slips, with weights by cell. `None` if the load does
+    /// work on a motion without weighted slip.
+    fn motion_of_least_squares(&self, weights: &[f64]) -> Option<MotionValues> {
+        let eigen = SymmetricEigen::new(self.gram(weights, &[0, 1]));
         let least = NULL_SHARE * eigen.eigenvalues.max();
-        let (mut values, mut unresisted) = (MotionValues::zeros(), *load);
+        let (mut values, mut unresisted) = (MotionValues::zeros(), self.target_work);
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             if *value > least {
-                let work = vector.dot(load);
+                let work = vector.dot(&self.target_work);
                 values -= vector * (work / value);
                 unresisted -= vector * work;
             }
         }
-        let driven = -load.dot(&values);
-        let resisted = unresisted.norm() <= LOAD_TOLERANCE * load.norm();
+        let driven = -self.target_work.dot(&values);
+        let resisted = unresisted.norm() <= LOAD_TOLERANCE * self.target_work.norm();
         (driven > 0.0 && resisted).then(|| values / driven)
     }
 
-    /// Prescribed works on the motions that cause slip.
-    fn slip_load(&self, areas: &[f64]) -> MotionValues {
-        let mut load = self.target_work;
-        for values in self.motions_without_slip(areas) {
-            load -= values * values.dot(&load);
-        }
-        load
+    /// Balance of the motions that cause no slip; `None` if there are none.
+    pub fn without_slip(&self, areas: &[f64]) -> Option<Self> {
+        self.restricted(&self.null_motions(&self.gram(areas, &[0, 1]), NULL_SHARE))
     }
 
-    /// Whether the load does work on motions that cause slip.
-    pub fn drives_slip(&self, areas: &[f64]) -> bool {
-        self.slip_load(areas).norm() > LOAD_TOLERANCE * self.target_work.norm()
+    /// Balance of the motions that change no normal gap. `None` if the load does no work on them.
+    pub fn without_gap(&self, areas: &[f64]) -> Option<Self> {
+        let sliding = self.restricted(&self.null_motions(&self.gram(areas, &[2]), NO_GAP_SHARE));
+        sliding.filter(|sliding| sliding.target_work.norm() > LOAD_TOLERANCE * self.target_work.norm())
     }
 
-    /// Orthonormal motions that cause no slip.
-    fn motions_without_slip(&self, areas: &[f64]) -> Vec<MotionValues> {
-        let eigen = SymmetricEigen::new(self.slip_gram(areas));
-        let least = NULL_SHARE * eigen.eigenvalues.max();
+    /// Orthonormal motions in the null space of `gram`: eigenvalues up to the share `share` of the largest.
+    fn null_motions(&self, gram: &Gram, share: f64) -> Vec<MotionValues> {
+        let eigen = SymmetricEigen::new(*gram);
+        let least = share * eigen.eigenvalues.max();
         let pairs = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
         let kept = pairs.filter(|(value, vector)| **value <= least && vector.rows(0, self.n).norm() > 0.5);
         kept.map(|(_, vector)| vector.into_owned()).collect()
     }
 
-    /// Sum of weighted products of slips per unit of the motions.
-    fn slip_gram(&self, weights: &[f64]) -> SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS> {
-        let mut gram = SMatrix::zeros();
+    /// Sum over the cells of weighted products of the given components of the gaps, per unit of the motions.
+    fn gram(&self, weights: &[f64], components: &[usize]) -> Gram {
+        let mut gram = Gram::zeros();
         for (cell, weight) in weights.iter().enumerate() {
             let row = self.row(cell);
             for (j, c) in row.iter().enumerate() {
                 for (k, other) in row.iter().enumerate() {
-                    gram[(j, k)] += weight * (c[0] * other[0] + c[1] * other[1]);
+                    gram[(j, k)] += weight * components.iter().map(|&i| c[i] * other[i]).sum::<f64>();
                 }
             }
         }
         gram
     }
 
-    /// Balance of the motions that cause no slip; `None` if there are none.
-    pub fn without_slip(&self, areas: &[f64]) -> Option<Self> {
-        let kept = self.motions_without_slip(areas);
+    /// Balance of the motions `kept`; `None` if there are none.
+    fn restricted(&self, kept: &[MotionValues]) -> Option<Self> {
         let mut target_work = MotionValues::zeros();
-        for (work, values) in target_work.iter_mut().zip(&kept) {
+        for (work, values) in target_work.iter_mut().zip(kept) {
             *work = self.target_work.dot(values);
         }
-        let columns = (0..areas.len()).flat_map(|cell| kept.iter().map(move |values| self.gap(cell, values)));
+        let columns = (0..self.columns.len() / self.n)
+            .flat_map(|cell| kept.iter().map(move |values| self.gap(cell, values)));
         (!kept.is_empty()).then(|| Self {
             n: kept.len(),
             motions: kept.iter().map(|values| self.motion(values)).collect(),
@@ -136,13 +137,15 @@ impl Balance {
             unresisted_motions: self.unresisted_motions.clone(),
         })
     }
+}
 
-    /// Gross sliding along `sliding`.
-    pub(crate) fn loss_by_sliding(&self, sliding: &SlidingMotion) -> LossOfEquilibrium {
+impl SlidingMotion {
+    /// Gross sliding along this motion.
+    pub(crate) fn loss_of_equilibrium(&self) -> LossOfEquilibrium {
         LossOfEquilibrium {
-            motion: with_unit_maximum(self.motion(&sliding.values)),
+            motion: with_unit_maximum(self.motion),
             separates_bodies: false,
-            carried_load_fraction: sliding.carried_load_fraction,
+            carried_load_fraction: self.carried_load_fraction,
         }
     }
 }
@@ -155,11 +158,14 @@ fn slip_size(gap: [f64; 3]) -> f64 {
 mod tests {
     use super::super::{BalanceCells, BalanceConstraint};
     use super::*;
-    use crate::contact::balance::RigidMotion;
     use crate::contact::friction_scaling::FrictionScaling;
     use crate::laws::friction::FrictionEllipse;
 
-    /// Balance of a flat frame with the points `points`: translations along x and y, rotation about n, and a tilt about y.
+    /// Height of the axis of the tilt above the frame.
+    const HEIGHT: f64 = 5.0;
+
+    /// Balance of a flat frame with the points `points`: translations along x and y, rotation about n, and a tilt about an axis along y
+    /// at [`HEIGHT`], so that the tilt also causes slip. The last work is that on a tilt about y in the frame.
     fn balance(points: &[[f64; 2]], areas: &[f64], hat: FrictionScaling, works: [f64; 4]) -> Balance {
         let gap = |component: usize, cell: usize| {
             let [x, y] = points[cell];
@@ -167,10 +173,11 @@ mod tests {
                 0 => [1.0, 0.0, 0.0],
                 1 => [0.0, 1.0, 0.0],
                 3 => [-y, x, 0.0],
-                _ => [0.0, 0.0, x],
+                _ => [HEIGHT, 0.0, x],
             }
         };
-        let wanted = [(0, works[0]), (1, works[1]), (3, works[2]), (4, works[3])].map(|(component, work)| {
+        let tilt = works[3] + HEIGHT * works[0];
+        let wanted = [(0, works[0]), (1, works[1]), (3, works[2]), (4, tilt)].map(|(component, work)| {
             let mut motion = [0.0; MOTION_COMPONENTS];
             motion[component] = 1.0;
             BalanceConstraint { motion, work }
@@ -182,10 +189,6 @@ mod tests {
         FrictionScaling::new(&FrictionEllipse { mu: [mu; 2], angle: 0.0 })
     }
 
-    fn motion_of(balance: &Balance, sliding: &SlidingMotion) -> RigidMotion {
-        balance.motion(&sliding.values)
-    }
-
     /// Truth: the body turns about the point that is farther from the force. Two points at x = -a and x = a with the friction limit L
     /// each therefore carry a force along y at x = e up to 2 L a / (a + e). Tolerance 1e-6: that point slips by [`MIN_SLIP_SHARE`] of the other's slip.
     #[test]
@@ -194,7 +197,8 @@ mod tests {
         for e in [0.1, 0.5, 1.9] {
             let works = [0.0, force, force * e, 0.0];
             let balance = balance(&[[-a, 0.0], [a, 0.0]], &[1.0; 2], coulomb(1.0), works);
-            let sliding = balance.least_resisted_motion(&[1.0; 2], &[limit; 2]).expect("a motion");
+            let along = balance.without_gap(&[1.0; 2]).expect("a load");
+            let sliding = along.least_resisted_motion(&[1.0; 2], &[limit; 2]).expect("a motion");
             let wanted = 2.0 * limit * a / (a + e) / force;
             let found = sliding.carried_load_fraction;
             assert!((found / wanted - 1.0).abs() < 1e-6, "{e} {found} {wanted}");
@@ -214,7 +218,8 @@ mod tests {
             .collect();
         let (areas, limits) = (vec![0.5; n], vec![0.8; n]);
         let turned = balance(&points, &areas, coulomb(1.0), [0.0, 0.0, 2.0, 0.3]);
-        let sliding = turned.least_resisted_motion(&areas, &limits).expect("a motion");
+        let along = turned.without_gap(&areas).expect("a load");
+        let sliding = along.least_resisted_motion(&areas, &limits).expect("a motion");
         let wanted = n as f64 * 0.5 * 0.8 * r / 2.0;
         assert!((sliding.carried_load_fraction / wanted - 1.0).abs() < 1e-9);
 
@@ -222,8 +227,9 @@ mod tests {
         let hat = FrictionScaling::new(&FrictionEllipse { mu, angle });
         let force = [1.1, 0.6];
         let pulled = balance(&points, &areas, hat, [force[0], force[1], 0.0, 0.3]);
-        let sliding = pulled.least_resisted_motion(&areas, &limits).expect("a motion");
-        let motion = motion_of(&pulled, &sliding);
+        let along = pulled.without_gap(&areas).expect("a load");
+        let sliding = along.least_resisted_motion(&areas, &limits).expect("a motion");
+        let motion = sliding.motion;
         let (sin, cos) = angle.sin_cos();
         let along = [force[0] * cos + force[1] * sin, force[1] * cos - force[0] * sin];
         let normal = [along[0] / mu[0].powi(2), along[1] / mu[1].powi(2)];
@@ -233,6 +239,7 @@ mod tests {
 
         let pressing = pulled.without_slip(&areas).expect("a tilt");
         let [(motion, work)] = pressing.constraints().collect::<Vec<_>>()[..] else { panic!("one motion") };
-        assert!((work - 0.3 * motion[4]).abs() < 1e-12 && motion[..4].iter().all(|part| part.abs() < 1e-12));
+        assert!((work - 0.3 * motion[4]).abs() < 1e-12 && (motion[0] + HEIGHT * motion[4]).abs() < 1e-12);
+        assert!(motion[1..4].iter().all(|part| part.abs() < 1e-12), "{motion:?}");
     }
 }

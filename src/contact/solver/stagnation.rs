@@ -2,6 +2,8 @@
 
 use super::super::{ContactState, Increment};
 
+/// Number of iterations below which an iteration limit counts as too small.
+const FEW_ITERATIONS: usize = 100;
 /// Largest factor on the number of iterations that is sensible advice.
 const MAX_ADVISED_FACTOR: f64 = 10.0;
 
@@ -17,7 +19,7 @@ pub struct Stagnation {
     /// Numbers of iterations 1, 10, 100, ... and the smallest natural residuals up to them.
     pub history: Vec<(usize, f64)>,
     /// Whether the solve ended at its iteration limit, and tenfold iterations would reach the tolerance if the residual falls on as a
-    /// power of their number.
+    /// power of their number. A limit below [`FEW_ITERATIONS`] always counts as too small.
     pub needs_iterations: bool,
     /// Number of cells whose gap and pressure violate the contact conditions by more than the tolerance, at any path point.
     pub contact_cells: usize,
@@ -54,11 +56,8 @@ impl Stagnation {
     ) -> Self {
         let [contact_cells, friction_cells] = problem.violated_cells(it, tolerance);
         let best = history.best.unwrap_or(f64::INFINITY);
-        let before = history.kept.iter().rfind(|(k, _)| 5 * k <= iterations);
-        let reaches = before.is_none_or(|(k, before)| {
-            let power = (before / best).ln() / (iterations as f64 / *k as f64).ln();
-            best * MAX_ADVISED_FACTOR.powf(-power) <= tolerance
-        });
+        let before = history.kept.iter().rfind(|(k, _)| 5 * k <= iterations && iterations >= FEW_ITERATIONS);
+        let reaches = before.is_none_or(|before| reaches(*before, (iterations, best), tolerance));
         Self {
             residual: problem.natural_residual(it),
             tolerance,
@@ -71,9 +70,24 @@ impl Stagnation {
     }
 }
 
+/// Returns whether the residual is at most `tolerance` after [`MAX_ADVISED_FACTOR`] times the iterations of `last`, if it falls as the
+/// power of the iterations through the points `before` and `last` of iterations and residual.
+fn reaches(before: (usize, f64), last: (usize, f64), tolerance: f64) -> bool {
+    let power = (before.1 / last.1).ln() / (last.0 as f64 / before.0 as f64).ln();
+    last.1 * MAX_ADVISED_FACTOR.powf(-power) <= tolerance
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Truth: the residual k^-2 is 1e-6 after 1000 iterations. A residual that does not fall reaches nothing.
+    #[test]
+    fn the_residual_falls_as_a_power_of_the_iterations() {
+        let at = |k: usize| (k, (k as f64).powi(-2));
+        assert!(reaches(at(10), at(100), 1.01e-6) && !reaches(at(10), at(100), 0.99e-6));
+        assert!(!reaches((10, 1e-3), (100, 1e-3), 0.99e-3));
+    }
 
     /// Truth: the definition, the smallest residuals up to 1 and 10 iterations.
     #[test]

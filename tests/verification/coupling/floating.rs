@@ -334,6 +334,7 @@ fn friction_in_sliding_balances_a_fraction_of_the_load() {
     let across = (carried[0] * load[1] - carried[1] * load[0]) / 50.0;
     assert!(across.abs() < 5e-3 && record.moment[2].abs() < 5e-3, "{carried:?} {:?}", record.moment);
     let said = result.warnings.iter().find(|w| w.contains("gross sliding")).expect("a message");
+    assert!(said.contains("(at frame.center) and spins about -n"), "{said}");
     let percent: f64 = said.split("at most ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((percent - 100.0 * fraction).abs() < 0.01, "{said} {fraction}");
 }

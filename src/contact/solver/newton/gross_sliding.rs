@@ -7,7 +7,7 @@
 use super::super::super::balance::{Balance, LossOfEquilibrium};
 use super::super::super::friction_scaling::FrictionScaling;
 use super::super::super::{
-    ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference, TangentialControl,
+    ContactState, Increment, NormalControl, PathPoint, Pressures, SlipReference, TangentialControl, Unknowns,
 };
 use super::super::control::{PartSolver, SolveControl};
 use super::super::report::SolveReport;
@@ -26,13 +26,12 @@ const LIMIT_SHARE: f64 = 1.0 - 1e-12;
 
 /// Returns whether a prescribed normal force is too small for the tangential force of its path point.
 pub(super) fn is_certain(problem: &Increment) -> bool {
-    (0..problem.path_points.len()).any(|end| {
-        match (prescribed_load(problem, end), problem.path_points[end].normal) {
-            (Some(Load::Force(force)), NormalControl::Force(normal)) => {
-                force[0].hypot(force[1]) > normal.max(0.0)
-            }
+    problem.path_points.iter().enumerate().any(|(end, point)| match (&point.balance, point.normal) {
+        (None, NormalControl::Force(normal)) => match prescribed_load(problem, end) {
+            Some(Load::Force(force)) => force[0].hypot(force[1]) > normal.max(0.0),
             _ => false,
-        }
+        },
+        _ => false,
     })
 }
 
@@ -65,7 +64,7 @@ pub(super) fn test(
         let mut test = SlidingTest::new(problem, it, end, control, solver, report);
         let verdict = match load {
             Load::Force(force) => test.force(force),
-            Load::Balance(balance) => test.balance(balance),
+            Load::Balance { all, sliding } => test.balance(all, &sliding),
         };
         let state = test.state;
         match verdict {
@@ -88,7 +87,11 @@ enum Load<'a> {
     /// Scaled tangential force on body 2.
     Force([f64; 2]),
     /// Forces and moments of a balance.
-    Balance(&'a Balance),
+    Balance {
+        all: &'a Balance,
+        /// Those on the motions that change no normal gap.
+        sliding: Balance,
+    },
 }
 
 /// Load that path point `end` prescribes; `None` if it has no tangential force or the test does not apply. With implicit wear, the
@@ -100,7 +103,10 @@ fn prescribed_load<'a>(problem: &'a Increment, end: usize) -> Option<Load<'a>> {
         return None;
     }
     match (&point.balance, point.tangential) {
-        (Some(balance), _) => balance.drives_slip(problem.areas).then_some(Load::Balance(balance)),
+        (Some(all), _) => {
+            let sliding = all.without_gap(problem.areas)?;
+            Some(Load::Balance { all, sliding })
+        }
         (None, TangentialControl::Force(force)) if force != [0.0; 2] => {
             Some(Load::Force(hat.scaled_traction(force)))
         }
@@ -151,10 +157,17 @@ impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
         let slip = self.hat.physical_slip(force.map(|part| -part));
         let slips = [vec![slip[0]; n], vec![slip[1]; n]].concat();
         let point = PathPoint { balance: None, ..self.point.clone() };
-        if !self.solve_sliding(point, slips) {
-            return Verdict::Unknown;
+        let start = Unknowns::from_state(&self.state);
+        let solved = self.solve_sliding(point, slips);
+        if !solved {
+            start.restore_into(&mut self.state);
         }
-        let limit: f64 = self.pressures().iter().zip(self.problem.areas).map(|(p, area)| p * area).sum();
+        let limit = match (self.point.normal, solved) {
+            // The limit is known without the pressures.
+            (NormalControl::Force(normal), false) if normal > 0.0 => normal,
+            (_, false) => return Verdict::Unknown,
+            (_, true) => self.pressures().iter().zip(self.problem.areas).map(|(p, area)| p * area).sum(),
+        };
         if limit == 0.0 {
             Verdict::Unknown
         } else if size < LIMIT_SHARE * limit {
@@ -165,9 +178,9 @@ impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
     }
 
     /// Tests the loads of a balance: alternates between the motion that friction resists least and the pressures in that motion.
-    fn balance(&mut self, balance: &Balance) -> Verdict {
+    fn balance(&mut self, all: &Balance, along: &Balance) -> Verdict {
         let areas = self.problem.areas;
-        let pressing = balance.without_slip(areas);
+        let pressing = all.without_slip(areas);
         let normal = match &pressing {
             Some(_) => self.point.normal,
             None => NormalControl::Approach,
@@ -176,23 +189,24 @@ impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
         if limits.iter().all(|limit| *limit <= 0.0) {
             limits.fill(1.0);
         }
+        let Some(mut sliding) = along.least_resisted_motion(areas, &limits) else {
+            return Verdict::Unknown;
+        };
         let mut fraction = f64::INFINITY;
         for _ in 0..MAX_MOTIONS {
-            let Some(sliding) = balance.least_resisted_motion(areas, &limits) else {
-                return Verdict::Unknown;
-            };
             let point = PathPoint { balance: pressing.clone(), normal, ..self.point.clone() };
             if !self.solve_sliding(point, self.physical(&sliding.slip)) {
                 return Verdict::Unknown;
             }
             limits.copy_from_slice(self.pressures());
-            let Some(sliding) = balance.least_resisted_motion(areas, &limits) else {
-                return Verdict::Unknown;
+            sliding = match along.least_resisted_motion(areas, &limits) {
+                Some(next) => next,
+                None => return Verdict::Unknown,
             };
             let before = std::mem::replace(&mut fraction, sliding.carried_load_fraction);
             if (fraction - before).abs() <= FRACTION_TOLERANCE * fraction {
                 return if fraction * LIMIT_SHARE < 1.0 {
-                    Verdict::Slides(balance.loss_by_sliding(&sliding))
+                    Verdict::Slides(sliding.loss_of_equilibrium())
                 } else if sliding.is_least {
                     Verdict::Carried
                 } else {
