@@ -22,8 +22,7 @@ const JUMP_LEVELS: usize = 7;
 /// Later refinements restart from this level at most, if the finest level of increments or jumps does not reach the accuracy.
 const FALLBACK_LEVEL: usize = 3;
 
-/// Number of increments per stroke at which the refinement of closed paths ends. The number is small, because all path points of a
-/// cycle are solved together.
+/// Number of increments per stroke at which the refinement of closed paths ends.
 const MAX_INCREMENTS_PER_STROKE: usize = 128;
 
 /// Least number of cells in contact for values to converge, for area contacts and line contacts.
@@ -91,7 +90,7 @@ impl RefinementLadder {
             .fold(f64::INFINITY, |least, cycles| least.min(cycles.count));
         let paths = plan.steps.iter().filter_map(|step| step.kind.closed_path());
         let increments_per_stroke =
-            paths.filter(|path| is_refinable(path)).map(|path| path.increments).max().unwrap_or(0);
+            paths.filter(|path| is_refinable(path)).map(ClosedPath::given_increments).max().unwrap_or(0);
         let has_own_tolerances =
             ["solver.tolerance", "solver.compression_tolerance"].map(|key| plan.document.get(key).is_some());
         let mut ladder = Self {
@@ -225,7 +224,7 @@ impl RefinementLadder {
             match &mut step.kind {
                 StepKind::Monotone if increments => step.increments *= levels.increments(),
                 StepKind::Fretting { path, .. } if increments && is_refinable(path) => {
-                    path.increments *= levels.increments();
+                    path.refine(levels.increments())
                 }
                 _ => {}
             }
@@ -274,7 +273,7 @@ impl RefinementLadder {
 
 /// Whether the increments of a path may be refined. With `increments = "auto"`, resolved cycles correct the wear instead.
 fn is_refinable(path: &ClosedPath) -> bool {
-    path.resolved_cycles.is_none_or(|used| used.correction != Correction::Always)
+    path.resolved_cycles.is_none_or(|used| used.increments.is_some() || used.correction != Correction::Always)
 }
 
 /// Numbers of cells along x and y, divided by the smaller number. Side lengths replace them if only one direction has a single cell

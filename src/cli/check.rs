@@ -10,7 +10,8 @@ use crate::adaptive::AccuracySearch;
 use crate::error::exit;
 use crate::estimate::{RunEstimate, estimate};
 use crate::evolution::step::{
-    ClosedPath, Correction, Drive, JumpPolicy, Normal, Spin, Step, StepKind, Tangential, Tilt,
+    ClosedPath, Correction, Drive, JumpPolicy, Normal, ResolvedCycleSettings, Spin, Step, StepKind,
+    Tangential, Tilt,
 };
 use crate::geometry::format_direction;
 use crate::laws::friction::FrictionLaw;
@@ -264,15 +265,12 @@ fn describe_cycles(closed: &ClosedPath, count: f64) -> String {
     };
     let of = if closed.drive == Drive::Force { " of the tangential force" } else { "" };
     let mut text = format!("{count} cycles of {path}{of} at {:.1} degrees", closed.angle.to_degrees());
-    let correction = closed.resolved_cycles.map(|used| used.correction);
-    match correction {
-        Some(Correction::Always | Correction::WhereNeeded) => {
-            text.push_str(", increments per stroke as needed");
-        }
-        _ if closed.increments > 1 => {
-            text.push_str(&format!(", {} increments per stroke", closed.increments));
-        }
-        _ => {}
+    let as_needed =
+        |used: &ResolvedCycleSettings| used.increments.is_none() && used.correction != Correction::Never;
+    if closed.resolved_cycles.as_ref().is_some_and(as_needed) {
+        text.push_str(", increments per stroke as needed");
+    } else if closed.given_increments() > 1 {
+        text.push_str(&format!(", {} increments per stroke", closed.given_increments()));
     }
     text
 }

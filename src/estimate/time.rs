@@ -57,8 +57,14 @@ pub(super) fn of_steps(
 pub(super) fn contact_problems(step: &Step) -> usize {
     match step.kind.cycles() {
         None => step.increments,
-        // The path points of a cycle are solved together, and each counts as one contact problem.
-        Some(cycles) => step.kind.n_path_points() * cycles.expected_solves(step.wear),
+        // The path points of a cycle are solved together, and each counts as one contact problem. At the start and after each jump,
+        // three strokes are resolved in the given increments and three in half of them.
+        Some(cycles) => {
+            let given = step.kind.closed_path().and_then(|path| path.resolved_cycles?.increments);
+            let solves = cycles.expected_solves(step.wear);
+            step.kind.n_path_points() * solves
+                + given.map_or(0, |increments| 9 * increments / 2 * (solves / 2))
+        }
     }
 }
 

@@ -60,7 +60,7 @@ pub struct ClosedPath {
     pub amplitude: [f64; 2],
     /// Angle from the frame's x to the first half-axis, radians.
     pub angle: f64,
-    /// Number of increments per stroke (half a cycle).
+    /// Number of increments per stroke (half a cycle) between the coupled path points.
     pub increments: usize,
     /// Settings of resolved cycles; `None` without resolved cycles.
     pub resolved_cycles: Option<ResolvedCycleSettings>,
@@ -70,6 +70,8 @@ pub struct ClosedPath {
 /// points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedCycleSettings {
+    /// Number of increments per stroke. `None`: as many as the tolerance requires.
+    pub increments: Option<usize>,
     /// Relative tolerance of the wear of a cycle at which the refinement may end.
     pub tolerance: f64,
     /// Use of the resolved cycles.
@@ -116,6 +118,23 @@ impl Cycles {
 }
 
 impl ClosedPath {
+    /// Number of increments per stroke that the wear follows: those of the resolved cycle if its number is given.
+    pub fn given_increments(&self) -> usize {
+        self.resolved_cycles.and_then(|used| used.increments).unwrap_or(self.increments)
+    }
+
+    /// Multiplies the increments per stroke.
+    pub fn refine(&mut self, factor: usize) {
+        match &mut self.resolved_cycles {
+            _ if factor == 1 => {}
+            Some(used) if used.increments.is_some() || used.correction == Correction::Never => {
+                let increments = factor * used.increments.unwrap_or(self.increments);
+                (used.increments, used.correction) = (Some(increments), Correction::Always);
+            }
+            _ => self.increments *= factor,
+        }
+    }
+
     /// Offsets along x, y from the centre at the path points of a cycle, the + reversal point first, with equal increments.
     pub fn offsets(&self) -> Vec<[f64; 2]> {
         self.offsets_at(|part| part)

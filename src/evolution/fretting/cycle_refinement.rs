@@ -1,7 +1,6 @@
 //! Refinement of a resolved cycle: more and more increments per stroke, until the wear of the cycle changes little.
 
 use crate::contact::solver::StopReason;
-use crate::error::Result;
 use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_increment::{IncrementStart, Strokes, stroke_options};
 use crate::evolution::fretting::cycle_state::CycleState;
@@ -11,7 +10,7 @@ use crate::evolution::fretting::path_correction::{CycleSlip, PathCorrection};
 use crate::evolution::fretting::settings::REFINEMENT;
 use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem};
-use crate::evolution::run::Run;
+use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
@@ -55,16 +54,20 @@ struct Convergence {
 
 impl Refinement<'_> {
     /// Whether the wear of two resolved cycles is extrapolated: on an ellipse, whose chords are a first-order approximation of the
-    /// path.
+    /// path, unless the number of increments is given.
     fn extrapolates(&self) -> bool {
-        self.closed.amplitude[1] != 0.0
+        self.closed.amplitude[1] != 0.0 && self.settings.increments.is_none()
     }
 
     fn max_increments(&self) -> usize {
         REFINEMENT.max_increments.max(4 * self.closed.increments)
     }
 
+    /// Half of a given number of increments, whose cycle shows the error.
     fn first_increments(&self, before: Option<&PathCorrection>) -> usize {
+        if let Some(given) = self.settings.increments {
+            return (given / 2).max(1);
+        }
         let coarser = if self.extrapolates() { 8 } else { 4 };
         before.map_or(1, |before| before.increments / coarser).max(self.closed.increments)
     }
@@ -120,7 +123,8 @@ impl Refinement<'_> {
             && !is_open
             && settled
             && (change <= tolerance || agrees_with_coupled);
-        Convergence { change, tolerance, agrees_with_coupled, is_last: suffices || increments >= most }
+        let is_last = suffices || increments >= most || self.settings.increments.is_some();
+        Convergence { change, tolerance, agrees_with_coupled, is_last }
     }
 }
 
@@ -130,7 +134,7 @@ impl Run<'_> {
         &mut self,
         refinement: &Refinement,
         wear_step: &mut WearStepState,
-    ) -> Result<Option<RefinedCycle>> {
+    ) -> Advance<Option<RefinedCycle>> {
         let (extrapolates, coupled) = (refinement.extrapolates(), refinement.coupled);
         let mut increments = refinement.first_increments(wear_step.path_correction.as_ref());
         // Each resolved cycle starts from a state of the coarser cycle before, so the tractions approach the steady state.
@@ -149,7 +153,7 @@ impl Run<'_> {
             (refinement.is_refined(increments) && !extrapolates).then(|| (increments, coarser.clone()));
         loop {
             let ratio = refinement.next_ratio(increments, first.as_ref());
-            increments *= ratio;
+            increments = refinement.settings.increments.unwrap_or(ratio * increments);
             let Some(wear) = self.resolved_cycle(refinement, increments, wear_step, &mut start)? else {
                 return Ok(None);
             };
@@ -187,7 +191,8 @@ impl Run<'_> {
         let most = refinement.max_increments();
         let known = wear_step.path_correction.as_ref().is_some_and(|before| before.increments >= most);
         let corrects = refinement.settings.correction != Correction::Never;
-        if found.change <= found.tolerance || !corrects || found.agrees_with_coupled || known {
+        let given = refinement.settings.increments.is_some();
+        if found.change <= found.tolerance || !corrects || found.agrees_with_coupled || known || given {
             return;
         }
         self.result.warnings.push(format!(
@@ -207,7 +212,7 @@ impl Run<'_> {
         increments: usize,
         wear_step: &mut WearStepState,
         start: &mut IncrementStart,
-    ) -> Result<Option<CycleWear>> {
+    ) -> Advance<Option<CycleWear>> {
         let (step, part) = (self.step(), wear_step.completed / self.cycles().count);
         let path = refinement.path.refined(
             &ClosedPath { increments, ..*refinement.closed },
@@ -218,24 +223,27 @@ impl Run<'_> {
         let progress = ProgressSpan { name: &step.name, from: part, to: part };
         let strokes = Strokes { path: &path, loads, wear_depth: &worn, options: &options };
         let (n, areas) = (worn.len(), refinement.areas);
-        let mut wear =
-            CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0, reversals: Default::default() };
-        let mut here = start.clone();
+        let mut wear = CycleWear { rate: vec![0.0; n], ..CycleWear::default() };
+        let (mut here, mut stroke_start) = (start.clone(), Vec::new());
         // The first of three strokes does not count: after this stroke only sticking cells depend on the initial state. `drift`
         // compares the last stroke with the first.
         let up = (increments + 1..=2 * increments).map(|point| (point, false));
         let round = (1..=2 * increments).map(|point| (point, true));
         for (point, counts) in up.chain(round) {
+            if (point - 1) % increments == 0 {
+                stroke_start.clone_from(&here.reference);
+            }
             let pressures = here.contact.tractions[2 * n..].to_vec();
             let solved = self.solve_cycle_increment(&strokes, point % (2 * increments), here, &progress)?;
             wear_step.uncharged_work += SolveWork::of(&solved.report);
+            if solved.report.stop == StopReason::Interrupted {
+                return Err(RunEnd::Interrupted.into());
+            }
             if solved.report.stop != StopReason::Converged {
-                if solved.report.stop != StopReason::Interrupted {
-                    self.result.warnings.push(format!(
+                self.result.warnings.push(format!(
                         "step \"{}\": after {} cycles an increment of the resolved cycle did not converge. The wear follows from the reversal points and earlier resolved cycles; the path error since then is not estimated",
                         step.name, self.state.cycles_done
                     ));
-                }
                 return Ok(None);
             }
             here = solved.next;
@@ -250,16 +258,39 @@ impl Run<'_> {
                 wear.drift += if counts { volume(&depth, areas) } else { -volume(&depth, areas) };
             }
             if counts && point % increments == 0 {
-                let laws = ActiveLaws { wear: false, ..ActiveLaws::of(step) };
-                let problem = increment_problem(&self.prepared, &options, &worn, laws, Vec::new());
-                let reversal = if point == increments { 1 } else { 0 };
-                wear.reversals[reversal] = state::resultants(&self.prepared, &problem, &here.contact, 0);
+                self.record_reversal(
+                    &strokes,
+                    usize::from(point == increments),
+                    &here,
+                    &stroke_start,
+                    &mut wear,
+                );
             }
             if counts && point == increments {
                 *start = here.clone();
             }
         }
         Ok(Some(wear))
+    }
+
+    /// Stores the resultants and the fields at the reversal point `reversal`. `from` is the tangential gap at the start of the stroke,
+    /// `[2, N]`, from which the slip of the fields is measured.
+    fn record_reversal(
+        &self,
+        strokes: &Strokes,
+        reversal: usize,
+        here: &IncrementStart,
+        from: &[f64],
+        wear: &mut CycleWear,
+    ) {
+        let &Strokes { wear_depth, options, .. } = strokes;
+        let laws = ActiveLaws { wear: false, ..ActiveLaws::of(self.step()) };
+        let problem = increment_problem(&self.prepared, options, wear_depth, laws, Vec::new());
+        wear.reversals[reversal] = state::resultants(&self.prepared, &problem, &here.contact, 0);
+        let mut fields = state::frame_state(&problem, &here.contact, 0, wear_depth);
+        let slip = here.reference.iter().zip(from).map(|(end, start)| end - start);
+        fields.slip.iter_mut().zip(slip).for_each(|(to, slip)| *to = slip);
+        wear.fields = Some(fields);
     }
 }
 

@@ -2,9 +2,9 @@
 
 use crate::evolution::field_measures::{root_mean_square, volume};
 use crate::evolution::fretting::settings::CORRECTION;
-use crate::evolution::records::Resultants;
+use crate::evolution::records::{FrameState, Resultants};
 
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(super) struct CycleWear {
     /// Wear depth per cycle, `[N]`, mm.
     pub rate: Vec<f64>,
@@ -14,6 +14,8 @@ pub(super) struct CycleWear {
     pub drift: f64,
     /// Resultants at the reversal points (+, -).
     pub reversals: [Resultants; 2],
+    /// Fields at the + reversal point of a resolved cycle.
+    pub fields: Option<FrameState>,
 }
 
 impl CycleWear {
@@ -36,7 +38,7 @@ impl CycleWear {
     pub fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
         let limit = |fine: f64, coupled_path: f64| (ratio * fine - coupled_path) / (ratio - 1.0);
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
-        Self { rate: rate.collect(), power: limit(self.power, coarser.power), ..*self }
+        Self { rate: rate.collect(), power: limit(self.power, coarser.power), ..self.clone() }
     }
 }
 

@@ -2,8 +2,11 @@
 
 use std::time::Instant;
 
+use crate::contact::Unknowns;
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::evolution::checkpoint::StepProgress;
+use crate::evolution::fretting::cycle_state::CycleUnknowns;
+use crate::evolution::fretting::path_correction::PathCorrection;
 use crate::evolution::fretting::wear_integrator::WearJump;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::increment_record::SolvedState;
@@ -50,11 +53,15 @@ fn mean_of_reversal_points(reversals: &[Resultants; 2]) -> Resultants {
 }
 
 impl WearStepState {
-    fn accept(&mut self, jump: WearJump) {
-        self.cycle = jump.cycle.into();
-        (self.wear_rate, self.dissipation_rate) = (jump.wear_rate, jump.dissipation_rate);
-        if let (Some(resolved), Some(factors)) = (&mut self.path_correction, jump.wear_factors) {
-            resolved.factors = factors;
+    fn accept(&mut self, jump: &WearJump) {
+        self.cycle = CycleUnknowns {
+            contact: Unknowns::from_state(&jump.cycle.contact),
+            stick_zone: jump.cycle.stick_zone.clone(),
+        };
+        self.wear_rate.copy_from_slice(&jump.wear_rate);
+        self.dissipation_rate = jump.dissipation_rate;
+        if let (Some(resolved), Some(factors)) = (&mut self.path_correction, &jump.wear_factors) {
+            resolved.factors.copy_from_slice(factors);
         }
     }
 }
@@ -99,12 +106,16 @@ impl Run<'_> {
     }
 
     /// A jump whose solver did not converge is recorded without its wear, and ends the run.
-    pub(super) fn commit_jump(&mut self, wear_step: &mut WearStepState, accepted: AcceptedJump) -> Advance {
-        let AcceptedJump { jump, clock, .. } = &accepted;
-        let number = wear_step.jumps_done + 1;
-        if jump.converged() {
-            self.add_to_state(wear_step, jump);
+    pub(super) fn commit_jump(
+        &mut self,
+        wear_step: &mut WearStepState,
+        mut accepted: AcceptedJump,
+    ) -> Advance {
+        if accepted.jump.converged() {
+            self.apply_jump(wear_step, &mut accepted.jump)?;
         }
+        let AcceptedJump { jump, clock, .. } = &accepted;
+        let number = wear_step.jumps_done + if jump.converged() { 0 } else { 1 };
         let half = match &wear_step.slip_source {
             SlipSource::ClosedPath(path) => path.reversal_index(),
             SlipSource::Sliding(_) => 0,
@@ -119,7 +130,11 @@ impl Run<'_> {
         }
         let approach = 0.5 * [0, half].map(|point| self.prepared.approach(it, point)).iter().sum::<f64>();
         let balance = state::energy_balance(&self.prepared, &self.state, it, half);
-        let fields = state::frame_state(&problem, it, 0, &worn);
+        let is_current =
+            |resolved: &PathCorrection| resolved.at_cycle == wear_step.completed && jump.converged();
+        let resolved = wear_step.path_correction.as_ref().filter(|resolved| is_current(resolved));
+        let resolved = resolved.and_then(|resolved| resolved.fields.clone());
+        let fields = resolved.unwrap_or_else(|| state::frame_state(&problem, it, 0, &worn));
         drop(problem);
         self.state.set_from(it, half);
         let certificate = state::certificate(&jump.checks, approach, balance);
@@ -135,8 +150,17 @@ impl Run<'_> {
         let converged = self.complete_record(&mut record, &jump.report, &jump.checks, self.options.tolerance);
         self.warn_of_spin_moment(converged);
         self.deliver(record, fields)?;
-        converged?;
-        wear_step.accept(accepted.jump);
+        converged.map_err(Into::into)
+    }
+
+    /// Adds a jump to the state and to `wear_step`, and resolves the cycle at the new depth if its increments are given.
+    fn apply_jump(&mut self, wear_step: &mut WearStepState, jump: &mut WearJump) -> Advance {
+        self.add_to_state(wear_step, jump);
+        wear_step.accept(jump);
+        if self.follows_given_increments() {
+            self.update_path_correction(wear_step)?;
+            jump.charge_work(std::mem::take(&mut wear_step.uncharged_work));
+        }
         Ok(())
     }
 

@@ -19,7 +19,8 @@ impl Run<'_> {
         else {
             return Ok(());
         };
-        let increments = REFINEMENT.min_loop_increments.div_ceil(closed.increments) * closed.increments;
+        let increments =
+            REFINEMENT.min_loop_increments.div_ceil(closed.given_increments()) * closed.given_increments();
         let path = coupled_path.refined(&ClosedPath { increments, ..*closed }, 1.0);
         let half = coupled_path.reversal_index();
         let (loads, _) = self.loads_at(wear_step, wear_step.completed / cycles.count);

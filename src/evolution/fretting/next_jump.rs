@@ -24,7 +24,10 @@ impl Run<'_> {
         if self.is_worn_out(wear_step) {
             return self.finish_worn_out_step(wear_step, clock);
         }
-        self.update_path_correction(wear_step)?;
+        // Cycles of given increments are resolved after each jump.
+        if !self.follows_given_increments() {
+            self.update_path_correction(wear_step)?;
+        }
         let (mut jump, trial) = self.find_jump(wear_step)?;
         if jump.converged() && jump.reaches_frame_edge && !wear_step.touched_edge_initially {
             return Err(self.stop_at_frame_edge(wear_step, &jump).into());

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::evolution::fretting::settings::CORRECTION;
-use crate::evolution::records::Resultants;
+use crate::evolution::records::{FrameState, Resultants};
 use crate::evolution::step::{Correction, ResolvedCycleSettings};
 use crate::frame::grid::extend_field;
 
@@ -46,6 +46,9 @@ pub struct PathCorrection {
     pub(super) unresolved_wear_fraction: f64,
     /// Correction of the resultants at the reversal points (+, -). `None` with [`Correction::Never`].
     pub reversal_correction: Option<[ReversalCorrection; 2]>,
+    /// Fields of the resolved cycle at the + reversal point, if its number of increments is given, until a record takes them.
+    #[serde(skip)]
+    pub(super) fields: Option<FrameState>,
 }
 
 /// Difference of the resultants between a resolved and a coupled cycle at a reversal point. Forces and moments are relative to the

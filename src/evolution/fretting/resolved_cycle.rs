@@ -2,7 +2,6 @@
 //! that follows from the slip between the coupled path points. A cycle is resolved again only when slip, elastic lag or normal
 //! force has changed. Resolved cycles do not change the stick zone of the coupled cycle.
 
-use crate::error::Result;
 use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_refinement::{CoupledCycle, RefinedCycle, Refinement};
 use crate::evolution::fretting::cycle_state::CycleState;
@@ -13,17 +12,24 @@ use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::{PathCorrection, ReversalCorrection};
 use crate::evolution::fretting::settings::CORRECTION;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
-use crate::evolution::run::Run;
+use crate::evolution::run::{Advance, Run};
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
 
 impl<'a> Run<'a> {
+    /// Whether the step resolves the cycle after each jump, in a given number of increments.
+    pub(super) fn follows_given_increments(&self) -> bool {
+        self.resolved_path().is_some_and(|(_, settings)| settings.increments.is_some())
+    }
+
     /// Closed path and settings of the resolved cycles of the current step, if any.
     fn resolved_path(&self) -> Option<(&'a ClosedPath, ResolvedCycleSettings)> {
         let closed = self.step().kind.closed_path()?;
         let wears = self.wears();
-        let settings = closed.resolved_cycles.filter(|_| wears)?;
-        (settings.correction == Correction::Always || self.has_friction()).then_some((closed, settings))
+        // A given number of increments also corrects forces and dissipation, but without friction they change nothing.
+        let settings = closed.resolved_cycles.filter(|used| wears || used.increments.is_some())?;
+        let always = settings.correction == Correction::Always && settings.increments.is_none();
+        (always || self.has_friction()).then_some((closed, settings))
     }
 
     /// Evaluates the path points of `wear_step`, because a restored run has not evaluated them yet.
@@ -38,12 +44,13 @@ impl<'a> Run<'a> {
             power: wear_step.dissipation_rate / wear_step.dissipation_factor(),
             drift: 0.0,
             reversals,
+            fields: None,
         };
         CoupledCycle { slip: self.cycle_slip(&problem, &cycle), wear, cycle }
     }
 
     /// Resolves the cycle if that is due, and updates factors and rates of `wear_step`.
-    pub(super) fn update_path_correction(&mut self, wear_step: &mut WearStepState) -> Result<()> {
+    pub(super) fn update_path_correction(&mut self, wear_step: &mut WearStepState) -> Advance {
         let (SlipSource::ClosedPath(path), Some((closed, settings))) =
             (&wear_step.slip_source, self.resolved_path())
         else {
@@ -53,7 +60,8 @@ impl<'a> Run<'a> {
         let coupled = self.coupled_cycle(wear_step, &path);
         let changed = |before: &[f64]| self.slip_change(&coupled.cycle.contact, before);
         let is_due = |before: &PathCorrection| {
-            before.is_due(settings, &coupled.slip, coupled.wear.normal_force(), changed)
+            settings.increments.is_some()
+                || before.is_due(settings, &coupled.slip, coupled.wear.normal_force(), changed)
         };
         if wear_step.path_correction.as_ref().is_some_and(|before| !is_due(before)) {
             return Ok(());
@@ -110,6 +118,7 @@ impl<'a> Run<'a> {
         let reversal_correction = (settings.correction != Correction::Never).then(|| [0, 1].map(at));
         let before = wear_step.path_correction.take().filter(|before| before.corrects);
         let measured = PathCorrection {
+            fields: settings.increments.and(refined.wear.fields.clone()),
             unresolved_wear_fraction,
             reversal_correction,
             ..self.error_measurement(wear_step.completed, coupled, &refined)
@@ -166,6 +175,7 @@ impl<'a> Run<'a> {
             remaining_volume_error: volume,
             unresolved_wear_fraction: 0.0,
             reversal_correction: None,
+            fields: None,
         }
     }
 

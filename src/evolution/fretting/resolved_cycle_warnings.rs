@@ -19,7 +19,7 @@ impl Run<'_> {
             return;
         }
         self.result.warnings.push(format!(
-            "step \"{}\": after {} cycles, {} of the wear occurs in cells that slip within a stroke but not between its reversal points. The computed wear omits it; the estimated errors include it. Use smaller cells, or cycles.increments = 8",
+            "step \"{}\": after {} cycles, {} of the wear occurs in cells that slip within a stroke but not between its reversal points. The computed wear omits it; the estimated errors include it. Smaller cells reduce it",
             self.step().name,
             self.state.cycles_done,
             percent(missed)

@@ -80,6 +80,8 @@ impl Run<'_> {
             "Shorter jumps, of at least one cycle, reduce this error (a smaller wear.tolerance, or more cycles.jumps)"
         } else if used.correction == Correction::Never {
             "The error comes from the path between the reversal points: omit cycles.increments, or use \"auto\", to correct the wear"
+        } else if used.increments.is_some() {
+            "The error comes from the increments per stroke: increase cycles.increments, or omit it"
         } else {
             "The error comes from the path between the reversal points, which is resolved into at most 64 increments per stroke: accept it, or use smaller cells where the stick zone moves"
         };

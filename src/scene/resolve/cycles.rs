@@ -104,13 +104,20 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
         }
     };
     let usual = if cycles.path == CyclePath::Ellipse { DEFAULT_ELLIPSE_INCREMENTS } else { 1 };
-    let (increments, correction) = match cycles.increments {
-        None => (usual, Correction::WhereNeeded),
-        Some(StrokeIncrements::Given(number)) => (number.0, Correction::Never),
-        Some(StrokeIncrements::Automatic(AutoKeyword::Auto)) => (usual, Correction::Always),
+    let (increments, correction, resolved) = match cycles.increments {
+        None => (usual, Correction::WhereNeeded, None),
+        Some(StrokeIncrements::Given(number)) if number.0 > usual => {
+            (usual, Correction::Always, Some(number.0))
+        }
+        Some(StrokeIncrements::Given(number)) => (number.0, Correction::Never, None),
+        Some(StrokeIncrements::Automatic(AutoKeyword::Auto)) => (usual, Correction::Always, None),
     };
-    let resolved_cycles =
-        tolerance.map(|tolerance| ResolvedCycleSettings { tolerance, correction, error_warning: tolerance });
+    let resolved_cycles = tolerance.map(|tolerance| ResolvedCycleSettings {
+        increments: resolved,
+        tolerance,
+        correction,
+        error_warning: tolerance,
+    });
     if cycles.path == CyclePath::Ellipse && increments < 2 {
         let message = "with one increment per half cycle an elliptic path degenerates to a line";
         r.report(

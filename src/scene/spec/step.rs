@@ -173,7 +173,8 @@ pub struct Cycles {
     ///
     /// "auto" takes 1 increment (8 for an ellipse) and corrects the wear by cycles with as many increments as `wear.tolerance`
     /// requires. The default makes no correction while the whole contact slips and the wear agrees within the tolerance. A number
-    /// is used as given; one finely resolved cycle at the start of the step measures its error.
+    /// above 1 (8) corrects the wear by cycles with this number of increments. With a smaller number, one finely resolved cycle at the
+    /// start of the step measures the error.
     pub increments: Option<StrokeIncrements>,
     /// Path of a cycle: "line" (default) or "ellipse".
     #[serde(default)]
