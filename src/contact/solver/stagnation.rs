@@ -19,7 +19,7 @@ pub struct Stagnation {
     /// Numbers of iterations 1, 10, 100, ... and the smallest natural residuals up to them.
     pub history: Vec<(usize, f64)>,
     /// Whether the solve ended at its iteration limit, and tenfold iterations would reach the tolerance if the residual falls on as a
-    /// power of their number. A limit below [`FEW_ITERATIONS`] always counts as too small.
+    /// power of their number. A limit below 100 iterations always counts as too small.
     pub needs_iterations: bool,
     /// Number of cells whose gap and pressure violate the contact conditions by more than the tolerance, at any path point.
     pub contact_cells: usize,
