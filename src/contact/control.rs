@@ -42,6 +42,9 @@ pub enum SlipReference {
         stick_mask: Vec<bool>,
         /// Tangential gaps of the cells in `stick_mask`, `[2, N]`, mm.
         stick_gap: Vec<f64>,
+        /// Displacement of body 2 along x, y at the first point one cycle before, mm. The difference to the present displacement is
+        /// the drift of a cycle. `None` without drift.
+        origin: Option<[f64; 2]>,
     },
     /// Steady sliding: prescribed slip, `[2, N]`, mm per mm of sliding, independent of the tractions.
     Prescribed(Vec<f64>),
@@ -64,9 +67,11 @@ impl SlipReference {
     pub(super) fn linearised(&self, n: usize) -> Self {
         match self {
             Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
-            Self::PreviousPoint { stick_mask, .. } => {
-                Self::PreviousPoint { stick_mask: stick_mask.clone(), stick_gap: vec![0.0; 2 * n] }
-            }
+            Self::PreviousPoint { stick_mask, origin, .. } => Self::PreviousPoint {
+                stick_mask: stick_mask.clone(),
+                stick_gap: vec![0.0; 2 * n],
+                origin: origin.map(|_| [0.0; 2]),
+            },
             Self::Prescribed(_) => Self::Prescribed(vec![0.0; 2 * n]),
             Self::Upstream(upstream) => Self::Upstream(Upstream {
                 source_cell: upstream.source_cell.clone(),

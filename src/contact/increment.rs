@@ -267,8 +267,13 @@ impl Increment<'_> {
                     let here = it.gap[end * 3 * n + plane * n + i];
                     let from = match &spec.reference {
                         SlipReference::Previous(at) => at[plane * n + i],
-                        SlipReference::PreviousPoint { stick_mask, stick_gap } if stick_mask[i] => {
+                        SlipReference::PreviousPoint { stick_mask, stick_gap, .. } if stick_mask[i] => {
                             stick_gap[plane * n + i]
+                        }
+                        SlipReference::PreviousPoint { origin: Some(origin), .. } if before == 0 => {
+                            let rigid = it.rigid_motion[0];
+                            let drift = [rigid[0] - origin[0], rigid[1] - origin[1], 0.0];
+                            it.gap[plane * n + i] - self.rigid_gap(i, drift, &[0.0; MAX_RIGID_MODES])[plane]
                         }
                         SlipReference::PreviousPoint { .. } => it.gap[before * 3 * n + plane * n + i],
                         SlipReference::Upstream(_) | SlipReference::Prescribed(_) => {

@@ -204,10 +204,14 @@ fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
 fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     let reference = match &end.reference {
         SlipReference::Previous(at) => SlipReference::Previous(window.restrict(at)),
-        SlipReference::PreviousPoint { stick_mask, stick_gap } if window.factor == 1 => {
+        SlipReference::PreviousPoint { stick_mask, stick_gap, origin } if window.factor == 1 => {
             let mut picked = vec![false; window.n()];
             window.pairs(|cell, of_frame| picked[cell] = stick_mask[of_frame]);
-            SlipReference::PreviousPoint { stick_mask: picked, stick_gap: window.restrict(stick_gap) }
+            SlipReference::PreviousPoint {
+                stick_mask: picked,
+                stick_gap: window.restrict(stick_gap),
+                origin: *origin,
+            }
         }
         SlipReference::Upstream(upstream) => SlipReference::Upstream(upstream_on(upstream, window)),
         SlipReference::Prescribed(slip) => SlipReference::Prescribed(window.restrict(slip)),

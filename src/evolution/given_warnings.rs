@@ -15,6 +15,8 @@ pub enum StepWarning {
     /// A jump exceeds the allowed error after the maximum number of trials.
     JumpError,
     UnstableJump,
+    /// Body 2 moves on from cycle to cycle.
+    Drift,
 }
 
 /// Warnings given so far, each with the index of its step.

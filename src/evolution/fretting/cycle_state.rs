@@ -12,11 +12,19 @@ pub struct StickZone {
     pub mask: Vec<bool>,
     /// Tangential gap at which the cells of `mask` stick, `[2, N]`, mm.
     pub gap: Vec<f64>,
+    /// Displacement of body 2 at the + reversal point one cycle before, mm, if forces are prescribed.
+    pub origin: Option<[f64; 2]>,
 }
 
 impl StickZone {
+    /// Whether no cell sticks through the cycle, so that body 2 may move on from cycle to cycle under prescribed forces.
+    pub fn may_drift(&self) -> bool {
+        self.origin.is_some() && !self.mask.contains(&true)
+    }
+
     pub fn slip_reference(&self) -> SlipReference {
-        SlipReference::PreviousPoint { stick_mask: self.mask.clone(), stick_gap: self.gap.clone() }
+        let origin = self.origin.filter(|_| self.may_drift());
+        SlipReference::PreviousPoint { stick_mask: self.mask.clone(), stick_gap: self.gap.clone(), origin }
     }
 }
 
@@ -55,21 +63,28 @@ impl From<CycleState> for CycleUnknowns {
 }
 
 impl CycleState {
-    /// Path points with zero tractions; all cells stick.
-    pub fn new(n: usize, path: &FrettingPath, rigid: [f64; 3]) -> Self {
+    /// Path points with zero tractions; all cells stick. `can_drift` states whether body 2 may move on from cycle to cycle.
+    pub fn new(n: usize, path: &FrettingPath, rigid: [f64; 3], can_drift: bool) -> Self {
         let motions = (0..path.len()).map(|point| {
             let mut rigid = rigid;
             path.set_shift(point, &mut rigid);
             rigid
         });
         let contact = ContactState::new(n, motions.collect());
-        Self { contact, stick_zone: StickZone { mask: vec![true; n], gap: vec![0.0; 2 * n] } }
+        Self {
+            contact,
+            stick_zone: StickZone {
+                mask: vec![true; n],
+                gap: vec![0.0; 2 * n],
+                origin: can_drift.then_some([0.0; 2]),
+            },
+        }
     }
 
     pub fn for_sliding(n: usize, rigid: [f64; 3]) -> Self {
         Self {
             contact: ContactState::new(n, vec![rigid]),
-            stick_zone: StickZone { mask: vec![false; n], gap: vec![0.0; 2 * n] },
+            stick_zone: StickZone { mask: vec![false; n], gap: vec![0.0; 2 * n], origin: None },
         }
     }
 
@@ -81,6 +96,10 @@ impl CycleState {
         self.contact.tractions[planes].copy_from_slice(&it.tractions);
         self.contact.rigid_motion[point] = it.rigid_motion[0];
         self.contact.mode_amplitudes[point] = it.mode_amplitudes[0];
+        if point == 0 {
+            self.stick_zone.origin =
+                self.stick_zone.origin.map(|_| [it.rigid_motion[0][0], it.rigid_motion[0][1]]);
+        }
         self.stick_zone.gap.copy_from_slice(&it.gap[..2 * n]);
     }
 

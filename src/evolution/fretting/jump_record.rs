@@ -4,17 +4,23 @@ use std::time::Instant;
 
 use crate::contact::Unknowns;
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
+use crate::error::warning;
 use crate::evolution::checkpoint::StepProgress;
-use crate::evolution::fretting::cycle_state::CycleUnknowns;
+use crate::evolution::fretting::cycle_state::{CycleState, CycleUnknowns};
 use crate::evolution::fretting::path_correction::PathCorrection;
 use crate::evolution::fretting::wear_integrator::WearJump;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
+use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::increment_record::SolvedState;
 use crate::evolution::records::{Divergence, JumpRecord, Resultants};
 use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
 use crate::evolution::step::Spin;
+use crate::geometry::format_short;
+
+/// Smallest drift per cycle, relative to the amplitude, that is reported.
+const MIN_DRIFT_SHARE: f64 = 1e-3;
 
 pub(super) struct AcceptedJump {
     pub jump: WearJump,
@@ -149,6 +155,9 @@ impl Run<'_> {
         }
         let converged = self.complete_record(&mut record, &jump.report, &jump.checks, self.options.tolerance);
         self.warn_of_spin_moment(converged);
+        if converged.is_ok() {
+            self.warn_of_drift(&jump.cycle);
+        }
         self.deliver(record, fields)?;
         converged.map_err(Into::into)
     }
@@ -189,6 +198,23 @@ impl Run<'_> {
         self.state.volume_error += jump.volume_error;
         if let Some(resolved) = &wear_step.path_correction {
             self.add_path_error(resolved, &jump.wear_depth);
+        }
+    }
+
+    /// Warns once per step if body 2 moves on by a notable share of the amplitude in each cycle.
+    fn warn_of_drift(&mut self, cycle: &CycleState) {
+        let (zone, at) = (&cycle.stick_zone, cycle.contact.rigid_motion[0]);
+        let Some(origin) = zone.origin.filter(|_| zone.may_drift()) else { return };
+        let drift = [at[0] - origin[0], at[1] - origin[1]];
+        if drift[0].hypot(drift[1]) > MIN_DRIFT_SHARE * cycle.amplitude()
+            && self.is_first_in_step(StepWarning::Drift)
+        {
+            self.result.warnings.push(warning(&format!(
+                "step \"{}\": no cell sticks through a cycle, and each cycle moves body 2 by ({}, {}) (ratcheting). The wear assumes that the contact stays where it is",
+                self.step().name,
+                format_short(drift[0]),
+                format_short(drift[1])
+            )));
         }
     }
 

@@ -74,8 +74,11 @@ impl Run<'_> {
         path: &FrettingPath,
     ) -> Vec<[f64; 2]> {
         let n = self.prepared.n();
+        // Without sticking cells the body may drift from cycle to cycle.
+        let first = cycle.contact.rigid_motion[0];
+        let origin = if cycle.stick_zone.may_drift() { [first[0], first[1]] } else { [0.0; 2] };
         let at = |point: usize| match path.drive {
-            Drive::Force => [cycle.contact.rigid_motion[point][0], cycle.contact.rigid_motion[point][1]],
+            Drive::Force => [0, 1].map(|k| cycle.contact.rigid_motion[point][k] - origin[k]),
             Drive::Shift => {
                 let tractions = &cycle.contact.tractions[point * 3 * n..(point + 1) * 3 * n];
                 let ([x, y, _], _) = self.prepared.resultants(tractions);

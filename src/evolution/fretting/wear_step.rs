@@ -16,7 +16,7 @@ use crate::evolution::observer::CheckpointEvent;
 use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
-use crate::evolution::step::{ClosedPath, Correction, JumpPolicy, StepKind};
+use crate::evolution::step::{ClosedPath, Correction, Drive, JumpPolicy, StepKind};
 use crate::evolution::step_controller::StepController;
 use crate::geometry::format_short;
 
@@ -133,7 +133,8 @@ impl Run<'_> {
             StepKind::Fretting { path: closed, .. } => {
                 let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
                 let path = FrettingPath::new(closed, [center[0], center[1]], [x, y]);
-                (CycleState::new(n, &path, center), SlipSource::ClosedPath(path))
+                let can_drift = path.drive == Drive::Force && self.prepared.model.frame.has_uniform_axes();
+                (CycleState::new(n, &path, center, can_drift), SlipSource::ClosedPath(path))
             }
             StepKind::Sliding { angle, .. } => {
                 let mut cycle = CycleState::for_sliding(n, center);

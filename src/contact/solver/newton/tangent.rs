@@ -375,14 +375,29 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
                 let c = factor
                     * self.problem.scales.c_tangential.get(active.cell).copied().unwrap_or(0.0)
                     * self.motion_unit;
+                let moved = if !same && self.drifts(active, free.end) {
+                    let mut motion = free.motion;
+                    (motion[0], motion[1]) = (0.0, 0.0);
+                    let [x, y, _] = self.column(&FreeMotion { motion, ..*free }, active.cell);
+                    [x, y]
+                } else {
+                    tangential
+                };
                 for (k, axis) in axes.iter().enumerate() {
-                    rows[first + k] = c * product(*axis, tangential);
+                    rows[first + k] = c * product(*axis, moved);
                     work[first + k] = share * product(*axis, tangential);
                 }
             }
             (rows, work)
         };
         self.free.iter().map(vectors).collect()
+    }
+
+    fn drifts(&self, to: &ActiveCell, from: usize) -> bool {
+        let reference = &self.problem.path_points[to.end].reference;
+        from == 0
+            && self.problem.previous_path_point(to.end) == 0
+            && matches!(reference, SlipReference::PreviousPoint { origin: Some(_), .. })
     }
 
     /// Derivative of the slip in `to` with respect to the tangential gap of its cell at the path point `from`. In a cycle, slip is
