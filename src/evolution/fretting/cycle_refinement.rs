@@ -224,7 +224,7 @@ impl Run<'_> {
         let strokes = Strokes { path: &path, loads, wear_depth: &worn, options: &options };
         let (n, areas) = (worn.len(), refinement.areas);
         let mut wear = CycleWear { rate: vec![0.0; n], ..CycleWear::default() };
-        let (mut here, mut stroke_start) = (start.clone(), Vec::new());
+        let (mut here, mut stroke_start, mut before) = (start.clone(), Vec::new(), [0.0; 3]);
         // The first of three strokes does not count: after this stroke only sticking cells depend on the initial state. `drift`
         // compares the last stroke with the first.
         let up = (increments + 1..=2 * increments).map(|point| (point, false));
@@ -268,6 +268,10 @@ impl Run<'_> {
             }
             if counts && point == increments {
                 *start = here.clone();
+            }
+            if point == 2 * increments {
+                wear.body_drift = [0, 1].map(|k| here.contact.rigid_motion[0][k] - before[k]);
+                before = here.contact.rigid_motion[0];
             }
         }
         Ok(Some(wear))

@@ -15,7 +15,11 @@ impl Run<'_> {
         let (mut lags, mut slips) = (0.0, 0.0);
         for point in 0..points {
             let before = (point + points - 1) % points;
-            let moved = [0, 1, 2].map(|k| it.rigid_motion[point][k] - it.rigid_motion[before][k]);
+            let mut from = it.rigid_motion[before];
+            if let (0, true, Some(origin)) = (before, cycle.stick_zone.may_drift(), cycle.stick_zone.origin) {
+                from[..2].copy_from_slice(&origin);
+            }
+            let moved = [0, 1, 2].map(|k| it.rigid_motion[point][k] - from[k]);
             let turned =
                 std::array::from_fn(|k| it.mode_amplitudes[point][k] - it.mode_amplitudes[before][k]);
             let stroke = moved[0].hypot(moved[1]);

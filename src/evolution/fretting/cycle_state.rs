@@ -12,7 +12,8 @@ pub struct StickZone {
     pub mask: Vec<bool>,
     /// Tangential gap at which the cells of `mask` stick, `[2, N]`, mm.
     pub gap: Vec<f64>,
-    /// Displacement of body 2 at the + reversal point one cycle before, mm, if forces are prescribed.
+    /// Displacement of body 2 at the + reversal point in the last strokes, mm: if no cell sticks, one cycle before. `None` if
+    /// displacements are prescribed, or on frames with inclined cells.
     pub origin: Option<[f64; 2]>,
 }
 

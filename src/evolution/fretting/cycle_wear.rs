@@ -14,6 +14,8 @@ pub(super) struct CycleWear {
     pub drift: f64,
     /// Resultants at the reversal points (+, -).
     pub reversals: [Resultants; 2],
+    /// Displacement of body 2 from cycle to cycle along x, y, mm.
+    pub body_drift: [f64; 2],
     /// Fields at the + reversal point of a resolved cycle.
     pub fields: Option<FrameState>,
 }

@@ -19,8 +19,8 @@ use crate::evolution::state;
 use crate::evolution::step::Spin;
 use crate::geometry::format_short;
 
-/// Smallest drift per cycle, relative to the amplitude, that is reported.
-const MIN_DRIFT_SHARE: f64 = 1e-3;
+/// Smallest drift in all cycles of a step, relative to the amplitude, that is reported.
+const MIN_DRIFT_SHARE: f64 = 0.1;
 
 pub(super) struct AcceptedJump {
     pub jump: WearJump,
@@ -156,7 +156,7 @@ impl Run<'_> {
         let converged = self.complete_record(&mut record, &jump.report, &jump.checks, self.options.tolerance);
         self.warn_of_spin_moment(converged);
         if converged.is_ok() {
-            self.warn_of_drift(&jump.cycle);
+            self.warn_of_drift(wear_step, &jump.cycle);
         }
         self.deliver(record, fields)?;
         converged.map_err(Into::into)
@@ -201,12 +201,13 @@ impl Run<'_> {
         }
     }
 
-    /// Warns once per step if body 2 moves on by a notable share of the amplitude in each cycle.
-    fn warn_of_drift(&mut self, cycle: &CycleState) {
+    /// Warns once per step if body 2 moves on from cycle to cycle by a notable share of the amplitude in all.
+    fn warn_of_drift(&mut self, wear_step: &WearStepState, cycle: &CycleState) {
         let (zone, at) = (&cycle.stick_zone, cycle.contact.rigid_motion[0]);
         let Some(origin) = zone.origin.filter(|_| zone.may_drift()) else { return };
-        let drift = [at[0] - origin[0], at[1] - origin[1]];
-        if drift[0].hypot(drift[1]) > MIN_DRIFT_SHARE * cycle.amplitude()
+        let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.corrects);
+        let drift = resolved.map_or([at[0] - origin[0], at[1] - origin[1]], |resolved| resolved.body_drift);
+        if self.cycles().count * drift[0].hypot(drift[1]) > MIN_DRIFT_SHARE * cycle.amplitude()
             && self.is_first_in_step(StepWarning::Drift)
         {
             self.result.warnings.push(warning(&format!(

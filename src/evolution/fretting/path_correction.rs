@@ -46,6 +46,8 @@ pub struct PathCorrection {
     pub(super) unresolved_wear_fraction: f64,
     /// Correction of the resultants at the reversal points (+, -). `None` with [`Correction::Never`].
     pub reversal_correction: Option<[ReversalCorrection; 2]>,
+    /// Displacement of body 2 from cycle to cycle along x, y, mm.
+    pub(super) body_drift: [f64; 2],
     /// Fields of the resolved cycle at the + reversal point, if its number of increments is given, until a record takes them.
     #[serde(skip)]
     pub(super) fields: Option<FrameState>,
@@ -63,6 +65,13 @@ pub struct ReversalCorrection {
 }
 
 impl ReversalCorrection {
+    /// Removes the mean of the shifts, which is arbitrary if the body may drift.
+    pub(super) fn without_common_shift(mut both: [Self; 2]) -> [Self; 2] {
+        let mean = [0, 1].map(|k| 0.5 * (both[0].shift[k] + both[1].shift[k]));
+        both.iter_mut().for_each(|one| (0..2).for_each(|k| one.shift[k] -= mean[k]));
+        both
+    }
+
     pub(super) fn between(resolved: &Resultants, coupled: &Resultants) -> Self {
         let share =
             |now: f64, before: f64, whole: f64| if whole > 0.0 { (now - before) / whole } else { 0.0 };

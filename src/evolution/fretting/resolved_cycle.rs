@@ -42,9 +42,8 @@ impl<'a> Run<'a> {
         let wear = CycleWear {
             rate: cycle.contact.wear_per_pass.clone(),
             power: wear_step.dissipation_rate / wear_step.dissipation_factor(),
-            drift: 0.0,
             reversals,
-            fields: None,
+            ..CycleWear::default()
         };
         CoupledCycle { slip: self.cycle_slip(&problem, &cycle), wear, cycle }
     }
@@ -115,7 +114,10 @@ impl<'a> Run<'a> {
         let at = |point: usize| {
             ReversalCorrection::between(&refined.wear.reversals[point], &coupled.wear.reversals[point])
         };
-        let reversal_correction = (settings.correction != Correction::Never).then(|| [0, 1].map(at));
+        let drifts = coupled.cycle.stick_zone.may_drift();
+        let both =
+            || if drifts { ReversalCorrection::without_common_shift([0, 1].map(at)) } else { [0, 1].map(at) };
+        let reversal_correction = (settings.correction != Correction::Never).then(both);
         let before = wear_step.path_correction.take().filter(|before| before.corrects);
         let measured = PathCorrection {
             fields: settings.increments.and(refined.wear.fields.clone()),
@@ -175,6 +177,7 @@ impl<'a> Run<'a> {
             remaining_volume_error: volume,
             unresolved_wear_fraction: 0.0,
             reversal_correction: None,
+            body_drift: wear.body_drift,
             fields: None,
         }
     }

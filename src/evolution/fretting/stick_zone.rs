@@ -51,6 +51,10 @@ impl CycleState {
                 any = true;
             }
         }
+        if any {
+            let position = self.contact.rigid_motion[0];
+            self.stick_zone.origin = self.stick_zone.origin.map(|_| [position[0], position[1]]);
+        }
         any
     }
 
