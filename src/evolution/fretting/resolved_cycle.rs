@@ -1,6 +1,6 @@
 //! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). A resolved cycle gives factors on the wear
-//! that follows from the slip between the coupled path points. A cycle is resolved again only when slip, elastic lag or normal
-//! force has changed. Resolved cycles do not change the stick zone of the coupled cycle.
+//! that follows from the slip between the coupled path points. A cycle is resolved again when slip, elastic lag or normal
+//! force has changed, or after each jump if its increments are given. Resolved cycles do not change the stick zone of the coupled cycle.
 
 use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_refinement::{CoupledCycle, RefinedCycle, Refinement};

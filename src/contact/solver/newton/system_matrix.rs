@@ -14,7 +14,7 @@ use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Diagonal entry of the matrix for an unknown motion. The equations do not determine a motion common to all path points of a cycle
-/// without sticking cells; it then stays as it is. GMRES corrects the error of other motions.
+/// without sticking cells, unless the motion may drift; it then stays as it is. GMRES corrects the error of other motions.
 const MOTION_REGULARISATION: f64 = 1e-10;
 
 /// Largest memory of the factors of all patches, bytes. Larger systems keep the diagonal.

@@ -393,6 +393,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         self.free.iter().map(vectors).collect()
     }
 
+    /// Whether the slip in `to` does not depend on the translation at the path point `from`, because that point drifts.
     fn drifts(&self, to: &ActiveCell, from: usize) -> bool {
         let reference = &self.problem.path_points[to.end].reference;
         from == 0
