@@ -24,11 +24,15 @@ pub(super) struct RefinedCycle {
     pub agrees_with_coupled: bool,
 }
 
-/// Coupled path points of a cycle, evaluated at the current wear depth.
+/// Coupled path points of a cycle, evaluated before the first jump or at the end of a jump.
 pub(super) struct CoupledCycle {
     pub cycle: CycleState,
     pub slip: CycleSlip,
     pub wear: CycleWear,
+    /// Wear depth, `[N]`, mm.
+    pub wear_depth: Vec<f64>,
+    /// Completed cycles of the step.
+    pub completed: f64,
 }
 
 pub(super) struct Refinement<'r> {
@@ -53,10 +57,9 @@ struct Convergence {
 }
 
 impl Refinement<'_> {
-    /// Whether the wear of two resolved cycles is extrapolated: on an ellipse, whose chords are a first-order approximation of the
-    /// path, unless the number of increments is given.
+    /// Whether wear and forces of two resolved cycles are extrapolated. A given number of increments is used as it is.
     fn extrapolates(&self) -> bool {
-        self.closed.amplitude[1] != 0.0 && self.settings.increments.is_none()
+        self.settings.increments.is_none()
     }
 
     fn max_increments(&self) -> usize {
@@ -68,12 +71,12 @@ impl Refinement<'_> {
         if let Some(given) = self.settings.increments {
             return (given / 2).max(1);
         }
-        let coarser = if self.extrapolates() { 8 } else { 4 };
-        before.map_or(1, |before| before.increments / coarser).max(self.closed.increments)
+        before.map_or(1, |before| before.increments / 8).max(self.closed.increments)
     }
 
+    /// Whether a cycle has enough increments that its change by refinement shows its error.
     fn is_refined(&self, increments: usize) -> bool {
-        increments >= REFINEMENT.min_refinement * self.closed.increments
+        increments >= REFINEMENT.min_increments.max(REFINEMENT.min_refinement * self.closed.increments)
     }
 
     fn agree(&self, one: &CycleWear, other: &CycleWear) -> bool {
@@ -104,7 +107,8 @@ impl Refinement<'_> {
         first: Option<&Resolution>,
     ) -> Convergence {
         let (corrects, most) = (self.settings.correction != Correction::Never, self.max_increments());
-        let change = relative_rms_difference(&now.rate, &last.rate, self.areas);
+        let change = relative_rms_difference(&now.rate, &last.rate, self.areas)
+            .max(volume_difference(now, last, self.areas));
         let measured = REFINEMENT.measurement_tolerance_share
             * relative_rms_difference(&self.coupled.wear.rate, &now.rate, self.areas);
         let tolerance =
@@ -117,8 +121,6 @@ impl Refinement<'_> {
         let agrees_with_coupled = near && first.is_some_and(confirmed);
         let is_open = near && first.is_none_or(|(at, _)| increments < confirming(at));
         let settled = !corrects || now.force_change(last) <= REFINEMENT.max_force_change;
-        // At least `min_refinement` times the coupled increments are required, because the first refinement alone may change little
-        // by chance.
         let suffices = self.is_refined(increments)
             && !is_open
             && settled
@@ -140,7 +142,7 @@ impl Run<'_> {
         // Each resolved cycle starts from a state of the coarser cycle before, so the tractions approach the steady state.
         let mut start =
             IncrementStart::at_path_point(&coupled.cycle.contact, refinement.path.reversal_index());
-        let mut coarser = if increments == refinement.closed.increments && !extrapolates {
+        let mut coarser = if increments == refinement.closed.increments {
             coupled.wear.clone()
         } else {
             let Some(wear) = self.resolved_cycle(refinement, increments, wear_step, &mut start)? else {
@@ -149,8 +151,7 @@ impl Run<'_> {
             wear
         };
         let mut last: Option<CycleWear> = (!extrapolates).then(|| coarser.clone());
-        let mut first: Option<Resolution> =
-            (refinement.is_refined(increments) && !extrapolates).then(|| (increments, coarser.clone()));
+        let mut first: Option<Resolution> = None;
         loop {
             let ratio = refinement.next_ratio(increments, first.as_ref());
             increments = refinement.settings.increments.unwrap_or(ratio * increments);
@@ -158,7 +159,7 @@ impl Run<'_> {
                 return Ok(None);
             };
             let now = if extrapolates { wear.extrapolated(&coarser, ratio as f64) } else { wear.clone() };
-            if first.is_none() && refinement.is_refined(increments) {
+            if first.is_none() && increments >= REFINEMENT.min_refinement * refinement.closed.increments {
                 first = Some((increments, now.clone()));
             }
             if let Some(last) = &last {
@@ -198,13 +199,13 @@ impl Run<'_> {
         self.result.warnings.push(format!(
             "step \"{}\": after {} cycles, doubling the increments per stroke to {increments} still changes the wear per cycle by {} (root mean square), more than wear.tolerance = {:e}. The estimated errors include this change; accept it, or increase wear.tolerance",
             self.step().name,
-            self.state.cycles_done,
+            wear_step.cycles_at(refinement.coupled.completed),
             percent(found.change),
             found.tolerance
         ));
     }
 
-    /// Computes wear and dissipation of a cycle at the current wear depth. The cycle begins at the - reversal point with `start`,
+    /// Computes wear and dissipation of a cycle at the wear depth of the coupled cycle. The cycle begins at the - reversal point with `start`,
     /// and replaces `start` by the state one cycle later. `None` if an increment does not converge.
     fn resolved_cycle(
         &mut self,
@@ -213,16 +214,17 @@ impl Run<'_> {
         wear_step: &mut WearStepState,
         start: &mut IncrementStart,
     ) -> Advance<Option<CycleWear>> {
-        let (step, part) = (self.step(), wear_step.completed / self.cycles().count);
-        let path = refinement.path.refined(
-            &ClosedPath { increments, ..*refinement.closed },
-            refinement.coupled.slip.slip_spread_share,
-        );
-        let (loads, _) = self.loads_at(wear_step, part);
-        let (worn, options) = (self.state.wear_depth.clone(), stroke_options(&self.options));
-        let progress = ProgressSpan { name: &step.name, from: part, to: part };
-        let strokes = Strokes { path: &path, loads, wear_depth: &worn, options: &options };
-        let (n, areas) = (worn.len(), refinement.areas);
+        let (step, coupled) = (self.step(), refinement.coupled);
+        let path = refinement
+            .path
+            .refined(&ClosedPath { increments, ..*refinement.closed }, coupled.slip.slip_spread_share);
+        let (loads, _) = self.loads_at(wear_step, coupled.completed / self.cycles().count);
+        let options = stroke_options(&self.options);
+        // A span that ends below the fraction 1 skips the check of the operator, which would repeat in every increment.
+        let begun = wear_step.completed / self.cycles().count;
+        let progress = ProgressSpan { name: &step.name, from: begun, to: begun };
+        let strokes = Strokes { path: &path, loads, wear_depth: &coupled.wear_depth, options: &options };
+        let (n, areas) = (coupled.wear_depth.len(), refinement.areas);
         let mut wear = CycleWear { rate: vec![0.0; n], ..CycleWear::default() };
         let (mut here, mut stroke_start, mut before) = (start.clone(), Vec::new(), [0.0; 3]);
         // The first of three strokes does not count: after this stroke only sticking cells depend on the initial state. `drift`
@@ -242,7 +244,7 @@ impl Run<'_> {
             if solved.report.stop != StopReason::Converged {
                 self.result.warnings.push(format!(
                         "step \"{}\": after {} cycles an increment of the resolved cycle did not converge. The wear follows from the reversal points and earlier resolved cycles; the path error since then is not estimated",
-                        step.name, self.state.cycles_done
+                        step.name, wear_step.cycles_at(coupled.completed)
                     ));
                 return Ok(None);
             }

@@ -38,9 +38,19 @@ impl CycleWear {
 
     /// First-order extrapolation from a coarser cycle and this one, which has `ratio` times as many increments.
     pub fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
-        let limit = |fine: f64, coupled_path: f64| (ratio * fine - coupled_path) / (ratio - 1.0);
+        let limit = |fine: f64, coarse: f64| (ratio * fine - coarse) / (ratio - 1.0);
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
-        Self { rate: rate.collect(), power: limit(self.power, coarser.power), ..self.clone() }
+        let reversals = [0, 1].map(|reversal| {
+            let (fine, coarse) = (&self.reversals[reversal], &coarser.reversals[reversal]);
+            Resultants {
+                shift: [0, 1].map(|k| limit(fine.shift[k], coarse.shift[k])),
+                normal_force: limit(fine.normal_force, coarse.normal_force),
+                tangential_force: [0, 1].map(|k| limit(fine.tangential_force[k], coarse.tangential_force[k])),
+                moment: [0, 1, 2].map(|k| limit(fine.moment[k], coarse.moment[k])),
+                ..*fine
+            }
+        });
+        Self { rate: rate.collect(), power: limit(self.power, coarser.power), reversals, ..self.clone() }
     }
 }
 

@@ -6,6 +6,7 @@ use crate::contact::Unknowns;
 use crate::contact::certificate::{self, OperatorCheck, TangentialGap};
 use crate::error::warning;
 use crate::evolution::checkpoint::StepProgress;
+use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_state::{CycleState, CycleUnknowns};
 use crate::evolution::fretting::path_correction::PathCorrection;
 use crate::evolution::fretting::wear_integrator::WearJump;
@@ -24,6 +25,8 @@ const MIN_DRIFT_SHARE: f64 = 0.1;
 
 pub(super) struct AcceptedJump {
     pub jump: WearJump,
+    /// Resolved cycle at the end of the jump, if any.
+    pub resolved: Option<PathCorrection>,
     pub rejected: usize,
     pub clock: Instant,
 }
@@ -89,7 +92,7 @@ impl Run<'_> {
         drop(problem);
         // The remaining pressures are rounding errors of the gap: refer the residual to the initial pressures.
         jump.checks.natural_residual *= wear_step.cycle.peak_pressure() / wear_step.initial_peak_pressure;
-        self.commit_jump(wear_step, AcceptedJump { jump, rejected: 0, clock })
+        self.commit_jump(wear_step, AcceptedJump { jump, resolved: None, rejected: 0, clock })
     }
 
     pub(super) fn stop_at_frame_edge(&mut self, wear_step: &WearStepState, jump: &WearJump) -> RunEnd {
@@ -118,7 +121,11 @@ impl Run<'_> {
         mut accepted: AcceptedJump,
     ) -> Advance {
         if accepted.jump.converged() {
-            self.apply_jump(wear_step, &mut accepted.jump)?;
+            self.add_to_state(wear_step, &accepted.jump);
+            wear_step.accept(&accepted.jump);
+            if let Some(resolved) = accepted.resolved.take() {
+                wear_step.take_correction(resolved);
+            }
         }
         let AcceptedJump { jump, clock, .. } = &accepted;
         let number = wear_step.jumps_done + if jump.converged() { 0 } else { 1 };
@@ -162,17 +169,6 @@ impl Run<'_> {
         converged.map_err(Into::into)
     }
 
-    /// Adds a jump to the state and to `wear_step`, and resolves the cycle at the new depth if its increments are given.
-    fn apply_jump(&mut self, wear_step: &mut WearStepState, jump: &mut WearJump) -> Advance {
-        self.add_to_state(wear_step, jump);
-        wear_step.accept(jump);
-        if self.follows_given_increments() {
-            self.update_path_correction(wear_step)?;
-            jump.charge_work(std::mem::take(&mut wear_step.uncharged_work));
-        }
-        Ok(())
-    }
-
     fn add_to_state(&mut self, wear_step: &mut WearStepState, jump: &WearJump) {
         let (step, cycles) = (self.step(), self.cycles());
         wear_step.completed += jump.length;
@@ -181,9 +177,7 @@ impl Run<'_> {
             wear_step.completed = cycles.count;
         }
         match wear_step.slip_source {
-            SlipSource::ClosedPath(_) => {
-                self.state.cycles_done = wear_step.totals_before.0 + wear_step.completed.round() as u64
-            }
+            SlipSource::ClosedPath(_) => self.state.cycles_done = wear_step.cycles_at(wear_step.completed),
             SlipSource::Sliding(_) => {
                 self.state.distance_slid = wear_step.totals_before.1 + wear_step.completed
             }
@@ -195,7 +189,9 @@ impl Run<'_> {
         }
         let errors = self.state.depth_errors.iter_mut().zip(&jump.error_field);
         errors.for_each(|(sum, error)| *sum += error.abs());
-        self.state.volume_error += jump.volume_error;
+        self.state.depth_errors.iter_mut().zip(&jump.path_error).for_each(|(sum, error)| *sum += error.abs());
+        let areas = &self.prepared.model.frame.areas;
+        self.state.volume_error += jump.volume_error + volume(&jump.path_error, areas).abs();
         if let Some(resolved) = &wear_step.path_correction {
             self.add_path_error(resolved, &jump.wear_depth);
         }

@@ -7,6 +7,7 @@ use crate::contact::solver::StopReason;
 use crate::error::{Error, Result, warning};
 use crate::evolution::fretting::cycle_state::StickZone;
 use crate::evolution::fretting::jump_record::AcceptedJump;
+use crate::evolution::fretting::path_correction::PathCorrection;
 use crate::evolution::fretting::settings::WEAR_STEP;
 use crate::evolution::fretting::wear_integrator::{JumpSpec, WearJump};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
@@ -18,17 +19,20 @@ use crate::evolution::step::{Integrator, JumpPolicy, Normal};
 use crate::evolution::step_controller::{PlannedTrial, STEP_CONTROLLER, TrialMeasures};
 use crate::geometry::format_short;
 
+struct FoundJump {
+    jump: WearJump,
+    /// Resolved cycle at the end of the jump, if any.
+    resolved: Option<PathCorrection>,
+    trial: PlannedTrial,
+}
+
 impl Run<'_> {
     pub(super) fn take_jump(&mut self, wear_step: &mut WearStepState) -> Advance {
         let clock = Instant::now();
         if self.is_worn_out(wear_step) {
             return self.finish_worn_out_step(wear_step, clock);
         }
-        // Cycles of given increments are resolved after each jump.
-        if !self.follows_given_increments() {
-            self.update_path_correction(wear_step)?;
-        }
-        let (mut jump, trial) = self.find_jump(wear_step)?;
+        let FoundJump { mut jump, resolved, trial } = self.find_jump(wear_step)?;
         if jump.converged() && jump.reaches_frame_edge && !wear_step.touched_edge_initially {
             return Err(self.stop_at_frame_edge(wear_step, &jump).into());
         }
@@ -38,19 +42,19 @@ impl Run<'_> {
         self.warn_of_unstable(wear_step, jump.length);
         let rejected = wear_step.step_controller.rejected_trials;
         if let JumpPolicy::Tolerance(tolerance) = self.cycles().jumps {
-            let ratio = self.error_ratio(tolerance, &jump);
+            let ratio = self.error_ratio(tolerance, jump.whole_depth_error(), &jump);
             if trial.can_be_shorter && jump.converged() {
                 self.warn_of_jump_error(wear_step, jump.length, ratio);
             }
             wear_step.step_controller.accept(jump.length, ratio);
         }
-        self.commit_jump(wear_step, AcceptedJump { jump, rejected, clock })?;
+        self.commit_jump(wear_step, AcceptedJump { jump, resolved, rejected, clock })?;
         self.discarded_work = SolveWork::default();
         Ok(())
     }
 
     /// Tries jumps, each shorter than the one before, until the step controller accepts one.
-    fn find_jump(&mut self, wear_step: &mut WearStepState) -> Result<(WearJump, PlannedTrial)> {
+    fn find_jump(&mut self, wear_step: &mut WearStepState) -> Advance<FoundJump> {
         let (step, cycles) = (self.step(), self.cycles());
         let radii =
             self.contact_and_stick_radius(&wear_step.cycle.contact.scaled, &wear_step.cycle.stick_zone);
@@ -64,33 +68,63 @@ impl Run<'_> {
                 to: part(wear_step.completed + trial.length),
             };
             let options = SolverOptions { max_iterations: trial.max_iterations, ..self.options };
-            let spec = JumpSpec { integrator: cycles.integrator, length: trial.length, options };
-            let jump = self.integrate(spec, wear_step, &progress)?;
-            if let JumpPolicy::Tolerance(tolerance) = cycles.jumps
-                && jump.report.stop != StopReason::Interrupted
-                && let Some(reason) =
-                    wear_step.step_controller.judge(&trial, &self.trial_measures(tolerance, radii, &jump))
-            {
-                wear_step.uncharged_work += jump.work();
-                wear_step.step_controller.reject(trial.length, reason);
+            let wear_factors = wear_step.extrapolated_factors(trial.length);
+            let mut spec =
+                JumpSpec { integrator: cycles.integrator, length: trial.length, wear_factors, options };
+            let mut jump = self.integrate(spec.clone(), wear_step, &progress)?;
+            if self.is_rejected(wear_step, &trial, radii, &jump) {
                 continue;
             }
             if jump.lost_contact {
                 wear_step.uncharged_work += jump.work();
-                return Ok((self.repeat_by_backward_euler(wear_step, trial.length, &progress)?, trial));
+                spec = JumpSpec { integrator: Integrator::BackwardEuler, options: self.options, ..spec };
+                jump = self.repeat_by_backward_euler(wear_step, spec.clone(), &progress)?;
             }
-            return Ok((jump, trial));
+            if !jump.converged() || (jump.reaches_frame_edge && !wear_step.touched_edge_initially) {
+                return Ok(FoundJump { jump, resolved: None, trial });
+            }
+            let told = self.result.warnings.len();
+            let resolved = self.resolve_end(wear_step, &jump)?;
+            if let Some(resolved) = &resolved {
+                jump = self.correct_jump(wear_step, resolved, spec, jump, &progress)?;
+                if self.is_rejected(wear_step, &trial, radii, &jump) {
+                    wear_step.expect_factors(resolved);
+                    self.result.warnings.truncate(told);
+                    continue;
+                }
+            }
+            return Ok(FoundJump { jump, resolved, trial });
         }
+    }
+
+    /// Returns whether the step controller rejects the trial `jump`, after which the next trial is shorter. `radii` are those before the
+    /// jump.
+    fn is_rejected(
+        &self,
+        wear_step: &mut WearStepState,
+        trial: &PlannedTrial,
+        radii: [f64; 2],
+        jump: &WearJump,
+    ) -> bool {
+        let JumpPolicy::Tolerance(tolerance) = self.cycles().jumps else { return false };
+        if jump.report.stop == StopReason::Interrupted {
+            return false;
+        }
+        let measures = self.trial_measures(tolerance, radii, jump);
+        let Some(reason) = wear_step.step_controller.judge(trial, &measures) else { return false };
+        wear_step.uncharged_work += jump.work();
+        wear_step.step_controller.reject(trial.length, reason);
+        true
     }
 
     /// Integrates a jump again by the first-order method, which allows cells to lose contact.
     fn repeat_by_backward_euler(
         &mut self,
         wear_step: &WearStepState,
-        length: f64,
+        spec: JumpSpec,
         progress: &ProgressSpan,
     ) -> Result<WearJump> {
-        let spec = JumpSpec { integrator: Integrator::BackwardEuler, length, options: self.options };
+        let length = spec.length;
         let jump = self.integrate(spec, wear_step, progress)?;
         let whole = matches!(wear_step.slip_source, SlipSource::ClosedPath(_));
         let (what, remedy) = if whole && length <= 1.0 {
@@ -174,9 +208,10 @@ impl Run<'_> {
         )))
     }
 
-    fn error_ratio(&self, tolerance: f64, jump: &WearJump) -> f64 {
+    /// Ratio of the error `depth_error` (mm) of a jump to the error that the tolerance allows it.
+    pub(super) fn error_ratio(&self, tolerance: f64, depth_error: f64, jump: &WearJump) -> f64 {
         let cycles = self.cycles();
-        if jump.depth_error == 0.0 {
+        if depth_error == 0.0 {
             return 0.0;
         }
         let deepest = |more: f64| {
@@ -188,7 +223,7 @@ impl Run<'_> {
         let negligible = WEAR_STEP.negligible_depth_share * approach.abs();
         let all = after + negligible;
         let share = 0.5 * ((after - before) / all + jump.length / cycles.count);
-        jump.depth_error / (tolerance * all * cycles.integrator.error_budget(share))
+        depth_error / (tolerance * all * cycles.integrator.error_budget(share))
     }
 
     /// `contact` and `stick` are the radii before the jump.
@@ -198,7 +233,7 @@ impl Run<'_> {
         TrialMeasures {
             converged: jump.converged(),
             lost_contact: jump.lost_contact,
-            error_ratio: self.error_ratio(tolerance, jump),
+            error_ratio: self.error_ratio(tolerance, jump.whole_depth_error(), jump),
             contact_radius: [contact, new_contact],
             stick_radius: [stick, new_stick],
             cell_side: self.prepared.model.frame.mean_cell_side(),

@@ -22,7 +22,7 @@ impl Run<'_> {
             StageSpec { step_fraction: at, wear_depth: &worn, implicit_passes: 0.0, options: &options };
         self.solve_path_points(spec, wear_step, &mut jump, &progress)?;
         if !jump.converged() {
-            return self.commit_jump(wear_step, AcceptedJump { jump, rejected: 0, clock });
+            return self.commit_jump(wear_step, AcceptedJump { jump, resolved: None, rejected: 0, clock });
         }
         wear_step.uncharged_work += jump.work();
         wear_step.wear_rate.copy_from_slice(&jump.cycle.contact.wear_per_pass);

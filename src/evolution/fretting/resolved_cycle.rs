@@ -2,6 +2,7 @@
 //! that follows from the slip between the coupled path points. A cycle is resolved again when slip, elastic lag or normal
 //! force has changed, or after each jump if its increments are given. Resolved cycles do not change the stick zone of the coupled cycle.
 
+use crate::contact::Unknowns;
 use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_refinement::{CoupledCycle, RefinedCycle, Refinement};
 use crate::evolution::fretting::cycle_state::CycleState;
@@ -11,19 +12,26 @@ use crate::evolution::fretting::cycle_wear::{
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::{PathCorrection, ReversalCorrection};
 use crate::evolution::fretting::settings::CORRECTION;
+use crate::evolution::fretting::wear_integrator::{WearJump, add};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::run::{Advance, Run};
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
 
-impl<'a> Run<'a> {
-    /// Whether the step resolves the cycle after each jump, in a given number of increments.
-    pub(super) fn follows_given_increments(&self) -> bool {
-        self.resolved_path().is_some_and(|(_, settings)| settings.increments.is_some())
-    }
+/// Coupled cycle before the first jump or at the end of a jump, not evaluated.
+struct WornCycle {
+    cycle: CycleState,
+    /// Wear depth, `[N]`, mm.
+    wear_depth: Vec<f64>,
+    /// Completed cycles of the step.
+    completed: f64,
+    /// Dissipation per cycle with the present factor, N mm.
+    dissipation_rate: f64,
+}
 
+impl<'a> Run<'a> {
     /// Closed path and settings of the resolved cycles of the current step, if any.
-    fn resolved_path(&self) -> Option<(&'a ClosedPath, ResolvedCycleSettings)> {
+    pub(super) fn resolved_path(&self) -> Option<(&'a ClosedPath, ResolvedCycleSettings)> {
         let closed = self.step().kind.closed_path()?;
         let wears = self.wears();
         // A given number of increments also corrects forces and dissipation, but without friction they change nothing.
@@ -32,63 +40,100 @@ impl<'a> Run<'a> {
         (always || self.has_friction()).then_some((closed, settings))
     }
 
-    /// Evaluates the path points of `wear_step`, because a restored run has not evaluated them yet.
-    fn coupled_cycle(&self, wear_step: &WearStepState, path: &FrettingPath) -> CoupledCycle {
-        let mut cycle = CycleState::from(&wear_step.cycle);
-        let problem = self.reporting_problem(wear_step, &cycle, &self.state.wear_depth);
+    /// Resolves the cycle before the first jump, and corrects the rates of `wear_step`.
+    pub(super) fn resolve_first_cycle(&mut self, wear_step: &mut WearStepState) -> Advance {
+        let worn = WornCycle {
+            cycle: CycleState::from(&wear_step.cycle),
+            wear_depth: self.state.wear_depth.clone(),
+            completed: wear_step.completed,
+            dissipation_rate: wear_step.dissipation_rate,
+        };
+        if let Some(resolved) = self.resolve_cycle(wear_step, worn)? {
+            wear_step.take_correction(resolved);
+        }
+        Ok(())
+    }
+
+    /// Resolves the cycle at the end of a trial of a jump, if that is due.
+    pub(super) fn resolve_end(
+        &mut self,
+        wear_step: &mut WearStepState,
+        jump: &WearJump,
+    ) -> Advance<Option<PathCorrection>> {
+        let mut wear_depth = self.state.wear_depth.clone();
+        add(&mut wear_depth, 1.0, &jump.wear_depth);
+        let worn = WornCycle {
+            cycle: CycleState {
+                contact: (&Unknowns::from_state(&jump.cycle.contact)).into(),
+                stick_zone: jump.cycle.stick_zone.clone(),
+            },
+            wear_depth,
+            completed: wear_step.completed + jump.length,
+            dissipation_rate: jump.dissipation_rate,
+        };
+        self.resolve_cycle(wear_step, worn)
+    }
+
+    fn coupled_cycle(&self, wear_step: &WearStepState, path: &FrettingPath, worn: WornCycle) -> CoupledCycle {
+        let WornCycle { mut cycle, wear_depth, completed, dissipation_rate } = worn;
+        let problem = self.reporting_problem(wear_step, &cycle, &wear_depth);
         problem.evaluate(&mut cycle.contact);
         let reversals = [0, path.reversal_index()]
             .map(|point| state::resultants(&self.prepared, &problem, &cycle.contact, point));
         let wear = CycleWear {
             rate: cycle.contact.wear_per_pass.clone(),
-            power: wear_step.dissipation_rate / wear_step.dissipation_factor(),
+            power: dissipation_rate / wear_step.dissipation_factor(),
             reversals,
             ..CycleWear::default()
         };
-        CoupledCycle { slip: self.cycle_slip(&problem, &cycle), wear, cycle }
+        let slip = self.cycle_slip(&problem, &cycle);
+        drop(problem);
+        CoupledCycle { slip, wear, cycle, wear_depth, completed }
     }
 
-    /// Resolves the cycle if that is due, and updates factors and rates of `wear_step`.
-    pub(super) fn update_path_correction(&mut self, wear_step: &mut WearStepState) -> Advance {
+    /// `None` if the cycle need not be resolved again, or if a resolved cycle does not converge.
+    fn resolve_cycle(
+        &mut self,
+        wear_step: &mut WearStepState,
+        worn: WornCycle,
+    ) -> Advance<Option<PathCorrection>> {
         let (SlipSource::ClosedPath(path), Some((closed, settings))) =
             (&wear_step.slip_source, self.resolved_path())
         else {
-            return Ok(());
+            return Ok(None);
         };
         let path = path.clone();
-        let coupled = self.coupled_cycle(wear_step, &path);
+        let coupled = self.coupled_cycle(wear_step, &path, worn);
         let changed = |before: &[f64]| self.slip_change(&coupled.cycle.contact, before);
         let is_due = |before: &PathCorrection| {
             settings.increments.is_some()
                 || before.is_due(settings, &coupled.slip, coupled.wear.normal_force(), changed)
         };
         if wear_step.path_correction.as_ref().is_some_and(|before| !is_due(before)) {
-            return Ok(());
+            return Ok(None);
         }
         let areas = self.prepared.model.frame.areas.as_slice();
         let refinement = Refinement { path: &path, closed, settings, coupled: &coupled, areas };
         let refined = self.refine_cycle(&refinement, wear_step)?;
         if let Some(refined) = refined {
-            self.apply_resolved_cycle(wear_step, &refinement, refined);
-        } else if settings.correction == Correction::Never {
-            // The error stays unknown, and the cycle is not resolved again.
-            let unknown = RefinedCycle {
-                wear: coupled.wear.clone(),
-                change: vec![0.0; areas.len()],
-                increments: 0,
-                agrees_with_coupled: false,
-            };
-            wear_step.path_correction = Some(self.error_measurement(wear_step.completed, &coupled, &unknown));
+            return Ok(Some(self.correction_by(wear_step, &refinement, &refined)));
         }
-        Ok(())
+        // The error stays unknown, and the cycle is not resolved again.
+        let unknown = || RefinedCycle {
+            wear: coupled.wear.clone(),
+            change: vec![0.0; areas.len()],
+            increments: 0,
+            agrees_with_coupled: false,
+        };
+        Ok((settings.correction == Correction::Never).then(|| self.error_measurement(&coupled, &unknown())))
     }
 
-    fn apply_resolved_cycle(
+    fn correction_by(
         &mut self,
-        wear_step: &mut WearStepState,
+        wear_step: &WearStepState,
         refinement: &Refinement,
-        refined: RefinedCycle,
-    ) {
+        refined: &RefinedCycle,
+    ) -> PathCorrection {
         let &Refinement { settings, coupled, areas, .. } = refinement;
         let difference = volume_difference(&coupled.wear, &refined.wear, areas);
         let (factors, unresolved_wear_fraction) = wear_factors(&refined.wear.rate, &coupled.wear.rate, areas);
@@ -104,12 +149,13 @@ impl<'a> Run<'a> {
             Correction::Never => false,
         };
         if settings.correction != Correction::Never {
-            self.warn_of_unresolved_wear(wear_step, unresolved_wear_fraction, settings.tolerance);
+            let missed = unresolved_wear_fraction;
+            self.warn_of_unresolved_wear(wear_step, coupled.completed, missed, settings.tolerance);
         } else if difference.max(relative_rms_difference(&coupled.wear.rate, &refined.wear.rate, areas))
             > settings.tolerance
             || coupled.wear.force_change(&refined.wear) > CORRECTION.min_reported_force_difference
         {
-            self.warn_of_increments(refinement, &refined);
+            self.warn_of_increments(refinement, refined);
         }
         let at = |point: usize| {
             ReversalCorrection::between(&refined.wear.reversals[point], &coupled.wear.reversals[point])
@@ -117,36 +163,20 @@ impl<'a> Run<'a> {
         let drifts = coupled.cycle.stick_zone.may_drift();
         let both =
             || if drifts { ReversalCorrection::without_common_shift([0, 1].map(at)) } else { [0, 1].map(at) };
-        let reversal_correction = (settings.correction != Correction::Never).then(both);
-        let before = wear_step.path_correction.take().filter(|before| before.corrects);
         let measured = PathCorrection {
-            fields: settings.increments.and(refined.wear.fields.clone()),
+            fields: refined.wear.fields.clone().filter(|_| corrects),
             unresolved_wear_fraction,
-            reversal_correction,
-            ..self.error_measurement(wear_step.completed, coupled, &refined)
+            reversal_correction: (settings.correction != Correction::Never).then(both),
+            ..self.error_measurement(coupled, refined)
         };
-        if let Some(before) =
-            before.as_ref().filter(|before| !corrects || wear_step.completed > before.at_cycle)
-        {
-            let now = if corrects { factors.clone() } else { vec![1.0; factors.len()] };
-            self.add_factor_drift_error(&now, before);
-        }
-        let correction = if corrects {
-            measured.with_factors(factors, &refined, coupled, before, areas)
-        } else {
-            measured
-        };
-        let rates = coupled.wear.rate.iter().zip(&correction.factors).map(|(rate, factor)| rate * factor);
-        wear_step.wear_rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
-        wear_step.dissipation_rate = coupled.wear.power * correction.dissipation_factor;
-        wear_step.path_correction = Some(correction);
+        let before = wear_step.path_correction.as_ref().filter(|before| before.corrects);
+        if corrects { measured.with_factors(factors, refined, coupled, before, areas) } else { measured }
     }
 
-    /// Error of the coupled cycle after `completed` cycles: the difference from the resolved cycle plus the change by the last
+    /// Error of the coupled cycle: the difference from the resolved cycle plus the change by the last
     /// refinement.
     fn error_measurement(
         &self,
-        completed: f64,
         coupled: &CoupledCycle,
         RefinedCycle { wear, change, increments, .. }: &RefinedCycle,
     ) -> PathCorrection {
@@ -164,13 +194,12 @@ impl<'a> Run<'a> {
             factors: vec![1.0; n],
             measured_factors: vec![1.0; n],
             factor_rate: vec![0.0; n],
-            at_cycle: completed,
+            at_cycle: coupled.completed,
             dissipation_factor: 1.0,
             increments: *increments,
             is_new: true,
             slip: coupled.cycle.contact.slip.clone(),
             lag_ratio: coupled.slip.lag,
-            wear_depth: self.state.wear_depth.clone(),
             full_slip: coupled.slip.full_slip,
             normal_force: coupled.wear.normal_force(),
             remaining_error: remaining.collect(),
@@ -192,23 +221,6 @@ impl<'a> Run<'a> {
         let of_cells = if resolved.corrects { volume(&errors, areas).abs() } else { 0.0 };
         self.state.volume_error += of_cells + resolved.remaining_volume_error * wear_volume;
     }
-
-    /// Adds the error from outdated factors: the wear since the last resolved cycle, times the relative error of the factors used.
-    /// The mean of old and new factors stands for the true factors.
-    fn add_factor_drift_error(&mut self, factors: &[f64], before: &PathCorrection) {
-        let areas = &self.prepared.model.frame.areas;
-        let mut volume = 0.0;
-        for i in 0..factors.len() {
-            let by = self.state.wear_depth[i] - before.wear_depth[i];
-            if before.factors[i] > 0.0 {
-                let mean = 0.5 * (factors[i] + before.measured_factors[i]);
-                let error = (mean / before.factors[i] - 1.0) * by;
-                self.state.depth_errors[i] += error.abs();
-                volume += areas[i] * error;
-            }
-        }
-        self.state.volume_error += volume.abs();
-    }
 }
 
 impl PathCorrection {
@@ -218,13 +230,13 @@ impl PathCorrection {
         factors: Vec<f64>,
         RefinedCycle { wear, change, .. }: &RefinedCycle,
         coupled: &CoupledCycle,
-        before: Option<Self>,
+        before: Option<&Self>,
         areas: &[f64],
     ) -> Self {
         let volume = volume(&wear.rate, areas);
         let drift =
             if volume > 0.0 { CORRECTION.drift_error_factor * wear.drift.abs() / volume } else { 0.0 };
-        let factor_rate = match &before {
+        let factor_rate = match before {
             Some(before) if self.at_cycle > before.at_cycle => {
                 let change = factors.iter().zip(&before.measured_factors);
                 change.map(|(now, found)| (now - found) / (self.at_cycle - before.at_cycle)).collect()

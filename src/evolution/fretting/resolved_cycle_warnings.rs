@@ -9,7 +9,13 @@ use crate::evolution::run::Run;
 impl Run<'_> {
     /// Warns if the factors miss a larger share of the wear than the tolerance, unless the factors of the previous resolved cycle
     /// did, too.
-    pub(super) fn warn_of_unresolved_wear(&mut self, wear_step: &WearStepState, missed: f64, tolerance: f64) {
+    pub(super) fn warn_of_unresolved_wear(
+        &mut self,
+        wear_step: &WearStepState,
+        completed: f64,
+        missed: f64,
+        tolerance: f64,
+    ) {
         if missed <= tolerance
             || wear_step
                 .path_correction
@@ -21,7 +27,7 @@ impl Run<'_> {
         self.result.warnings.push(format!(
             "step \"{}\": after {} cycles, {} of the wear occurs in cells that slip within a stroke but not between its reversal points. The computed wear omits it; the estimated errors include it. Smaller cells reduce it",
             self.step().name,
-            self.state.cycles_done,
+            wear_step.cycles_at(completed),
             percent(missed)
         ));
     }

@@ -130,6 +130,10 @@ pub(super) struct WearJump {
     /// Whether the second stage of SDIRK2 lost too much of the contact.
     pub lost_contact: bool,
     pub reaches_frame_edge: bool,
+    /// Estimated error of the wear depth from factors that change during the jump, `[N]`, mm.
+    pub path_error: Vec<f64>,
+    /// Root mean square of `path_error`, as `depth_error`, mm.
+    pub path_depth_error: f64,
 }
 
 impl WearJump {
@@ -152,6 +156,8 @@ impl WearJump {
             volume_error: 0.0,
             lost_contact: false,
             reaches_frame_edge: false,
+            path_error: vec![0.0; n],
+            path_depth_error: 0.0,
         }
     }
 
@@ -166,6 +172,11 @@ impl WearJump {
         self.report.applications += work.applications;
     }
 
+    /// Estimated error of the wear depth from all sources, mm.
+    pub fn whole_depth_error(&self) -> f64 {
+        self.depth_error + self.path_depth_error
+    }
+
     pub fn converged(&self) -> bool {
         self.report.stop == StopReason::Converged
     }
@@ -175,11 +186,13 @@ pub(super) fn add(to: &mut [f64], factor: f64, field: &[f64]) {
     to.iter_mut().zip(field).for_each(|(to, value)| *to += factor * value);
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct JumpSpec {
     pub integrator: Integrator,
     /// Cycles, or sliding distance in mm.
     pub length: f64,
+    /// Factors of a resolved cycle on the wear, `[N]`; `None` without correction.
+    pub wear_factors: Option<Vec<f64>>,
     pub options: SolverOptions,
 }
 
@@ -197,15 +210,12 @@ impl Run<'_> {
     /// Integrates the wear over `length` from the present state of the run and of `wear_step`. Neither changes.
     pub(super) fn integrate(
         &mut self,
-        JumpSpec { integrator, length, options }: JumpSpec,
+        JumpSpec { integrator, length, wear_factors, options }: JumpSpec,
         wear_step: &WearStepState,
         progress: &ProgressSpan,
     ) -> Result<WearJump> {
         let scheme = integrator.scheme();
-        let mut jump = WearJump::new(wear_step, length);
-        let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.corrects);
-        jump.wear_factors =
-            resolved.map(|resolved| resolved.extrapolated_factors(wear_step.completed, length));
+        let mut jump = WearJump { wear_factors, ..WearJump::new(wear_step, length) };
         add(&mut jump.wear_depth, scheme.start_weight * length, &wear_step.wear_rate);
         add(&mut jump.error_field, scheme.error_weights[0] * length, &wear_step.wear_rate);
         jump.dissipation = scheme.start_weight * length * wear_step.dissipation_rate;
@@ -236,11 +246,16 @@ impl Run<'_> {
             add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &jump.wear_rate);
             jump.dissipation += weights.solution_weight * length * jump.dissipation_rate;
         }
+        jump.depth_error = self.depth_error(&jump.error_field, &jump);
         let areas = &self.prepared.model.frame.areas;
-        let touching = self.cells_in_contact(&jump.cycle.contact.scaled);
-        jump.depth_error = root_mean_square(&jump.error_field, areas, |i| touching[i]);
         jump.volume_error = WEAR_STEP.volume_error_factor * volume(&jump.error_field, areas).abs();
         Ok(jump)
+    }
+
+    /// Root mean square of `error` over the contact at the end of a jump.
+    pub(super) fn depth_error(&self, error: &[f64], jump: &WearJump) -> f64 {
+        let touching = self.cells_in_contact(&jump.cycle.contact.scaled);
+        root_mean_square(error, &self.prepared.model.frame.areas, |i| touching[i])
     }
 
     /// Marks the cells that carry pressure at any path point of the scaled tractions, `[3, N]` per path point.

@@ -104,7 +104,7 @@ impl Run<'_> {
             wear_step.cycle = cycle.into();
         }
         self.evaluate_rates(&mut wear_step, clock)?;
-        self.update_path_correction(&mut wear_step)?;
+        self.resolve_first_cycle(&mut wear_step)?;
         wear_step.touched_edge_initially =
             state::touches_edge(&self.prepared, &wear_step.cycle.contact.scaled);
         wear_step.initial_peak_pressure = wear_step.cycle.peak_pressure();

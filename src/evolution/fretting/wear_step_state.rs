@@ -55,6 +55,11 @@ impl WearStepState {
         }
     }
 
+    /// Cycles of the whole run after `completed` cycles of the step.
+    pub fn cycles_at(&self, completed: f64) -> u64 {
+        self.totals_before.0 + completed.round() as u64
+    }
+
     pub fn position(&self) -> StepPosition {
         StepPosition {
             completed: self.completed,
@@ -67,6 +72,33 @@ impl WearStepState {
     /// Factor of a resolved cycle on the dissipation of the coupled path points; 1 without a resolved cycle.
     pub fn dissipation_factor(&self) -> f64 {
         self.path_correction.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
+    }
+
+    /// Replaces the correction, and corrects the rates by it.
+    pub(super) fn take_correction(&mut self, resolved: PathCorrection) {
+        let before = self.path_correction.take();
+        for (i, rate) in self.wear_rate.iter_mut().enumerate() {
+            let used = before.as_ref().map_or(1.0, |before| before.factors[i]);
+            *rate *= if used > 0.0 { resolved.factors[i] / used } else { 0.0 };
+        }
+        self.dissipation_rate *=
+            resolved.dissipation_factor / before.map_or(1.0, |before| before.dissipation_factor);
+        self.path_correction = Some(resolved);
+    }
+
+    /// Factors on the wear of the next jump, of `length` cycles, `[N]`; `None` without correction.
+    pub(super) fn extrapolated_factors(&self, length: f64) -> Option<Vec<f64>> {
+        let corrected = self.path_correction.as_ref().filter(|resolved| resolved.corrects);
+        corrected.map(|resolved| resolved.extrapolated_factors(self.completed, length))
+    }
+
+    /// Uses the resolved cycle at the end of a rejected jump to extrapolate the factors.
+    pub(super) fn expect_factors(&mut self, end: &PathCorrection) {
+        if let Some(before) = self.path_correction.as_mut().filter(|before| before.corrects) {
+            let change = end.measured_factors.iter().zip(&before.measured_factors);
+            before.factor_rate =
+                change.map(|(then, now)| (then - now) / (end.at_cycle - before.at_cycle)).collect();
+        }
     }
 
     /// Path point for reports: the motions are fixed, and slip has the same reference as in the solution.
