@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::balance::MAX_RIGID_MODES;
 
+/// Relative margin of the stick condition |q|_μ < p (1 - margin). |q|_μ is the magnitude of the scaled tangential traction.
+const STICK_MARGIN: f64 = 1e-6;
+
 /// Unknowns of a contact increment.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Unknowns {
@@ -115,6 +118,19 @@ impl ContactState {
         start.scaled.iter().zip(&mut self.scaled).for_each(halve);
         start.rigid_motion.iter().flatten().zip(self.rigid_motion.iter_mut().flatten()).for_each(halve);
         start.mode_amplitudes.iter().flatten().zip(self.mode_amplitudes.iter_mut().flatten()).for_each(halve);
+    }
+
+    /// Returns whether cell `i` carries pressure and |q̂| < p (1 - 1e-6), which means that it sticks if there is friction.
+    pub(super) fn is_inside_cone(&self, end: usize, i: usize) -> bool {
+        let n = self.wear_per_pass.len();
+        let planes = &self.scaled[end * 3 * n..];
+        let p = planes[2 * n + i];
+        p > 0.0 && planes[i].hypot(planes[n + i]) < p * (1.0 - STICK_MARGIN)
+    }
+
+    /// Returns whether cell `i` slips at a path point, or carries no pressure there, if there is friction.
+    pub fn slips(&self, i: usize) -> bool {
+        (0..self.rigid_motion.len()).any(|end| !self.is_inside_cone(end, i))
     }
 
     /// Projects the scaled tractions onto p >= 0 and |q̂| <= p, by radial return.

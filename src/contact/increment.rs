@@ -13,9 +13,6 @@ use crate::laws::friction::FrictionEllipse;
 use crate::laws::wear::SpecificWearRate;
 use crate::omitted::{AllowedOmissions, OmittableWork};
 
-/// Relative margin of the stick condition |q|_μ < p (1 - margin). |q|_μ is the magnitude of the scaled tangential traction.
-const STICK_MARGIN: f64 = 1e-6;
-
 /// Data and equations of one contact increment.
 pub struct Increment<'a> {
     /// Flexibility operator S, from tractions (MPa) to elastic displacements of the gap (mm).
@@ -339,11 +336,6 @@ impl Increment<'_> {
 
     /// Returns whether cell `i` carries pressure and sticks: |q|_μ < p (1 - 1e-6).
     pub fn sticks(&self, it: &ContactState, end: usize, i: usize) -> bool {
-        let n = self.n();
-        let base = end * 3 * n;
-        let p = it.scaled[base + 2 * n + i];
-        self.friction.is_some()
-            && p > 0.0
-            && it.scaled[base + i].hypot(it.scaled[base + n + i]) < p * (1.0 - STICK_MARGIN)
+        self.friction.is_some() && it.is_inside_cone(end, i)
     }
 }

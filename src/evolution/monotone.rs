@@ -86,11 +86,8 @@ impl Run<'_> {
         let (report, checks) =
             solve_and_check(&self.prepared, &mut problem, &mut it, &self.options, self.observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
-        self.state
-            .wear_depth
-            .iter_mut()
-            .zip(&it.wear_per_pass)
-            .for_each(|(w, rate)| *w += implicit_passes * rate);
+        let depth = self.worn_per_pass(&it);
+        self.state.wear_depth.iter_mut().zip(&depth).for_each(|(w, rate)| *w += implicit_passes * rate);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
         let mut fields = state::frame_state(&problem, &it, 0, &self.state.wear_depth);
         self.state.set_from(&it, 0);
@@ -144,6 +141,17 @@ impl Run<'_> {
 
     pub(super) fn has_friction(&self) -> bool {
         self.step().friction && self.prepared.ellipse.is_some()
+    }
+
+    /// Whether cell `i` wears in a pass through the path points. The slip of sticking cells is an error of the solver.
+    pub(super) fn cell_wears(&self, it: &ContactState, i: usize) -> bool {
+        !self.has_friction() || it.slips(i)
+    }
+
+    /// Wear depth of one pass through the path points, `[N]`, mm; exactly 0 in cells that stick.
+    pub(super) fn worn_per_pass(&self, it: &ContactState) -> Vec<f64> {
+        let depth = |(i, depth): (usize, &f64)| if self.cell_wears(it, i) { *depth } else { 0.0 };
+        it.wear_per_pass.iter().enumerate().map(depth).collect()
     }
 
     pub(super) fn wears(&self) -> bool {

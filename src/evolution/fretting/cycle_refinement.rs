@@ -107,8 +107,9 @@ impl Refinement<'_> {
         first: Option<&Resolution>,
     ) -> Convergence {
         let (corrects, most) = (self.settings.correction != Correction::Never, self.max_increments());
-        let change = relative_rms_difference(&now.rate, &last.rate, self.areas)
-            .max(volume_difference(now, last, self.areas));
+        let change =
+            REFINEMENT.cell_change_share * relative_rms_difference(&now.rate, &last.rate, self.areas);
+        let change = change.max(volume_difference(now, last, self.areas));
         let measured = REFINEMENT.measurement_tolerance_share
             * relative_rms_difference(&self.coupled.wear.rate, &now.rate, self.areas);
         let tolerance =
@@ -249,9 +250,11 @@ impl Run<'_> {
                 return Ok(None);
             }
             here = solved.next;
-            let pressures =
-                pressures.iter().zip(&here.contact.tractions[2 * n..]).map(|(a, b)| 0.5 * (a + b));
-            let depth: Vec<f64> = pressures.zip(&here.contact.wear_path).map(|(p, path)| p * path).collect();
+            let mean = |i: usize| 0.5 * (pressures[i] + here.contact.tractions[2 * n + i]);
+            let depth = |i: usize| {
+                if self.cell_wears(&here.contact, i) { mean(i) * here.contact.wear_path[i] } else { 0.0 }
+            };
+            let depth: Vec<f64> = (0..n).map(depth).collect();
             if counts {
                 wear.rate.iter_mut().zip(&depth).for_each(|(sum, depth)| *sum += depth);
                 wear.power += solved.checks.dissipation;

@@ -34,6 +34,20 @@ impl FrettingPath {
         Self::from_offsets(&closed.graded_offsets(transition), closed.drive, self.center, self.center_force)
     }
 
+    /// Path about the same centre with the increments of `closed`, all of the same length.
+    pub fn with_increments(&self, closed: &ClosedPath) -> Self {
+        Self::from_offsets(&closed.offsets(), closed.drive, self.center, self.center_force)
+    }
+
+    /// Straight path from the centre to the + reversal point, in increments of the same length.
+    pub fn first_stroke(&self, increments: usize) -> Self {
+        let about = if self.drive == Drive::Shift { self.center } else { self.center_force };
+        let end = [0, 1].map(|k| self.path_points[0][k] - about[k]);
+        let share = |point: usize| (point + 1) as f64 / increments as f64;
+        let offsets: Vec<_> = (0..increments).map(|point| end.map(|offset| share(point) * offset)).collect();
+        Self::from_offsets(&offsets, self.drive, self.center, self.center_force)
+    }
+
     pub fn len(&self) -> usize {
         self.path_points.len()
     }

@@ -81,7 +81,7 @@ impl<'a> Run<'a> {
         let reversals = [0, path.reversal_index()]
             .map(|point| state::resultants(&self.prepared, &problem, &cycle.contact, point));
         let wear = CycleWear {
-            rate: cycle.contact.wear_per_pass.clone(),
+            rate: self.worn_per_pass(&cycle.contact),
             power: dissipation_rate / wear_step.dissipation_factor(),
             reversals,
             ..CycleWear::default()

@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::evolution::fretting::cycle_increment::{IncrementStart, Strokes, stroke_options};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::settings::STICK_ZONE;
-use crate::evolution::fretting::strokes::is_periodic;
+use crate::evolution::fretting::strokes::Responses;
 use crate::evolution::fretting::wear_integrator::add;
 use crate::evolution::fretting::wear_integrator::{StageSpec, WearJump};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
@@ -23,10 +23,11 @@ use crate::evolution::run::Run;
 impl CycleState {
     /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`.
     ///
-    /// Point 1 follows the + reversal point: there the zone starts with all cells. At the - reversal point, the zone therefore
+    /// The stroke has `ratio` times as many increments as the path points of the cycle. Point 1 follows the + reversal point: there the zone starts with all cells. At the - reversal point, the zone therefore
     /// describes the stroke from + to -. In a periodic cycle, the other stroke reverses the slip of this stroke.
-    pub(super) fn decide_by_stroke(&mut self, it: &ContactState, point: usize) {
-        let (n, slip_limit) = (self.stick_zone.mask.len(), STICK_ZONE.stick_slip_share * self.amplitude());
+    pub(super) fn decide_by_stroke(&mut self, it: &ContactState, point: usize, ratio: usize) {
+        let n = self.stick_zone.mask.len();
+        let slip_limit = STICK_ZONE.stick_slip_share * self.amplitude() / ratio as f64;
         if point == 1 {
             self.stick_zone.mask.fill(true);
         }
@@ -93,7 +94,7 @@ impl Run<'_> {
         if let Some(height) = height {
             jump.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
         }
-        let mut last: Vec<[f64; 2]> = Vec::new();
+        let mut last: Option<Responses> = None;
         for _ in 0..STICK_ZONE.max_passes {
             let ends = match &wear_step.slip_source {
                 SlipSource::ClosedPath(path) => self.path_points(path, loads, &jump.cycle)?,
@@ -125,10 +126,10 @@ impl Run<'_> {
             }
             let now = self.responses_at_path_points(&jump.cycle, path);
             // Cells at the edge of the zone alternate between stick and slip, but the responses of the cycle stay the same.
-            if is_periodic(&now, &last) {
+            if last.is_some_and(|last| now.are_periodic(&last)) {
                 return Ok(());
             }
-            last = now;
+            last = Some(now);
             let mut depth = worn.to_vec();
             add(&mut depth, implicit_passes, &jump.cycle.contact.wear_per_pass);
             let strokes = Strokes { path, loads, wear_depth: &depth, options };
@@ -161,7 +162,7 @@ impl Run<'_> {
         let mut reference = IncrementStart::at_path_point(&cycle.contact, half).reference;
         let mut solves = 0;
         let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
-        let mut before: Vec<[f64; 2]> = Vec::new();
+        let mut before: Option<Responses> = None;
         for _ in 0..STICK_ZONE.max_settling_cycles {
             for point in (half + 1..path.len() + 1).map(|point| point % path.len()).chain(1..half + 1) {
                 let start =
@@ -179,16 +180,16 @@ impl Run<'_> {
                         .evaluate(&mut cycle.contact);
                     return Ok((sum, solves));
                 }
-                cycle.decide_by_stroke(&solved.next.contact, point);
+                cycle.decide_by_stroke(&solved.next.contact, point, 1);
                 cycle.record_increment(&solved.next.contact, point);
                 reference = solved.next.reference;
             }
             let found = self.responses_at_path_points(cycle, path);
             // A cycle that is not periodic after the last pass still gives a stick zone.
-            if is_periodic(&found, &before) {
+            if before.is_some_and(|before| found.are_periodic(&before)) {
                 break;
             }
-            before = found;
+            before = Some(found);
         }
         Ok((sum, solves))
     }

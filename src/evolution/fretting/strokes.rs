@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use crate::contact::solver::SolveReport;
+use crate::contact::solver::{SolveReport, StopReason};
 use crate::contact::{ContactState, PathPoint, SlipReference};
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
-use crate::evolution::fretting::cycle_increment::stroke_options;
+use crate::evolution::fretting::cycle_increment::{IncrementStart, SolvedIncrement, Strokes, stroke_options};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::settings::STICK_ZONE;
@@ -15,16 +15,31 @@ use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_prob
 use crate::evolution::run::{Advance, Run};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
-use crate::evolution::step::Drive;
+use crate::evolution::step::{ClosedPath, Correction, Drive};
 use crate::omitted::OmittableWork;
 
-/// Returns whether the responses `found` differ from the responses `before` of the previous cycle by at most `periodic_tolerance`
-/// of the range of `found`.
-pub(in crate::evolution) fn is_periodic(found: &[[f64; 2]], before: &[[f64; 2]]) -> bool {
-    let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-    let change = found.iter().zip(before).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
-    let range = found.iter().map(|a| apart(a, &found[0])).fold(0.0, f64::max);
-    found.len() == before.len() && change <= STICK_ZONE.periodic_tolerance * range
+/// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed.
+pub(super) struct Responses {
+    values: Vec<[f64; 2]>,
+    /// Whether body 2 may move on from cycle to cycle.
+    may_drift: bool,
+}
+
+impl Responses {
+    /// Returns whether the responses differ from the responses `before` of the previous cycle by at most `periodic_tolerance` of
+    /// their range. Positions are compared relative to the first point if the body may drift in one of the cycles.
+    pub(super) fn are_periodic(&self, before: &Self) -> bool {
+        let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        let from = |of: &Self| if self.may_drift || before.may_drift { of.values[0] } else { [0.0; 2] };
+        let (origin, origin_before) = (from(self), from(before));
+        let both = self.values.iter().zip(&before.values);
+        let relative = |a: &[f64; 2], b: &[f64; 2]| [a[0] - b[0], a[1] - b[1]];
+        let change = both
+            .map(|(now, then)| apart(&relative(now, &origin), &relative(then, &origin_before)))
+            .fold(0.0, f64::max);
+        let range = self.values.iter().map(|value| apart(value, &self.values[0])).fold(0.0, f64::max);
+        change <= STICK_ZONE.periodic_tolerance * range
+    }
 }
 
 impl Run<'_> {
@@ -35,29 +50,30 @@ impl Run<'_> {
         loads: PrescribedLoads,
         cycle: &mut CycleState,
     ) -> Advance<SolveWork> {
-        let mut work = SolveWork::default();
+        let (ratio, mut work) = self.settling_ratio(path, loads)?;
+        let Some(closed) = self.step().kind.closed_path() else { return Ok(work) };
         cycle.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
-        let half = path.reversal_index();
-        let mut before: Vec<[f64; 2]> = Vec::new();
+        let first = path.first_stroke(ratio);
+        for point in 0..ratio {
+            let coupled = (point + 1 == ratio).then_some(0);
+            work += self.advance_stroke(&first, loads, point, coupled, cycle)?.1;
+        }
+        let fine = path.with_increments(&ClosedPath { increments: ratio * closed.increments, ..*closed });
+        let half = fine.reversal_index();
+        let mut before: Option<Responses> = None;
         for number in 0..STICK_ZONE.max_settling_cycles {
-            let up = if number == 0 { path.len()..path.len() + 1 } else { half + 1..path.len() + 1 };
-            for point in up.map(|point| point % path.len()).chain(1..half + 1) {
-                let mut rigid = [
-                    cycle.contact.rigid_motion[point][0],
-                    cycle.contact.rigid_motion[point][1],
-                    self.state.rigid_motion[2],
-                ];
-                path.set_shift(point, &mut rigid);
-                let (it, report) = self.advance_cycle_increment(path.loads(point, loads), rigid)?;
-                work += SolveWork::of(&report);
-                cycle.decide_by_stroke(&it, point);
-                cycle.record_increment(&it, point);
+            let up = if number == 0 { 0..0 } else { half + 1..fine.len() + 1 };
+            for point in up.map(|point| point % fine.len()).chain(1..half + 1) {
+                let coupled = (point % ratio == 0).then_some(point / ratio);
+                let (it, more) = self.advance_stroke(&fine, loads, point, coupled, cycle)?;
+                work += more;
+                cycle.decide_by_stroke(&it, point, ratio);
             }
             let found = self.responses_at_path_points(cycle, path);
-            if is_periodic(&found, &before) {
+            if before.is_some_and(|before| found.are_periodic(&before)) {
                 return Ok(work);
             }
-            before = found;
+            before = Some(found);
         }
         self.result.warnings.push(format!(
             "step \"{}\": after {} cycles without wear the tractions have not reached a steady-state cycle; the reversal points of the last cycle are used",
@@ -67,25 +83,72 @@ impl Run<'_> {
         Ok(work)
     }
 
-    /// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed.
-    pub(in crate::evolution) fn responses_at_path_points(
-        &self,
-        cycle: &CycleState,
+    /// Ratio of the increments of the strokes that find the stick zone to the path points, and the work to find it. The tractions of
+    /// sticking cells depend on the path, so strokes are refined if a cell sticks at a reversal point, and resolved cycles correct the
+    /// path points.
+    fn settling_ratio(&mut self, path: &FrettingPath, loads: PrescribedLoads) -> Advance<(usize, SolveWork)> {
+        let Some((closed, _)) =
+            self.resolved_path().filter(|(_, settings)| settings.correction != Correction::Never)
+        else {
+            return Ok((1, SolveWork::default()));
+        };
+        let (n, step, worn) = (self.prepared.n(), self.step(), self.state.wear_depth.clone());
+        let mut contact = ContactState::new(n, vec![self.state.rigid_motion]);
+        contact.mode_amplitudes = vec![self.state.mode_amplitudes];
+        let start = IncrementStart { reference: self.state.slip_reference.clone(), contact };
+        let options = stroke_options(&self.options);
+        let strokes = Strokes { path, loads, wear_depth: &worn, options: &options };
+        let progress = ProgressSpan { name: &step.name, from: 0.0, to: 0.0 };
+        let (mut here, mut work) = (start, SolveWork::default());
+        for point in [0, path.reversal_index()] {
+            let SolvedIncrement { next, report, .. } =
+                self.solve_cycle_increment(&strokes, point, here, &progress)?;
+            work += SolveWork::of(&report);
+            let loaded = |i: usize| next.contact.scaled[2 * n + i] > 0.0;
+            if report.stop != StopReason::Converged {
+                break;
+            }
+            if (0..n).any(|i| loaded(i) && !self.cell_wears(&next.contact, i)) {
+                return Ok((STICK_ZONE.settling_increments.div_ceil(closed.increments), work));
+            }
+            here = next;
+        }
+        Ok((1, work))
+    }
+
+    /// Solves the increment of a stroke that ends at `point` of `path`. `coupled` is the path point of `cycle` with the same position.
+    fn advance_stroke(
+        &mut self,
         path: &FrettingPath,
-    ) -> Vec<[f64; 2]> {
+        loads: PrescribedLoads,
+        point: usize,
+        coupled: Option<usize>,
+        cycle: &mut CycleState,
+    ) -> Advance<(ContactState, SolveWork)> {
+        let mut rigid = self.state.rigid_motion;
+        if let Some(coupled) = coupled {
+            rigid[..2].copy_from_slice(&cycle.contact.rigid_motion[coupled][..2]);
+        }
+        path.set_shift(point, &mut rigid);
+        let (it, report) = self.advance_cycle_increment(path.loads(point, loads), rigid)?;
+        if let Some(coupled) = coupled {
+            cycle.record_increment(&it, coupled);
+        }
+        Ok((it, SolveWork::of(&report)))
+    }
+
+    pub(super) fn responses_at_path_points(&self, cycle: &CycleState, path: &FrettingPath) -> Responses {
         let n = self.prepared.n();
-        // Without sticking cells the body may drift from cycle to cycle.
-        let first = cycle.contact.rigid_motion[0];
-        let origin = if cycle.stick_zone.may_drift() { [first[0], first[1]] } else { [0.0; 2] };
         let at = |point: usize| match path.drive {
-            Drive::Force => [0, 1].map(|k| cycle.contact.rigid_motion[point][k] - origin[k]),
+            Drive::Force => [0, 1].map(|k| cycle.contact.rigid_motion[point][k]),
             Drive::Shift => {
                 let tractions = &cycle.contact.tractions[point * 3 * n..(point + 1) * 3 * n];
                 let ([x, y, _], _) = self.prepared.resultants(tractions);
                 [x, y]
             }
         };
-        (0..path.len()).map(at).collect()
+        let may_drift = path.drive == Drive::Force && cycle.stick_zone.may_drift();
+        Responses { values: (0..path.len()).map(at).collect(), may_drift }
     }
 
     /// `rigid` contains prescribed motions and initial guesses.
@@ -137,5 +200,30 @@ impl Run<'_> {
         (0..path.len())
             .map(|point| self.path_point(&path.loads(point, loads), cycle.stick_zone.slip_reference()))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn responses(values: [[f64; 2]; 2], may_drift: bool) -> Responses {
+        Responses { values: values.to_vec(), may_drift }
+    }
+
+    /// Truth: in a steady-state cycle the motion is the same in each cycle, except for a drift, which shifts all positions alike.
+    #[test]
+    fn drift_is_periodic() {
+        let before = [[1.0, 0.0], [-1.0, 0.5]];
+        let shifted = before.map(|[x, y]| [x + 3.0, y - 2.0]);
+        let changed = [[1.0, 0.0], [-1.0, 0.51]];
+        let are_periodic =
+            |now, drifts: [bool; 2]| responses(now, drifts[0]).are_periodic(&responses(before, drifts[1]));
+        for drifts in [[true, true], [true, false], [false, true]] {
+            assert!(are_periodic(shifted, drifts), "{drifts:?}");
+            assert!(!are_periodic(changed, drifts), "{drifts:?}");
+        }
+        assert!(are_periodic(before, [false, false]));
+        assert!(!are_periodic(shifted, [false, false]));
     }
 }

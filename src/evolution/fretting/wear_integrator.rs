@@ -240,7 +240,7 @@ impl Run<'_> {
             if jump.lost_contact {
                 return Ok(jump);
             }
-            jump.wear_rate.copy_from_slice(&jump.cycle.contact.wear_per_pass);
+            jump.wear_rate = self.worn_per_pass(&jump.cycle.contact);
             jump.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
             add(&mut jump.wear_depth, weights.solution_weight * length, &jump.wear_rate);
             add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &jump.wear_rate);
