@@ -8,6 +8,7 @@ mod cache;
 mod compare;
 mod compressed;
 mod doubts;
+mod fretting;
 mod grow;
 mod inside;
 mod interrupt;

@@ -1,5 +1,6 @@
 //! Refinement of a resolved cycle: more and more increments per stroke, until the wear of the cycle changes little.
 
+use crate::contact::ContactState;
 use crate::contact::solver::StopReason;
 use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_increment::{IncrementStart, Strokes, stroke_options};
@@ -48,7 +49,7 @@ pub(super) struct Refinement<'r> {
 type Resolution = (usize, CycleWear);
 
 struct Convergence {
-    /// Relative root-mean-square change of the wear.
+    /// Estimated relative error of the wear of the cells (root mean square), or of the volume if that is larger.
     change: f64,
     tolerance: f64,
     agrees_with_coupled: bool,
@@ -60,6 +61,11 @@ impl Refinement<'_> {
     /// Whether wear and forces of two resolved cycles are extrapolated. A given number of increments is used as it is.
     fn extrapolates(&self) -> bool {
         self.settings.increments.is_none()
+    }
+
+    /// On an ellipse the extrapolated wear and forces converge with second order, and slowly.
+    fn extrapolates_twice(&self) -> bool {
+        self.extrapolates() && self.closed.amplitude[1] != 0.0
     }
 
     fn max_increments(&self) -> usize {
@@ -152,14 +158,21 @@ impl Run<'_> {
             wear
         };
         let mut last: Option<CycleWear> = (!extrapolates).then(|| coarser.clone());
-        let mut first: Option<Resolution> = None;
+        let (mut once_before, mut first): (Option<CycleWear>, Option<Resolution>) = (None, None);
         loop {
             let ratio = refinement.next_ratio(increments, first.as_ref());
             increments = refinement.settings.increments.unwrap_or(ratio * increments);
             let Some(wear) = self.resolved_cycle(refinement, increments, wear_step, &mut start)? else {
                 return Ok(None);
             };
-            let now = if extrapolates { wear.extrapolated(&coarser, ratio as f64) } else { wear.clone() };
+            let once = if extrapolates { wear.extrapolated(&coarser, ratio as f64) } else { wear.clone() };
+            let now = match &once_before {
+                Some(before) if refinement.extrapolates_twice() => {
+                    once.extrapolated(before, (ratio * ratio) as f64)
+                }
+                _ => once.clone(),
+            };
+            once_before = Some(once);
             if first.is_none() && increments >= REFINEMENT.min_refinement * refinement.closed.increments {
                 first = Some((increments, now.clone()));
             }
@@ -168,7 +181,11 @@ impl Run<'_> {
                 if found.is_last {
                     self.warn_of_refinement(refinement, increments, &found, wear_step);
                     let both = now.rate.iter().zip(&last.rate);
-                    let change = both.map(|(now, last)| if *now > 0.0 { 1.0 - last / now } else { 0.0 });
+                    let relative = |(now, last): (&f64, &f64)| match now.max(*last) {
+                        larger if larger > 0.0 => (now - last) / larger,
+                        _ => 0.0,
+                    };
+                    let change = both.map(relative);
                     return Ok(Some(RefinedCycle {
                         change: change.collect(),
                         wear: now,
@@ -198,7 +215,7 @@ impl Run<'_> {
             return;
         }
         self.result.warnings.push(format!(
-            "step \"{}\": after {} cycles, doubling the increments per stroke to {increments} still changes the wear per cycle by {} (root mean square), more than wear.tolerance = {:e}. The estimated errors include this change; accept it, or increase wear.tolerance",
+            "step \"{}\": after {} cycles, the wear per cycle with {increments} increments per stroke has an estimated error of {}, more than wear.tolerance = {:e}. The estimated errors of the results include it; accept it, or increase wear.tolerance",
             self.step().name,
             wear_step.cycles_at(refinement.coupled.completed),
             percent(found.change),
@@ -250,11 +267,7 @@ impl Run<'_> {
                 return Ok(None);
             }
             here = solved.next;
-            let mean = |i: usize| 0.5 * (pressures[i] + here.contact.tractions[2 * n + i]);
-            let depth = |i: usize| {
-                if self.cell_wears(&here.contact, i) { mean(i) * here.contact.wear_path[i] } else { 0.0 }
-            };
-            let depth: Vec<f64> = (0..n).map(depth).collect();
+            let depth = self.wear_of_increment(&pressures, &here.contact);
             if counts {
                 wear.rate.iter_mut().zip(&depth).for_each(|(sum, depth)| *sum += depth);
                 wear.power += solved.checks.dissipation;
@@ -280,6 +293,14 @@ impl Run<'_> {
             }
         }
         Ok(Some(wear))
+    }
+
+    /// Wear depth of an increment, `[N]`, mm, with the mean of the pressures at its ends. `pressures` are those at the start.
+    fn wear_of_increment(&self, pressures: &[f64], end: &ContactState) -> Vec<f64> {
+        let n = pressures.len();
+        let mean = |i: usize| 0.5 * (pressures[i] + end.tractions[2 * n + i]);
+        let depth = |i: usize| if self.cell_wears(end, i) { mean(i) * end.wear_path[i] } else { 0.0 };
+        (0..n).map(depth).collect()
     }
 
     /// Stores the resultants and the fields at the reversal point `reversal`. `from` is the tangential gap at the start of the stroke,

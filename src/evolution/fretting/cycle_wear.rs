@@ -36,7 +36,7 @@ impl CycleWear {
         self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)
     }
 
-    /// First-order extrapolation from a coarser cycle and this one, which has `ratio` times as many increments.
+    /// Extrapolation from a coarser cycle and this one, whose error is `ratio` times smaller.
     pub fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
         let limit = |fine: f64, coarse: f64| (ratio * fine - coarse) / (ratio - 1.0);
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
@@ -69,6 +69,11 @@ pub(super) fn volume_difference(wear: &CycleWear, other: &CycleWear, areas: &[f6
     if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
 }
 
+/// Ratio of a resolved to a coupled value. The limits keep factors from growing or vanishing where a cell barely slips.
+pub(super) fn limited_factor(resolved: f64, coupled: f64) -> f64 {
+    (resolved / coupled).clamp(CORRECTION.min_wear_factor, CORRECTION.max_wear_factor)
+}
+
 /// Factors on the wear of the coupled cycle, `[N]`, that approximate the wear of the resolved cycle. Also returns the share of the
 /// resolved wear volume that the factors miss.
 pub(super) fn wear_factors(wear: &[f64], coupled: &[f64], areas: &[f64]) -> (Vec<f64>, f64) {
@@ -78,11 +83,7 @@ pub(super) fn wear_factors(wear: &[f64], coupled: &[f64], areas: &[f64]) -> (Vec
     }
     let least = CORRECTION.negligible_wear_share * coupled.iter().copied().fold(0.0, f64::max);
     let factor = |(wear, coupled): (&f64, &f64)| {
-        if *coupled > least {
-            (wear / coupled).min(CORRECTION.max_wear_factor)
-        } else {
-            (all / all_coupled).min(CORRECTION.max_wear_factor)
-        }
+        if *coupled > least { limited_factor(*wear, *coupled) } else { limited_factor(all, all_coupled) }
     };
     let factors: Vec<f64> = wear.iter().zip(coupled).map(factor).collect();
     let covered: Vec<f64> = coupled.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();

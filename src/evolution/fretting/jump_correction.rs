@@ -10,7 +10,8 @@ use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::step::Integrator;
 
 impl Run<'_> {
-    /// Repeats a jump with the factors in its middle if they differ notably from those used. `resolved` is the cycle at the end.
+    /// Repeats a jump with the factors in its middle if they differ notably from those used. `resolved` is the cycle at the end. An
+    /// explicit jump takes the factors at its start, and the error estimate of the integrator includes their change.
     pub(super) fn correct_jump(
         &mut self,
         wear_step: &mut WearStepState,
@@ -22,19 +23,26 @@ impl Run<'_> {
         let (Some(before), Some((_, settings))) = (&wear_step.path_correction, self.resolved_path()) else {
             return Ok(jump);
         };
-        let (factors, dissipation_factor) = before.factors_before(resolved, jump.length);
+        if spec.integrator == Integrator::Explicit {
+            return Ok(jump);
+        }
+        let start = wear_step.completed;
+        let (factors, dissipation_factor) = before.factors_at(resolved, start + 0.5 * jump.length);
         let dissipation_ratio = dissipation_factor / before.dissipation_factor;
-        let missed = |(i, factor): (usize, &f64)| match jump.wear_factors.as_ref().map_or(1.0, |used| used[i])
-        {
-            used if used > 0.0 => (factor / used - 1.0) * jump.wear_depth[i],
-            _ => 0.0,
-        };
-        let missed: Vec<f64> = factors.iter().enumerate().map(missed).collect();
+        let used = |i: usize| jump.wear_factors.as_ref().map_or(1.0, |used| used[i]);
+        let missed: Vec<f64> =
+            (0..factors.len()).map(|i| (factors[i] / used(i) - 1.0) * jump.wear_depth[i]).collect();
+        // Jumps since the previous resolved cycle that were not followed by one.
+        let (earlier, _) = before.factors_at(resolved, 0.5 * (before.at_cycle + start));
+        let earlier = (0..earlier.len()).map(|i| {
+            let worn = self.state.wear_depth[i] - before.wear_depth[i];
+            (earlier[i] / before.factors[i] - 1.0) * worn
+        });
+        let earlier: Vec<f64> = earlier.collect();
         let depth_error = self.depth_error(&missed, &jump);
-        let mut found = WearJump { path_error: missed, path_depth_error: depth_error, ..jump };
-        if spec.integrator != Integrator::Explicit
-            && self.error_ratio(settings.tolerance, depth_error, &found) > CORRECTION.negligible_error_ratio
-        {
+        let sum = |share: f64| missed.iter().zip(&earlier).map(|(now, then)| share * now + then).collect();
+        let mut found = WearJump { path_error: sum(1.0), path_depth_error: depth_error, ..jump };
+        if self.error_ratio(settings.tolerance, depth_error, &found) > CORRECTION.negligible_error_ratio {
             let again = JumpSpec { wear_factors: Some(factors), ..spec };
             let repeated = self.integrate(again, wear_step, progress)?;
             if repeated.report.stop == StopReason::Interrupted {
@@ -42,9 +50,8 @@ impl Run<'_> {
             }
             if repeated.converged() && !repeated.lost_contact {
                 wear_step.uncharged_work += found.work();
-                let path_error = found.path_error.iter().map(|error| CORRECTION.mean_error_share * error);
                 found = WearJump {
-                    path_error: path_error.collect(),
+                    path_error: sum(CORRECTION.mean_error_share),
                     path_depth_error: CORRECTION.mean_error_share * depth_error,
                     ..repeated
                 };

@@ -13,7 +13,7 @@ use crate::evolution::fretting::wear_integrator::WearJump;
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::given_warnings::StepWarning;
 use crate::evolution::increment_record::SolvedState;
-use crate::evolution::records::{Divergence, JumpRecord, Resultants};
+use crate::evolution::records::{Divergence, FrameState, JumpRecord, Resultants};
 use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
@@ -32,14 +32,16 @@ pub(super) struct AcceptedJump {
 }
 
 impl AcceptedJump {
-    fn record(&self, wear_step: &WearStepState) -> JumpRecord {
+    /// `areas` are those of the cells, `[N]`, mm².
+    fn record(&self, wear_step: &WearStepState, areas: &[f64]) -> JumpRecord {
+        let path_volume_error = volume(&self.jump.path_error, areas).abs();
         let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.is_new);
         JumpRecord {
             length: self.jump.length,
             solves: self.jump.solves,
             rejected: self.rejected,
-            depth_error: self.jump.depth_error,
-            volume_error: self.jump.volume_error,
+            depth_error: self.jump.whole_depth_error(),
+            volume_error: self.jump.volume_error + path_volume_error,
             critical_length: wear_step.critical_length,
             resolved: resolved.map(|resolved| resolved.increments),
         }
@@ -146,7 +148,9 @@ impl Run<'_> {
         let is_current =
             |resolved: &PathCorrection| resolved.at_cycle == wear_step.completed && jump.converged();
         let resolved = wear_step.path_correction.as_ref().filter(|resolved| is_current(resolved));
-        let resolved = resolved.and_then(|resolved| resolved.fields.clone());
+        // The jump may have been repeated after its end was resolved, which changes the depth a little.
+        let at_depth = |fields: &FrameState| FrameState { wear_depth: worn.clone(), ..fields.clone() };
+        let resolved = resolved.and_then(|resolved| resolved.fields.as_ref()).map(at_depth);
         let fields = resolved.unwrap_or_else(|| state::frame_state(&problem, it, 0, &worn));
         drop(problem);
         self.state.set_from(it, half);
@@ -156,7 +160,7 @@ impl Run<'_> {
             SolvedState { number, approach, values: &values, contact: it, certificate, clock: *clock };
         let mut record = self.new_record(solved);
         record.stroke_ends = matches!(wear_step.slip_source, SlipSource::ClosedPath(_)).then_some(reversals);
-        record.jump = Some(accepted.record(wear_step));
+        record.jump = Some(accepted.record(wear_step, &self.prepared.model.frame.areas));
         if let Some(resolved) = &mut wear_step.path_correction {
             resolved.is_new = false;
         }

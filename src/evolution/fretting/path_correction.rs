@@ -35,6 +35,8 @@ pub struct PathCorrection {
     pub(super) full_slip: bool,
     /// Mean normal force at the reversal points of the resolved cycle, N.
     pub(super) normal_force: f64,
+    /// Wear depth at the resolved cycle, `[N]`, mm.
+    pub(super) wear_depth: Vec<f64>,
     /// Remaining error of the wear per cycle, `[N]`. With correction it is relative to the wear of the cell. Without correction it
     /// is the error of the wear depth per wear volume, 1/mm2.
     pub(super) remaining_error: Vec<f64>,
@@ -46,7 +48,7 @@ pub struct PathCorrection {
     pub reversal_correction: Option<[ReversalCorrection; 2]>,
     /// Displacement of body 2 from cycle to cycle along x, y, mm.
     pub(super) body_drift: [f64; 2],
-    /// Fields of the resolved cycle at the + reversal point, if it corrects, until a record takes them.
+    /// Fields of the resolved cycle at the + reversal point, if it corrects.
     #[serde(skip)]
     pub(super) fields: Option<FrameState>,
 }
@@ -122,10 +124,9 @@ impl PathCorrection {
         self.measured_factors.iter().zip(&self.factor_rate).map(factor).collect()
     }
 
-    /// Factors in the middle of a jump of `length` cycles that ends at the later resolved cycle `end`, `[N]`, and the factor on the
-    /// dissipation. Both grow linearly between the resolved cycles.
-    pub(super) fn factors_before(&self, end: &Self, length: f64) -> (Vec<f64>, f64) {
-        let share = 1.0 - 0.5 * length / (end.at_cycle - self.at_cycle).max(length);
+    /// Factors at a cycle of the step between this resolved cycle and the later one `end`, `[N]`, and the factor on the dissipation.
+    pub(super) fn factors_at(&self, end: &Self, cycle: f64) -> (Vec<f64>, f64) {
+        let share = (cycle - self.at_cycle) / (end.at_cycle - self.at_cycle);
         let between = |(from, to): (&f64, &f64)| from + share * (to - from);
         let factors = self.measured_factors.iter().zip(&end.measured_factors).map(between).collect();
         (factors, between((&self.dissipation_factor, &end.dissipation_factor)))
@@ -138,6 +139,7 @@ impl PathCorrection {
             measured_factors: extend_field(&self.measured_factors, places, n, |_| 1.0),
             factor_rate: extend_field(&self.factor_rate, places, n, |_| 0.0),
             slip: extend_field(&self.slip, places, n, |_| 0.0),
+            wear_depth: extend_field(&self.wear_depth, places, n, |_| 0.0),
             remaining_error: extend_field(&self.remaining_error, places, n, |_| 0.0),
             ..self
         }

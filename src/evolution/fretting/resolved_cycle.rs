@@ -7,7 +7,7 @@ use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_refinement::{CoupledCycle, RefinedCycle, Refinement};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::cycle_wear::{
-    CycleWear, relative_rms_difference, volume_difference, wear_factors,
+    CycleWear, limited_factor, relative_rms_difference, volume_difference, wear_factors,
 };
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::{PathCorrection, ReversalCorrection};
@@ -200,6 +200,7 @@ impl<'a> Run<'a> {
             is_new: true,
             slip: coupled.cycle.contact.slip.clone(),
             lag_ratio: coupled.slip.lag,
+            wear_depth: coupled.wear_depth.clone(),
             full_slip: coupled.slip.full_slip,
             normal_force: coupled.wear.normal_force(),
             remaining_error: remaining.collect(),
@@ -250,7 +251,7 @@ impl PathCorrection {
             measured_factors: factors.clone(),
             factors,
             factor_rate,
-            dissipation_factor: if power > 0.0 { wear.power / power } else { 1.0 },
+            dissipation_factor: if power > 0.0 { limited_factor(wear.power, power) } else { 1.0 },
             remaining_error: change.clone(),
             // The error is relative to the wear that the factors represent.
             remaining_volume_error: (unresolved.abs() + drift) / (1.0 - unresolved).max(f64::EPSILON),

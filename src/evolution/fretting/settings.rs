@@ -98,6 +98,7 @@ pub(super) const REFINEMENT: RefinementSettings = RefinementSettings {
 pub(super) struct CorrectionSettings {
     /// Smallest wear of a cell, relative to the largest, for which the cell has an individual factor.
     pub negligible_wear_share: f64,
+    pub min_wear_factor: f64,
     pub max_wear_factor: f64,
     /// Largest relative change of a factor by extrapolation to the middle of a jump.
     pub max_factor_extrapolation: f64,
@@ -121,6 +122,7 @@ pub(super) struct CorrectionSettings {
 
 pub(super) const CORRECTION: CorrectionSettings = CorrectionSettings {
     negligible_wear_share: 1e-6,
+    min_wear_factor: 1e-3,
     max_wear_factor: 4.0,
     max_factor_extrapolation: 0.1,
     negligible_error_ratio: 0.1,

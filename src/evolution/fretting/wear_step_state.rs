@@ -79,7 +79,7 @@ impl WearStepState {
         let before = self.path_correction.take();
         for (i, rate) in self.wear_rate.iter_mut().enumerate() {
             let used = before.as_ref().map_or(1.0, |before| before.factors[i]);
-            *rate *= if used > 0.0 { resolved.factors[i] / used } else { 0.0 };
+            *rate *= resolved.factors[i] / used;
         }
         self.dissipation_rate *=
             resolved.dissipation_factor / before.map_or(1.0, |before| before.dissipation_factor);
