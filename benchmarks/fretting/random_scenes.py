@@ -5,7 +5,7 @@ usage: random_scenes.py PROGRAM [--count 200] [--only N ..] [--seed 1] [--increm
                         [--truth FILE.json] [--check FILE.json] [--out FILE.csv]
 
 A sphere of steel on steel or CFRP is pressed by a force and moved along a line, or in a tenth of the scenes along an ellipse. The
-amplitude of force or displacement is 0.3 to 0.99 of that of gross slip, or more. Each scene runs twice:
+amplitude of force or displacement is 0.3 to 0.99 of the amplitude at gross slip, or more. Each scene runs twice:
 
 * one cycle with negligible wear. Truth: strokes of 32 and 64 equal increments (ellipse: 64 and 128) as load points of a `history`,
   until the wear of a cycle settles or for 100 cycles. The limit is extrapolated with first order in the increments.
@@ -55,7 +55,7 @@ radius = 50.0
 
 
 def draw(seed, number):
-    """A random scene: bodies, laws, path and cells. `share` is the amplitude relative to that of gross slip."""
+    """A random scene: bodies, laws, path and cells. `share` is the ratio of the amplitude to the amplitude at gross slip."""
     generator = random.Random(f"{seed} {number}")
     uniform = generator.uniform
     forced = generator.random() < 0.5

@@ -10,8 +10,8 @@ const WEAR: [f64; 2] = [2e-3, 1e-2];
 /// Largest error of the tangential force at a reversal point, relative to the larger force.
 const FORCE: f64 = 1e-2;
 
-/// Truth: strokes of the same scenes in increments of equal length as load points, one after the other until the wear of a cycle settles
-/// (tests/data/fretting-cycles.json, by `benchmarks/fretting/random_scenes.py`). The default of `cycles.increments` gives their
+/// Truth: load steps of the same program, without its cycles: strokes as load points in increments of equal length, until the wear of a
+/// cycle settles (tests/data/fretting-cycles.json, by `benchmarks/fretting/random_scenes.py`). The default of `cycles.increments` gives their
 /// wear and forces, and its estimated error is at least a tenth of the true error.
 #[test]
 fn cycles_of_random_scenes() {

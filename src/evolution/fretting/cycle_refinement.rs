@@ -223,8 +223,8 @@ impl Run<'_> {
         ));
     }
 
-    /// Computes wear and dissipation of a cycle at the wear depth of the coupled cycle. The cycle begins at the - reversal point with `start`,
-    /// and replaces `start` by the state one cycle later. `None` if an increment does not converge.
+    /// Computes wear and dissipation of a cycle at the wear depth of the coupled cycle. The cycle begins at the - reversal point
+    /// with `start`, and replaces `start` by the state one cycle later. `None` if an increment does not converge.
     fn resolved_cycle(
         &mut self,
         refinement: &Refinement,

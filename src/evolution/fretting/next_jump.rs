@@ -97,8 +97,8 @@ impl Run<'_> {
         }
     }
 
-    /// Returns whether the step controller rejects the trial `jump`, after which the next trial is shorter. `radii` are those before the
-    /// jump.
+    /// Returns whether the step controller rejects the trial `jump`, after which the next trial is shorter. `radii` are the contact
+    /// and stick radii before the jump.
     fn is_rejected(
         &self,
         wear_step: &mut WearStepState,
