@@ -8,8 +8,8 @@ pub(super) struct StickZoneSettings {
     pub max_passes: usize,
     /// Largest number of cycles without wear that are solved until a cycle is periodic.
     pub max_settling_cycles: usize,
-    /// Increments of the strokes that find the stick zone, if cells stick. With single increments, forces of random scenes were off by
-    /// up to 3 %.
+    /// Increments of the first strokes that find the stick zone, if cells stick. With single increments, forces of random scenes were
+    /// off by up to 3 %.
     pub settling_increments: usize,
     /// Largest change of the responses from one cycle to the next for which the cycle counts as periodic, relative to their range.
     pub periodic_tolerance: f64,

@@ -59,13 +59,15 @@ impl Run<'_> {
             work += self.advance_stroke(&first, loads, point, coupled, cycle)?.1;
         }
         let fine = path.with_increments(&ClosedPath { increments: ratio * closed.increments, ..*closed });
-        let half = fine.reversal_index();
         let mut before: Option<Responses> = None;
         for number in 0..STICK_ZONE.max_settling_cycles {
+            // The first cycle gives sticking cells their tractions, which later cycles keep.
+            let (fine, ratio) = if number == 0 { (&fine, ratio) } else { (path, 1) };
+            let half = fine.reversal_index();
             let up = if number == 0 { 0..0 } else { half + 1..fine.len() + 1 };
             for point in up.map(|point| point % fine.len()).chain(1..half + 1) {
                 let coupled = (point % ratio == 0).then_some(point / ratio);
-                let (it, more) = self.advance_stroke(&fine, loads, point, coupled, cycle)?;
+                let (it, more) = self.advance_stroke(fine, loads, point, coupled, cycle)?;
                 work += more;
                 cycle.decide_by_stroke(&it, point, ratio);
             }
