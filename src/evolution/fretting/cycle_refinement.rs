@@ -51,7 +51,6 @@ type Resolution = (usize, CycleWear);
 struct Convergence {
     /// Estimated relative error of the wear of the cells (root mean square), or of the volume if that is larger.
     change: f64,
-    tolerance: f64,
     agrees_with_coupled: bool,
     /// Whether the cycle needs no more increments, or may have no more.
     is_last: bool,
@@ -118,8 +117,8 @@ impl Refinement<'_> {
         let change = change.max(volume_difference(now, last, self.areas));
         let measured = REFINEMENT.measurement_tolerance_share
             * relative_rms_difference(&self.coupled.wear.rate, &now.rate, self.areas);
-        let tolerance =
-            if corrects { self.settings.tolerance } else { self.settings.tolerance.max(measured) };
+        let own = REFINEMENT.tolerance_share * self.settings.tolerance;
+        let tolerance = if corrects { own } else { own.max(measured) };
         let near = self.may_agree() && self.agree(&self.coupled.wear, now);
         let confirming = |at: &usize| most.min(REFINEMENT.confirming_refinement * at);
         let confirmed = |(at, wear): &Resolution| {
@@ -133,7 +132,7 @@ impl Refinement<'_> {
             && settled
             && (change <= tolerance || agrees_with_coupled);
         let is_last = suffices || increments >= most || self.settings.increments.is_some();
-        Convergence { change, tolerance, agrees_with_coupled, is_last }
+        Convergence { change, agrees_with_coupled, is_last }
     }
 }
 
@@ -211,7 +210,8 @@ impl Run<'_> {
         let known = wear_step.path_correction.as_ref().is_some_and(|before| before.increments >= most);
         let corrects = refinement.settings.correction != Correction::Never;
         let given = refinement.settings.increments.is_some();
-        if found.change <= found.tolerance || !corrects || found.agrees_with_coupled || known || given {
+        let tolerance = refinement.settings.tolerance;
+        if found.change <= tolerance || !corrects || found.agrees_with_coupled || known || given {
             return;
         }
         self.result.warnings.push(format!(
@@ -219,7 +219,7 @@ impl Run<'_> {
             self.step().name,
             wear_step.cycles_at(refinement.coupled.completed),
             percent(found.change),
-            found.tolerance
+            tolerance
         ));
     }
 

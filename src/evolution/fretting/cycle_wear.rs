@@ -1,6 +1,7 @@
 //! Wear of one cycle, and comparison of the wear of two cycles.
 
 use crate::evolution::field_measures::{root_mean_square, volume};
+use crate::evolution::fretting::rate_correction::RateCorrection;
 use crate::evolution::fretting::settings::CORRECTION;
 use crate::evolution::records::{FrameState, Resultants};
 
@@ -50,7 +51,13 @@ impl CycleWear {
                 ..*fine
             }
         });
-        Self { rate: rate.collect(), power: limit(self.power, coarser.power), reversals, ..self.clone() }
+        Self {
+            rate: rate.collect(),
+            power: limit(self.power, coarser.power),
+            drift: limit(self.drift, coarser.drift),
+            reversals,
+            ..self.clone()
+        }
     }
 }
 
@@ -74,18 +81,36 @@ pub(super) fn limited_factor(resolved: f64, coupled: f64) -> f64 {
     (resolved / coupled).clamp(CORRECTION.min_wear_factor, CORRECTION.max_wear_factor)
 }
 
-/// Factors on the wear of the coupled cycle, `[N]`, that approximate the wear of the resolved cycle. Also returns the share of the
-/// resolved wear volume that the factors miss.
-pub(super) fn wear_factors(wear: &[f64], coupled: &[f64], areas: &[f64]) -> (Vec<f64>, f64) {
+/// Correction of the wear of the coupled cycle that gives the wear of the resolved cycle, both `[N]`, mm per cycle.
+pub(super) fn rate_correction(wear: &[f64], coupled: &[f64], areas: &[f64]) -> RateCorrection {
     let [all, all_coupled] = [wear, coupled].map(|rate| volume(rate, areas));
-    if all <= 0.0 || all_coupled <= 0.0 {
-        return (vec![1.0; wear.len()], 0.0);
-    }
+    let whole = if all > 0.0 && all_coupled > 0.0 { limited_factor(all, all_coupled) } else { 1.0 };
     let least = CORRECTION.negligible_wear_share * coupled.iter().copied().fold(0.0, f64::max);
     let factor = |(wear, coupled): (&f64, &f64)| {
-        if *coupled > least { limited_factor(*wear, *coupled) } else { limited_factor(all, all_coupled) }
+        if *coupled > least { limited_factor(*wear, *coupled) } else { whole }
     };
     let factors: Vec<f64> = wear.iter().zip(coupled).map(factor).collect();
-    let covered: Vec<f64> = coupled.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
-    (factors, 1.0 - volume(&covered, areas) / all)
+    // Not negative: the wear of the path points may vanish later.
+    let added = |((wear, coupled), factor): ((&f64, &f64), &f64)| (wear - factor * coupled).max(0.0);
+    let both = wear.iter().zip(coupled).zip(&factors);
+    RateCorrection { added: both.map(added).collect(), factors }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: f c + a is the wear of the resolved cycle r, for cells with any ratio r / c, also without coupled wear.
+    #[test]
+    fn corrected_rates_are_those_of_the_resolved_cycle() {
+        let (resolved, coupled) = ([1.0, 9.0, 0.5, 2.0, 0.0], [2.0, 1.0, 0.0, 1e-9, 0.0]);
+        for coupled in [coupled, [0.0; 5]] {
+            let found = rate_correction(&resolved, &coupled, &[1.0; 5]);
+            for i in 0..5 {
+                let rate = found.factors[i] * coupled[i] + found.added[i];
+                assert!((rate - resolved[i]).abs() < 1e-15, "{i}: {rate}");
+                assert!(found.factors[i] <= CORRECTION.max_wear_factor);
+            }
+        }
+    }
 }

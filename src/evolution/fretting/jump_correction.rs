@@ -27,23 +27,20 @@ impl Run<'_> {
             return Ok(jump);
         }
         let start = wear_step.completed;
-        let (factors, dissipation_factor) = before.factors_at(resolved, start + 0.5 * jump.length);
+        let (mean, dissipation_factor) = before.rates_at(resolved, start + 0.5 * jump.length);
         let dissipation_ratio = dissipation_factor / before.dissipation_factor;
-        let used = |i: usize| jump.wear_factors.as_ref().map_or(1.0, |used| used[i]);
-        let missed: Vec<f64> =
-            (0..factors.len()).map(|i| (factors[i] / used(i) - 1.0) * jump.wear_depth[i]).collect();
+        let used = jump.rate_correction.as_ref().unwrap_or(&before.rates);
+        let missed = mean.missed_by(used, &jump.wear_depth, jump.length);
         // Jumps since the previous resolved cycle that were not followed by one.
-        let (earlier, _) = before.factors_at(resolved, 0.5 * (before.at_cycle + start));
-        let earlier = (0..earlier.len()).map(|i| {
-            let worn = self.state.wear_depth[i] - before.wear_depth[i];
-            (earlier[i] / before.factors[i] - 1.0) * worn
-        });
-        let earlier: Vec<f64> = earlier.collect();
+        let worn: Vec<f64> =
+            self.state.wear_depth.iter().zip(&before.wear_depth).map(|(now, then)| now - then).collect();
+        let (earlier, _) = before.rates_at(resolved, 0.5 * (before.at_cycle + start));
+        let earlier = earlier.missed_by(&before.rates, &worn, start - before.at_cycle);
         let depth_error = self.depth_error(&missed, &jump);
         let sum = |share: f64| missed.iter().zip(&earlier).map(|(now, then)| share * now + then).collect();
         let mut found = WearJump { path_error: sum(1.0), path_depth_error: depth_error, ..jump };
         if self.error_ratio(settings.tolerance, depth_error, &found) > CORRECTION.negligible_error_ratio {
-            let again = JumpSpec { wear_factors: Some(factors), ..spec };
+            let again = JumpSpec { rate_correction: Some(mean), ..spec };
             let repeated = self.integrate(again, wear_step, progress)?;
             if repeated.report.stop == StopReason::Interrupted {
                 return Err(RunEnd::Interrupted.into());

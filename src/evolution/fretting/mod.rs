@@ -21,6 +21,7 @@ mod loops;
 mod next_jump;
 mod path;
 mod path_correction;
+mod rate_correction;
 mod rates;
 mod resolved_cycle;
 mod resolved_cycle_warnings;

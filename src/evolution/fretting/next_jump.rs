@@ -68,9 +68,9 @@ impl Run<'_> {
                 to: part(wear_step.completed + trial.length),
             };
             let options = SolverOptions { max_iterations: trial.max_iterations, ..self.options };
-            let wear_factors = wear_step.extrapolated_factors(trial.length);
+            let rate_correction = wear_step.extrapolated_rates(trial.length);
             let mut spec =
-                JumpSpec { integrator: cycles.integrator, length: trial.length, wear_factors, options };
+                JumpSpec { integrator: cycles.integrator, length: trial.length, rate_correction, options };
             let mut jump = self.integrate(spec.clone(), wear_step, &progress)?;
             if self.is_rejected(wear_step, &trial, radii, &jump) {
                 continue;

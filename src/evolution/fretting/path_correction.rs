@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::evolution::fretting::rate_correction::RateCorrection;
 use crate::evolution::fretting::settings::CORRECTION;
 use crate::evolution::records::{FrameState, Resultants};
 use crate::evolution::step::{Correction, ResolvedCycleSettings};
@@ -10,13 +11,12 @@ use crate::frame::grid::extend_field;
 /// Result of a resolved cycle: correction and error of the wear that the coupled path points give.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct PathCorrection {
-    /// Whether the factors correct the wear. If not, all factors are 1.
+    /// Whether the wear is corrected. If not, all factors are 1, and the added wear is 0.
     pub corrects: bool,
-    /// Ratio of the wear by the resolved cycle to the wear by the coupled path points, `[N]`, extrapolated to the middle of the
-    /// last jump.
-    pub factors: Vec<f64>,
-    /// Factors at the resolved cycle, `[N]`.
-    pub(super) measured_factors: Vec<f64>,
+    /// Correction of the wear rates, extrapolated to the middle of the last jump.
+    pub rates: RateCorrection,
+    /// Correction at the resolved cycle.
+    pub(super) measured_rates: RateCorrection,
     /// Change of the factors per cycle between the previous resolved cycle and this one, `[N]`.
     pub(super) factor_rate: Vec<f64>,
     /// Cycles of the step before the resolved cycle.
@@ -42,8 +42,6 @@ pub struct PathCorrection {
     pub(super) remaining_error: Vec<f64>,
     /// Remaining relative error of the wear volume per cycle, to which the errors of the cells are added with correction.
     pub(super) remaining_volume_error: f64,
-    /// Share of the wear volume that the factors do not represent.
-    pub(super) unresolved_wear_fraction: f64,
     /// Correction of the resultants at the reversal points (+, -). `None` with [`Correction::Never`].
     pub reversal_correction: Option<[ReversalCorrection; 2]>,
     /// Displacement of body 2 from cycle to cycle along x, y, mm.
@@ -111,9 +109,9 @@ pub(super) struct CycleSlip {
 }
 
 impl PathCorrection {
-    /// Factors extrapolated to the middle of a jump of `length` cycles that begins after `done` cycles of the step, `[N]`. The
-    /// change by extrapolation is limited.
-    pub fn extrapolated_factors(&self, done: f64, length: f64) -> Vec<f64> {
+    /// Correction in the middle of a jump of `length` cycles that begins after `done` cycles of the step. The factors are
+    /// extrapolated, with a limited change. The added wear is that at the resolved cycle.
+    pub fn extrapolated_rates(&self, done: f64, length: f64) -> RateCorrection {
         let ahead = done + 0.5 * length - self.at_cycle;
         let factor = |(found, slope): (&f64, &f64)| {
             (found + slope * ahead).clamp(
@@ -121,22 +119,22 @@ impl PathCorrection {
                 (1.0 + CORRECTION.max_factor_extrapolation) * found,
             )
         };
-        self.measured_factors.iter().zip(&self.factor_rate).map(factor).collect()
+        let factors = self.measured_rates.factors.iter().zip(&self.factor_rate).map(factor).collect();
+        RateCorrection { factors, added: self.measured_rates.added.clone() }
     }
 
-    /// Factors at a cycle of the step between this resolved cycle and the later one `end`, `[N]`, and the factor on the dissipation.
-    pub(super) fn factors_at(&self, end: &Self, cycle: f64) -> (Vec<f64>, f64) {
+    /// Correction at a cycle of the step between this resolved cycle and the later one `end`, and the factor on the dissipation.
+    pub(super) fn rates_at(&self, end: &Self, cycle: f64) -> (RateCorrection, f64) {
         let share = (cycle - self.at_cycle) / (end.at_cycle - self.at_cycle);
-        let between = |(from, to): (&f64, &f64)| from + share * (to - from);
-        let factors = self.measured_factors.iter().zip(&end.measured_factors).map(between).collect();
-        (factors, between((&self.dissipation_factor, &end.dissipation_factor)))
+        let [from, to] = [self.dissipation_factor, end.dissipation_factor];
+        (self.measured_rates.between(&end.measured_rates, share), from + share * (to - from))
     }
 
     /// Transfers the correction to a larger frame of `n` cells. `places` contains the new index of each cell.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
         Self {
-            factors: extend_field(&self.factors, places, n, |_| 1.0),
-            measured_factors: extend_field(&self.measured_factors, places, n, |_| 1.0),
+            rates: self.rates.transfer_to(places, n),
+            measured_rates: self.measured_rates.transfer_to(places, n),
             factor_rate: extend_field(&self.factor_rate, places, n, |_| 0.0),
             slip: extend_field(&self.slip, places, n, |_| 0.0),
             wear_depth: extend_field(&self.wear_depth, places, n, |_| 0.0),

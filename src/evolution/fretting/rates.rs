@@ -25,7 +25,7 @@ impl Run<'_> {
             return self.commit_jump(wear_step, AcceptedJump { jump, resolved: None, rejected: 0, clock });
         }
         wear_step.uncharged_work += jump.work();
-        wear_step.wear_rate = self.worn_per_pass(&jump.cycle.contact);
+        wear_step.wear_rate = self.corrected_rate(&jump);
         wear_step.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
         if cycles.integrator == Integrator::Explicit {
             wear_step.critical_length = self.critical_length(&jump.cycle.contact);

@@ -1,5 +1,5 @@
-//! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). A resolved cycle gives factors on the wear
-//! that follows from the slip between the coupled path points. A cycle is resolved again when slip, elastic lag or normal
+//! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). A resolved cycle corrects the wear that
+//! follows from the slip between the coupled path points. A cycle is resolved again when slip, elastic lag or normal
 //! force has changed, or after each jump if its increments are given. Resolved cycles do not change the stick zone of the coupled cycle.
 
 use crate::contact::Unknowns;
@@ -7,10 +7,11 @@ use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_refinement::{CoupledCycle, RefinedCycle, Refinement};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::cycle_wear::{
-    CycleWear, limited_factor, relative_rms_difference, volume_difference, wear_factors,
+    CycleWear, limited_factor, rate_correction, relative_rms_difference, volume_difference,
 };
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::{PathCorrection, ReversalCorrection};
+use crate::evolution::fretting::rate_correction::RateCorrection;
 use crate::evolution::fretting::settings::CORRECTION;
 use crate::evolution::fretting::wear_integrator::{WearJump, add};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
@@ -136,24 +137,16 @@ impl<'a> Run<'a> {
     ) -> PathCorrection {
         let &Refinement { settings, coupled, areas, .. } = refinement;
         let difference = volume_difference(&coupled.wear, &refined.wear, areas);
-        let (factors, unresolved_wear_fraction) = wear_factors(&refined.wear.rate, &coupled.wear.rate, areas);
         let corrects = match settings.correction {
             Correction::Always => true,
-            // A correction that misses more wear than it corrects is worse than none.
-            Correction::WhereNeeded
-                if unresolved_wear_fraction.abs() > difference.max(settings.tolerance) =>
-            {
-                false
-            }
             Correction::WhereNeeded => !refined.agrees_with_coupled,
             Correction::Never => false,
         };
-        if settings.correction != Correction::Never {
-            let missed = unresolved_wear_fraction;
-            self.warn_of_unresolved_wear(wear_step, coupled.completed, missed, settings.tolerance);
-        } else if difference.max(relative_rms_difference(&coupled.wear.rate, &refined.wear.rate, areas))
-            > settings.tolerance
-            || coupled.wear.force_change(&refined.wear) > CORRECTION.min_reported_force_difference
+        let of_cells = relative_rms_difference(&coupled.wear.rate, &refined.wear.rate, areas);
+        let of_forces = coupled.wear.force_change(&refined.wear);
+        if settings.correction == Correction::Never
+            && (difference.max(of_cells) > settings.tolerance
+                || of_forces > CORRECTION.min_reported_force_difference)
         {
             self.warn_of_increments(refinement, refined);
         }
@@ -165,12 +158,11 @@ impl<'a> Run<'a> {
             || if drifts { ReversalCorrection::without_common_shift([0, 1].map(at)) } else { [0, 1].map(at) };
         let measured = PathCorrection {
             fields: refined.wear.fields.clone().filter(|_| corrects),
-            unresolved_wear_fraction,
             reversal_correction: (settings.correction != Correction::Never).then(both),
             ..self.error_measurement(coupled, refined)
         };
         let before = wear_step.path_correction.as_ref().filter(|before| before.corrects);
-        if corrects { measured.with_factors(factors, refined, coupled, before, areas) } else { measured }
+        if corrects { measured.with_correction(refined, coupled, before, areas) } else { measured }
     }
 
     /// Error of the coupled cycle: the difference from the resolved cycle plus the change by the last
@@ -191,8 +183,8 @@ impl<'a> Run<'a> {
         );
         PathCorrection {
             corrects: false,
-            factors: vec![1.0; n],
-            measured_factors: vec![1.0; n],
+            rates: RateCorrection::none(n),
+            measured_rates: RateCorrection::none(n),
             factor_rate: vec![0.0; n],
             at_cycle: coupled.completed,
             dissipation_factor: 1.0,
@@ -205,7 +197,6 @@ impl<'a> Run<'a> {
             normal_force: coupled.wear.normal_force(),
             remaining_error: remaining.collect(),
             remaining_volume_error: volume,
-            unresolved_wear_fraction: 0.0,
             reversal_correction: None,
             body_drift: wear.body_drift,
             fields: None,
@@ -226,9 +217,8 @@ impl<'a> Run<'a> {
 
 impl PathCorrection {
     /// `before` is the previous correction.
-    fn with_factors(
+    fn with_correction(
         self,
-        factors: Vec<f64>,
         RefinedCycle { wear, change, .. }: &RefinedCycle,
         coupled: &CoupledCycle,
         before: Option<&Self>,
@@ -237,24 +227,23 @@ impl PathCorrection {
         let volume = volume(&wear.rate, areas);
         let drift =
             if volume > 0.0 { CORRECTION.drift_error_factor * wear.drift.abs() / volume } else { 0.0 };
+        let rates = rate_correction(&wear.rate, &coupled.wear.rate, areas);
         let factor_rate = match before {
             Some(before) if self.at_cycle > before.at_cycle => {
-                let change = factors.iter().zip(&before.measured_factors);
+                let change = rates.factors.iter().zip(&before.measured_rates.factors);
                 change.map(|(now, found)| (now - found) / (self.at_cycle - before.at_cycle)).collect()
             }
-            _ => vec![0.0; factors.len()],
+            _ => vec![0.0; areas.len()],
         };
         let power = coupled.wear.power;
-        let unresolved = self.unresolved_wear_fraction;
         Self {
             corrects: true,
-            measured_factors: factors.clone(),
-            factors,
+            measured_rates: rates.clone(),
+            rates,
             factor_rate,
             dissipation_factor: if power > 0.0 { limited_factor(wear.power, power) } else { 1.0 },
             remaining_error: change.clone(),
-            // The error is relative to the wear that the factors represent.
-            remaining_volume_error: (unresolved.abs() + drift) / (1.0 - unresolved).max(f64::EPSILON),
+            remaining_volume_error: drift,
             ..self
         }
     }

@@ -63,6 +63,8 @@ pub(super) struct RefinementSettings {
     pub max_increments: usize,
     /// Least number of increments of a resolved cycle. With 2 and 4 increments, cycles of 40 random scenes agreed by chance.
     pub min_increments: usize,
+    /// Share of the tolerance for the change by the last refinement. The jumps have the rest.
+    pub tolerance_share: f64,
     /// Ratio of the root mean square error of the cells to its change by the last refinement.
     pub cell_change_share: f64,
     /// Least number of increments of a resolved cycle, as a multiple of the increments of the coupled cycle.
@@ -85,6 +87,7 @@ pub(super) struct RefinementSettings {
 pub(super) const REFINEMENT: RefinementSettings = RefinementSettings {
     max_increments: 64,
     min_increments: 8,
+    tolerance_share: 0.5,
     cell_change_share: 0.5,
     min_refinement: 4,
     confirming_refinement: 4,

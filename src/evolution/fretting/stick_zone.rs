@@ -103,7 +103,7 @@ impl Run<'_> {
                     vec![self.path_point(&loads, SlipReference::Prescribed(slip.clone()))?]
                 }
             };
-            let wear_path_factors = jump.wear_factors.as_deref();
+            let wear_path_factors = jump.rate_correction.as_ref().map(|correction| &correction.factors[..]);
             let laws = ActiveLaws { implicit_passes, wear_path_factors, ..ActiveLaws::of(self.step()) };
             let mut problem = increment_problem(&self.prepared, options, worn, laws, ends);
             let (report, checks) = solve_and_check(

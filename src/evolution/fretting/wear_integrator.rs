@@ -4,7 +4,8 @@
 //! increments k of a cycle. The norm |s|_i = √((i1·s1)² + (i2·s2)²) contains the specific wear rates i1, i2 along the wear axes.
 //! The path points of a cycle are solved together. The slip s of an increment is the difference of the tangential gaps at its path
 //! points (elastic recovery included). The wear depth is common to all path points, and implicit except in explicit Euler. Cells
-//! that stick through the whole cycle keep their stick gap.
+//! that stick through the whole cycle keep their stick gap. A resolved cycle corrects F cell by cell to f F + a
+//! ([`RateCorrection`]) with the same f and a in the whole jump.
 
 use crate::contact::Increment;
 use crate::contact::SolverOptions;
@@ -13,6 +14,7 @@ use crate::contact::solver::{SolveReport, StopReason};
 use crate::error::Result;
 use crate::evolution::field_measures::{root_mean_square, volume};
 use crate::evolution::fretting::cycle_state::CycleState;
+use crate::evolution::fretting::rate_correction::RateCorrection;
 use crate::evolution::fretting::settings::WEAR_STEP;
 use crate::evolution::fretting::wear_step_state::WearStepState;
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem};
@@ -111,8 +113,8 @@ pub(super) struct WearJump {
     pub wear_rate: Vec<f64>,
     /// Dissipation per cycle (N mm), or per mm of sliding (N), at the end of the jump.
     pub dissipation_rate: f64,
-    /// Factors by which a resolved cycle corrects the wear, `[N]`; `None` without correction.
-    pub wear_factors: Option<Vec<f64>>,
+    /// Correction of the wear by a resolved cycle; `None` without correction.
+    pub rate_correction: Option<RateCorrection>,
     /// Iterations and operator applications of all stages; stop reason and residual of the last stage.
     pub report: SolveReport,
     /// Worst checks of all stages.
@@ -145,7 +147,7 @@ impl WearJump {
             cycle: CycleState::from(&wear_step.cycle),
             wear_rate: wear_step.wear_rate.clone(),
             dissipation_rate: wear_step.dissipation_rate,
-            wear_factors: resolved.map(|resolved| resolved.factors.clone()),
+            rate_correction: resolved.map(|resolved| resolved.rates.clone()),
             report: SolveReport { stop: StopReason::Converged, residual: 0.0, ..SolveReport::default() },
             checks: StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() },
             solves: 0,
@@ -191,8 +193,8 @@ pub(super) struct JumpSpec {
     pub integrator: Integrator,
     /// Cycles, or sliding distance in mm.
     pub length: f64,
-    /// Factors of a resolved cycle on the wear, `[N]`; `None` without correction.
-    pub wear_factors: Option<Vec<f64>>,
+    /// Correction of the wear by a resolved cycle; `None` without correction.
+    pub rate_correction: Option<RateCorrection>,
     pub options: SolverOptions,
 }
 
@@ -210,18 +212,21 @@ impl Run<'_> {
     /// Integrates the wear over `length` from the present state of the run and of `wear_step`. Neither changes.
     pub(super) fn integrate(
         &mut self,
-        JumpSpec { integrator, length, wear_factors, options }: JumpSpec,
+        JumpSpec { integrator, length, rate_correction, options }: JumpSpec,
         wear_step: &WearStepState,
         progress: &ProgressSpan,
     ) -> Result<WearJump> {
         let scheme = integrator.scheme();
-        let mut jump = WearJump { wear_factors, ..WearJump::new(wear_step, length) };
+        let mut jump = WearJump { rate_correction, ..WearJump::new(wear_step, length) };
         add(&mut jump.wear_depth, scheme.start_weight * length, &wear_step.wear_rate);
         add(&mut jump.error_field, scheme.error_weights[0] * length, &wear_step.wear_rate);
         jump.dissipation = scheme.start_weight * length * wear_step.dissipation_rate;
         for (number, weights) in scheme.stages.iter().enumerate() {
             let mut worn = self.state.wear_depth.clone();
             add(&mut worn, 1.0, &jump.wear_depth);
+            if let Some(correction) = &jump.rate_correction {
+                add(&mut worn, weights.implicit_weight * length, &correction.added);
+            }
             let touched = self.cells_in_contact(&jump.cycle.contact.scaled);
             let spec = StageSpec {
                 step_fraction: (wear_step.completed + weights.abscissa * length) / self.cycles().count,
@@ -240,7 +245,7 @@ impl Run<'_> {
             if jump.lost_contact {
                 return Ok(jump);
             }
-            jump.wear_rate = self.worn_per_pass(&jump.cycle.contact);
+            jump.wear_rate = self.corrected_rate(&jump);
             jump.dissipation_rate = jump.checks.dissipation * wear_step.dissipation_factor();
             add(&mut jump.wear_depth, weights.solution_weight * length, &jump.wear_rate);
             add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &jump.wear_rate);
@@ -250,6 +255,15 @@ impl Run<'_> {
         let areas = &self.prepared.model.frame.areas;
         jump.volume_error = WEAR_STEP.volume_error_factor * volume(&jump.error_field, areas).abs();
         Ok(jump)
+    }
+
+    /// Wear per cycle (mm), or per mm of sliding, at the end of a stage of `jump`, `[N]`.
+    pub(super) fn corrected_rate(&self, jump: &WearJump) -> Vec<f64> {
+        let mut rate = self.worn_per_pass(&jump.cycle.contact);
+        if let Some(correction) = &jump.rate_correction {
+            add(&mut rate, 1.0, &correction.added);
+        }
+        rate
     }
 
     /// Root mean square of `error` over the contact at the end of a jump.

@@ -7,6 +7,7 @@ use crate::evolution::controls::LoadPath;
 use crate::evolution::fretting::cycle_state::{CycleUnknowns, StickZone};
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::PathCorrection;
+use crate::evolution::fretting::rate_correction::RateCorrection;
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::step_controller::{StepController, StepPosition};
 
@@ -77,25 +78,27 @@ impl WearStepState {
     /// Replaces the correction, and corrects the rates by it.
     pub(super) fn take_correction(&mut self, resolved: PathCorrection) {
         let before = self.path_correction.take();
+        let new = &resolved.rates;
         for (i, rate) in self.wear_rate.iter_mut().enumerate() {
-            let used = before.as_ref().map_or(1.0, |before| before.factors[i]);
-            *rate *= resolved.factors[i] / used;
+            let (factor, added) =
+                before.as_ref().map_or((1.0, 0.0), |before| (before.rates.factors[i], before.rates.added[i]));
+            *rate = new.factors[i] * ((*rate - added) / factor) + new.added[i];
         }
         self.dissipation_rate *=
             resolved.dissipation_factor / before.map_or(1.0, |before| before.dissipation_factor);
         self.path_correction = Some(resolved);
     }
 
-    /// Factors on the wear of the next jump, of `length` cycles, `[N]`; `None` without correction.
-    pub(super) fn extrapolated_factors(&self, length: f64) -> Option<Vec<f64>> {
+    /// Correction of the wear of the next jump, of `length` cycles; `None` without correction.
+    pub(super) fn extrapolated_rates(&self, length: f64) -> Option<RateCorrection> {
         let corrected = self.path_correction.as_ref().filter(|resolved| resolved.corrects);
-        corrected.map(|resolved| resolved.extrapolated_factors(self.completed, length))
+        corrected.map(|resolved| resolved.extrapolated_rates(self.completed, length))
     }
 
     /// Uses the resolved cycle at the end of a rejected jump to extrapolate the factors.
     pub(super) fn expect_factors(&mut self, end: &PathCorrection) {
         if let Some(before) = self.path_correction.as_mut().filter(|before| before.corrects) {
-            let change = end.measured_factors.iter().zip(&before.measured_factors);
+            let change = end.measured_rates.factors.iter().zip(&before.measured_rates.factors);
             before.factor_rate =
                 change.map(|(then, now)| (then - now) / (end.at_cycle - before.at_cycle)).collect();
         }
