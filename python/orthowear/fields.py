@@ -32,7 +32,7 @@ class Fields:
         areas (N,): length^2. axes (N, 3, 3): local axes x, y, n of each cell as rows.
         tractions (N, 3): on body 2 along (x, y, n), force / length^2. gap (N, 3): along (x, y, n), length.
         slip (N, 2): slip of the increment along (x, y), length; in rolling, slip per rolled distance.
-        contact (N,): 0 open, 1 stick, 2 slip. wear_depth (N,): sum over both bodies, length.
+        contact (N,): 0 open, 1 stick, 2 slip. wear_depth (N,): sum over both bodies, length. wear_depth_error (N,): its estimated error.
         grid: number of cells along x, y, or None if the frame is not a grid. places (N,): grid index of each cell, y fastest.
         units: names of the units of `length` and `force`. rolling: whether the entry belongs to a rolling step.
 
@@ -48,6 +48,7 @@ class Fields:
     slip: Array
     contact: npt.NDArray[np.uint8]
     wear_depth: Array
+    wear_depth_error: Array
     grid: tuple[int, int] | None
     places: npt.NDArray[np.int64]
     units: dict[str, str]
@@ -104,7 +105,7 @@ class Fields:
             values = self.to_grid(getattr(self, name))
             for k, component in enumerate(components):
                 data[f"{name}_{component}"] = (("x", "y"), values[:, :, k])
-        for name in ("contact", "wear_depth", "pressure"):
+        for name in ("contact", "wear_depth", "wear_depth_error", "pressure"):
             data[name] = (("x", "y"), self.to_grid(getattr(self, name)))
         return xarray.Dataset(data, coords)
 
@@ -123,6 +124,7 @@ class FieldAttributes:
     slip: Array
     contact: npt.NDArray[np.uint8]
     wear_depth: Array
+    wear_depth_error: Array
     grid: tuple[int, int] | None
     places: npt.NDArray[np.int64]
 

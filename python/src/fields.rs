@@ -57,6 +57,7 @@ impl Fields {
         found.set_item("slip", by_cell(py, &state.slip, 2)?)?;
         found.set_item("contact", PyArray1::from_slice(py, &state.status))?;
         found.set_item("wear_depth", PyArray1::from_slice(py, &state.wear_depth))?;
+        found.set_item("wear_depth_error", PyArray1::from_slice(py, &state.wear_depth_error))?;
         Ok(found)
     }
 }

@@ -58,12 +58,16 @@ impl Run<'_> {
         let share = self.prepared.model.wear_share;
         record.worn_volume = volume;
         record.worn_volume_by_body = [share * volume, (1.0 - share) * volume];
-        record.max_wear_depth = self.state.wear_depth.iter().copied().fold(0.0, f64::max);
+        let both = self.state.wear_depth.iter().zip(&self.state.depth_errors);
+        let deepest = both.max_by(|one, other| one.0.total_cmp(other.0));
+        (record.max_wear_depth, record.max_wear_depth_error) =
+            deepest.map_or((0.0, 0.0), |(depth, error)| (*depth, *error));
         record.worn_volume_by_energy =
             self.prepared.volume_per_energy.zip(self.state.wear_dissipation).map(|(k, energy)| k * energy);
         record.wear_depth_error =
             root_mean_square(&self.state.depth_errors, areas, |i| self.state.wear_depth[i] > 0.0);
-        record.worn_volume_error = self.state.volume_error;
+        record.worn_volume_error = self.state.volume_errors.sum();
+        record.worn_volume_error_by_source = self.state.volume_errors;
         record.cycles_done = self.state.cycles_done;
         record.distance_slid = self.state.distance_slid;
         record.dissipation = self.state.dissipation;
@@ -146,7 +150,8 @@ impl Run<'_> {
         ))
     }
 
-    pub(super) fn deliver(&mut self, record: IncrementRecord, fields: FrameState) -> Result<()> {
+    pub(super) fn deliver(&mut self, record: IncrementRecord, mut fields: FrameState) -> Result<()> {
+        fields.wear_depth_error.clone_from(&self.state.depth_errors);
         self.observer.increment_done(&record, &fields)?;
         if record.converged
             && let Some(note) = large_sliding_warning(&self.prepared.model.frame, &record, &fields)

@@ -13,6 +13,24 @@ pub struct RollingRecord {
     pub distance: f64,
 }
 
+/// Estimated errors of the wear volume by source, mm3.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
+pub struct WearErrors {
+    /// Jumps over many cycles, or over a distance: integration, and corrections that change during a jump.
+    pub jumps: f64,
+    /// Increments per stroke.
+    pub increments: f64,
+    /// Tractions that still change from cycle to cycle.
+    pub settling: f64,
+}
+
+impl WearErrors {
+    /// Sum of all sources.
+    pub fn sum(&self) -> f64 {
+        self.jumps + self.increments + self.settling
+    }
+}
+
 /// Checks of a solved increment (docs/theory-contact.md).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct Certificate {
@@ -94,11 +112,15 @@ pub struct IncrementRecord {
     pub worn_volume_by_body: [f64; 2],
     /// Estimated error of the wear volume by jumps and by the path between reversal points, mm3.
     pub worn_volume_error: f64,
+    /// The same by source.
+    pub worn_volume_error_by_source: WearErrors,
     /// Wear volume computed from the friction energy, mm3; `None` if this energy does not determine the wear volume.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub worn_volume_by_energy: Option<f64>,
     /// Largest wear depth of both bodies together, mm.
     pub max_wear_depth: f64,
+    /// Estimated error of the wear depth in the cell with the largest depth, mm.
+    pub max_wear_depth_error: f64,
     /// Estimated error of the wear depth caused by jumps and by the path between reversal points, rms over the worn cells, mm.
     pub wear_depth_error: f64,
     /// Fretting cycles since the start.
@@ -258,4 +280,6 @@ pub struct FrameState {
     pub status: Vec<u8>,
     /// Wear depth of both bodies, mm.
     pub wear_depth: Vec<f64>,
+    /// Estimated error of the wear depth, mm (see [`IncrementRecord::wear_depth_error`]).
+    pub wear_depth_error: Vec<f64>,
 }

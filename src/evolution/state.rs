@@ -6,7 +6,7 @@ use crate::contact::balance::MAX_RIGID_MODES;
 use crate::contact::certificate::StateChecks;
 use crate::contact::{ContactState, Increment};
 use crate::evolution::model::PreparedModel;
-use crate::evolution::records::{Certificate, FrameState, Resultants};
+use crate::evolution::records::{Certificate, FrameState, Resultants, WearErrors};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RunState {
@@ -32,8 +32,8 @@ pub(super) struct RunState {
     pub wear_dissipation: Option<f64>,
     /// Estimated error of the wear depth caused by jumps and unresolved paths, sum of magnitudes, `[N]`, mm.
     pub depth_errors: Vec<f64>,
-    /// Estimated error of the wear volume caused by jumps and unresolved paths, mm3.
-    pub volume_error: f64,
+    /// Estimated errors of the wear volume, mm3.
+    pub volume_errors: WearErrors,
 }
 
 impl RunState {
@@ -52,7 +52,7 @@ impl RunState {
             distance_slid: 0.0,
             wear_dissipation: Some(0.0),
             depth_errors: vec![0.0; n],
-            volume_error: 0.0,
+            volume_errors: WearErrors::default(),
         }
     }
 
@@ -130,6 +130,7 @@ pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, wo
         slip: it.slip[end * 2 * n..(end + 1) * 2 * n].to_vec(),
         status,
         wear_depth: worn.to_vec(),
+        wear_depth_error: vec![0.0; n],
     }
 }
 

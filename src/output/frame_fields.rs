@@ -106,6 +106,7 @@ pub fn frame_grid(
         DataArray::scalar("wear_depth", state.wear_depth.clone()),
         DataArray::scalar("wear_depth_body1", worn1),
         DataArray::scalar("wear_depth_body2", worn2),
+        DataArray::scalar("wear_depth_error", state.wear_depth_error.clone()),
         DataArray::scalar("area", frame.areas.clone()),
     ];
     if !axes_are_global(frame) {

@@ -18,7 +18,7 @@ enum Cell<'a> {
 type Column = (&'static str, fn(&IncrementRecord) -> Cell);
 
 /// Columns, named after the keys of `summary.steps`. A vector has one column per component.
-const HISTORY_COLUMNS: [Column; 46] = [
+const HISTORY_COLUMNS: [Column; 47] = [
     ("name", |r| Text(&r.name)),
     ("increment", |r| Count(r.increment as u64)),
     ("approach", |r| Number(r.approach)),
@@ -43,6 +43,7 @@ const HISTORY_COLUMNS: [Column; 46] = [
     ("worn_volume_body1", |r| Number(r.worn_volume_by_body[0])),
     ("worn_volume_body2", |r| Number(r.worn_volume_by_body[1])),
     ("max_wear_depth", |r| Number(r.max_wear_depth)),
+    ("max_wear_depth_error", |r| Number(r.max_wear_depth_error)),
     ("wear_depth_error", |r| Number(r.wear_depth_error)),
     ("cycles_done", |r| Count(r.cycles_done)),
     ("distance_slid", |r| Number(r.distance_slid)),

@@ -41,10 +41,30 @@ impl Units {
     pub fn of_key(&self, key: &str) -> String {
         let Self { length, force } = self;
         match key {
-            "position" | "centre" | "approach" | "distance" | "amplitude" | "amplitude2" | "half_width"
-            | "center" | "radius" | "radii" | "semi_axes" | "offset" | "shift" | "max_wear_depth"
-            | "wear_depth_error" | "thickness" | "bottom" | "distance_slid" | "truncated" | "vertices"
-            | "spacing" | "bow" | "depth_error" => length.clone(),
+            "position"
+            | "centre"
+            | "approach"
+            | "distance"
+            | "amplitude"
+            | "amplitude2"
+            | "half_width"
+            | "center"
+            | "radius"
+            | "radii"
+            | "semi_axes"
+            | "offset"
+            | "shift"
+            | "max_wear_depth"
+            | "max_wear_depth_error"
+            | "wear_depth_error"
+            | "thickness"
+            | "bottom"
+            | "distance_slid"
+            | "truncated"
+            | "vertices"
+            | "spacing"
+            | "bow"
+            | "depth_error" => length.clone(),
             "normal_force" | "tangential_force" | "force_amplitude" => force.clone(),
             "von_mises" | "sigma_tangential" | "E" | "E1" | "E2" | "E3" | "G12" | "G13" | "G23" | "Xt"
             | "Xc" | "Yt" | "Yc" | "Zt" | "Zc" | "S12" | "S13" | "S23" | "yield" | "peak_pressure" => {
@@ -56,6 +76,7 @@ impl Units {
             | "worn_volume_by_body"
             | "worn_volume_by_energy"
             | "worn_volume_error"
+            | "worn_volume_error_by_source"
             | "volume_error" => format!("{length}^{{3}}"),
             "i" | "i1" | "i2" | "i_L" | "i_T" | "i_N" | "k" => format!("{length}^{{3}}/({force} {length})"),
             "tilt" | "azimuth" | "angle" | "rotation" | "twist" | "slope" | "direction" => {

@@ -20,7 +20,7 @@ pub(super) struct Frames {
 }
 
 /// Name on the page, name in the file, component.
-const MAP_FIELDS: [(&str, &str, usize); 9] = [
+const MAP_FIELDS: [(&str, &str, usize); 10] = [
     ("pressure", "pressure", 0),
     ("traction_x", "traction", 0),
     ("traction_y", "traction", 1),
@@ -30,6 +30,7 @@ const MAP_FIELDS: [(&str, &str, usize); 9] = [
     ("wear", "wear_depth", 0),
     ("wear1", "wear_depth_body1", 0),
     ("wear2", "wear_depth_body2", 0),
+    ("wear_error", "wear_depth_error", 0),
 ];
 
 impl Frames {

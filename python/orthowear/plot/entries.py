@@ -31,6 +31,7 @@ ENTRIES = {
     "worn_volume_by_energy": "volume",
     "worn_volume_by_body": "volume",
     "max_wear_depth": "length",
+    "max_wear_depth_error": "length",
     "wear_depth_error": "length",
     "distance_slid": "length",
     "dissipation": "moment",

@@ -41,6 +41,7 @@ FIELDS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "gap": ("gap", "length", ("n", "x", "y")),
     "slip": ("slip", "length", ("tangential", "x", "y")),
     "wear_depth": ("wear depth", "length", ()),
+    "wear_depth_error": ("error of the wear depth", "length", ()),
     "contact": ("contact", "", ()),
 }
 

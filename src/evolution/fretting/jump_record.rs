@@ -195,7 +195,7 @@ impl Run<'_> {
         errors.for_each(|(sum, error)| *sum += error.abs());
         self.state.depth_errors.iter_mut().zip(&jump.path_error).for_each(|(sum, error)| *sum += error.abs());
         let areas = &self.prepared.model.frame.areas;
-        self.state.volume_error += jump.volume_error + volume(&jump.path_error, areas).abs();
+        self.state.volume_errors.jumps += jump.volume_error + volume(&jump.path_error, areas).abs();
         if let Some(resolved) = &wear_step.path_correction {
             self.add_path_error(resolved, &jump.wear_depth);
         }

@@ -40,8 +40,11 @@ pub struct PathCorrection {
     /// Remaining error of the wear per cycle, `[N]`. With correction it is relative to the wear of the cell. Without correction it
     /// is the error of the wear depth per wear volume, 1/mm2.
     pub(super) remaining_error: Vec<f64>,
-    /// Remaining relative error of the wear volume per cycle, to which the errors of the cells are added with correction.
+    /// Remaining error of the wear volume per cycle from the increments per stroke, relative to the wear volume, to which the errors
+    /// of the cells are added with correction.
     pub(super) remaining_volume_error: f64,
+    /// The same from tractions that still change from cycle to cycle.
+    pub(super) settling_error: f64,
     /// Correction of the resultants at the reversal points (+, -). `None` with [`Correction::Never`].
     pub reversal_correction: Option<[ReversalCorrection; 2]>,
     /// Displacement of body 2 from cycle to cycle along x, y, mm.

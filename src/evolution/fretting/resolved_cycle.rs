@@ -178,9 +178,6 @@ impl<'a> Run<'a> {
         let [all, resolved, last_volume] = [rate, &wear.rate, &last].map(|rate| volume(rate, areas));
         let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
         let remaining = (0..n).map(|i| over_all((rate[i] - wear.rate[i]).abs() + last[i].abs()));
-        let volume = over_all(
-            (all - resolved).abs() + last_volume.abs() + CORRECTION.drift_error_factor * wear.drift.abs(),
-        );
         PathCorrection {
             corrects: false,
             rates: RateCorrection::none(n),
@@ -196,7 +193,8 @@ impl<'a> Run<'a> {
             full_slip: coupled.slip.full_slip,
             normal_force: coupled.wear.normal_force(),
             remaining_error: remaining.collect(),
-            remaining_volume_error: volume,
+            remaining_volume_error: over_all((all - resolved).abs() + last_volume.abs()),
+            settling_error: over_all(CORRECTION.drift_error_factor * wear.drift.abs()),
             reversal_correction: None,
             body_drift: wear.body_drift,
             fields: None,
@@ -211,7 +209,9 @@ impl<'a> Run<'a> {
         let errors: Vec<f64> = resolved.remaining_error.iter().zip(by).map(error).collect();
         self.state.depth_errors.iter_mut().zip(&errors).for_each(|(sum, error)| *sum += error.abs());
         let of_cells = if resolved.corrects { volume(&errors, areas).abs() } else { 0.0 };
-        self.state.volume_error += of_cells + resolved.remaining_volume_error * wear_volume;
+        let sum = &mut self.state.volume_errors;
+        sum.increments += of_cells + resolved.remaining_volume_error * wear_volume;
+        sum.settling += resolved.settling_error * wear_volume;
     }
 }
 
@@ -225,7 +225,7 @@ impl PathCorrection {
         areas: &[f64],
     ) -> Self {
         let volume = volume(&wear.rate, areas);
-        let drift =
+        let settling_error =
             if volume > 0.0 { CORRECTION.drift_error_factor * wear.drift.abs() / volume } else { 0.0 };
         let rates = rate_correction(&wear.rate, &coupled.wear.rate, areas);
         let factor_rate = match before {
@@ -243,7 +243,8 @@ impl PathCorrection {
             factor_rate,
             dissipation_factor: if power > 0.0 { limited_factor(wear.power, power) } else { 1.0 },
             remaining_error: change.clone(),
-            remaining_volume_error: drift,
+            remaining_volume_error: 0.0,
+            settling_error,
             ..self
         }
     }

@@ -8,6 +8,7 @@ use crate::contact::{NormalControl, TangentialControl, Unknowns};
 use crate::error::warning;
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{ActiveControls, PrescribedLoads};
+use crate::evolution::fretting::cycle_refinement::percent;
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::settings::WEAR_STEP;
@@ -16,9 +17,10 @@ use crate::evolution::observer::CheckpointEvent;
 use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
-use crate::evolution::step::{ClosedPath, Correction, Drive, JumpPolicy, StepKind};
+use crate::evolution::step::{ClosedPath, Correction, Drive, JumpPolicy, ResolvedCycleSettings, StepKind};
 use crate::evolution::step_controller::StepController;
 use crate::geometry::format_short;
+use crate::omitted::OmittedWork;
 
 impl Run<'_> {
     pub(in crate::evolution) fn run_wear_step(&mut self) -> Advance {
@@ -49,6 +51,7 @@ impl Run<'_> {
             self.record_fretting_loop(wear_step)?;
         }
         self.warn_of_wear_error();
+        self.record_omitted_correction(wear_step);
         self.controls.normal = wear_step.load_path.end.normal;
         let steps_follow = self.step_index + 1 < self.steps.len();
         if let (SlipSource::ClosedPath(path), true) = (&wear_step.slip_source, steps_follow) {
@@ -69,28 +72,52 @@ impl Run<'_> {
         if error <= used.error_warning || record.stick_area >= record.contact_area {
             return;
         }
-        let error_of_jumps = |least_length: f64| {
-            let jumps = self.result.records.iter().filter_map(|record| record.jump);
-            jumps.filter(|jump| jump.length > least_length).map(|jump| jump.volume_error).sum::<f64>()
-        };
-        let by_jumps = error_of_jumps(0.0);
-        let remedy = if by_jumps > 0.5 * record.worn_volume_error && error_of_jumps(1.0) < 0.5 * by_jumps {
-            "Most of this error comes from jumps of a single cycle, which cannot be shorter: check the specific wear rates, or use a smaller amplitude"
-        } else if by_jumps > 0.5 * record.worn_volume_error {
-            "Shorter jumps, of at least one cycle, reduce this error (a smaller wear.tolerance, or more cycles.jumps)"
+        let errors = record.worn_volume_error_by_source;
+        let jumps = self.result.records.iter().filter_map(|record| record.jump);
+        let longer = jumps.filter(|jump| jump.length > 1.0).map(|jump| jump.volume_error).sum::<f64>();
+        let remedy = if errors.jumps >= errors.increments.max(errors.settling) {
+            if longer < 0.5 * errors.jumps {
+                "A jump cannot be shorter than one cycle: check the specific wear rates, or use a smaller amplitude"
+            } else {
+                "Shorter jumps reduce the error (a smaller wear.tolerance, or more cycles.jumps)"
+            }
+        } else if errors.settling > errors.increments {
+            "Tractions become steady only over many cycles, which resolved cycles omit: accept the error, or compute single strokes (history)"
         } else if used.correction == Correction::Never {
-            "The error comes from the path between the reversal points: omit cycles.increments, or use \"auto\", to correct the wear"
+            "To correct the wear for the path between the reversal points, omit cycles.increments or use \"auto\""
         } else if used.increments.is_some() {
-            "The error comes from the increments per stroke: increase cycles.increments, or omit it"
+            "Increase cycles.increments, or omit it"
         } else {
-            "The error comes from the path between the reversal points, which is resolved into at most 64 increments per stroke: accept it, or use smaller cells where the stick zone moves"
+            "A smaller wear.tolerance resolves cycles further, into at most 64 increments per stroke; smaller cells help where the stick zone moves"
         };
+        let percent = |error: f64| format_short(100.0 * error / record.worn_volume);
         self.result.warnings.push(warning(&format!(
-            "step \"{}\": the estimated error of the wear volume is {} %, more than wear.tolerance = {:e}. {remedy}",
+            "step \"{}\": the estimated error of the wear volume is {} %, more than wear.tolerance = {:e}: {} % by jumps, {} % by the increments per stroke, {} % by tractions that still change from cycle to cycle. {remedy}",
             self.step().name,
-            format_short(100.0 * error),
-            used.error_warning
+            percent(record.worn_volume_error),
+            used.error_warning,
+            percent(errors.jumps),
+            percent(errors.increments),
+            percent(errors.settling)
         )));
+    }
+
+    /// Lists the correction by resolved cycles among the omitted work, if the last resolved cycle did not correct the wear.
+    fn record_omitted_correction(&mut self, wear_step: &WearStepState) {
+        let omits = |settings: &ResolvedCycleSettings| settings.correction == Correction::WhereNeeded;
+        let Some(resolved) = wear_step.path_correction.as_ref().filter(|resolved| {
+            !resolved.corrects && self.resolved_path().is_some_and(|(_, used)| omits(&used))
+        }) else {
+            return;
+        };
+        self.result.skipped.push(OmittedWork::new(
+            None,
+            format!("correction of the wear by resolved cycles in step \"{}\"", self.step().name),
+            format!(
+                "the whole contact slides, and the wear volumes with single, 4-fold and 16-fold increments agree within wear.tolerance; estimated effect on the wear volume: {}",
+                percent(resolved.remaining_volume_error)
+            ),
+        ));
     }
 
     fn begin_wear_step(&mut self) -> Advance<WearStepState> {

@@ -328,6 +328,7 @@ mod tests {
             slip: vec![9.0, 0.0, 0.04, 0.0, 9.0, 0.0, 0.0, -0.02],
             status: vec![0, 1, 2, 2],
             wear_depth: vec![0.0, 0.0, 3e-7, 6e-7],
+            wear_depth_error: vec![0.0; 4],
         };
         (frame, StepEndFields::new(["a"; 2], 4, &fields, false))
     }

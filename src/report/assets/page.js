@@ -38,6 +38,7 @@
     { key: "wear", words: "Wear depth, both bodies", unit: units.length, of: plain("wear") },
     { key: "wear1", words: "Wear depth, body 1", unit: units.length, of: plain("wear1") },
     { key: "wear2", words: "Wear depth, body 2", unit: units.length, of: plain("wear2") },
+    { key: "wear_error", words: "Estimated error of the wear depth", unit: units.length, of: plain("wear_error") },
     { key: "gap", words: "Gap", unit: units.length, of: plain("gap") },
     { key: "status", words: "Stick, slip, open", unit: "", of: plain("status") },
   ];
