@@ -72,7 +72,7 @@ impl FromIterator<OmittableWork> for AllowedOmissions {
 }
 
 /// Work that was omitted because the scene did not need it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OmittedWork {
     /// Name in `solver.skip`; `None` if other keys or the cache determine whether the work is omitted.
     #[serde(skip_serializing_if = "Option::is_none")]

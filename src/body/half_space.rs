@@ -5,7 +5,8 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::{BodyEquations, BodyField, ElasticBody, PointState};
+use super::bulk_stress::BulkStress;
+use super::{BodyEquations, BodyField, BodyLoad, ElasticBody, PointState};
 use crate::bem::half_space::plane::compressed::{DEFAULT_TOLERANCE, MAX_DENSE_CELLS};
 use crate::bem::half_space::{
     CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, PeriodicFlexibility,
@@ -53,6 +54,8 @@ pub struct HalfSpaceBody {
     pub cache: Option<Cache>,
     point_force: OnceLock<PointForceField>,
     operator: OnceLock<Arc<dyn Flexibility>>,
+    bulk: Option<BulkStress>,
+    loads: Vec<BodyLoad>,
 }
 
 impl HalfSpaceBody {
@@ -78,7 +81,26 @@ impl HalfSpaceBody {
             cache: None,
             point_force: OnceLock::new(),
             operator: OnceLock::new(),
+            bulk: None,
+            loads: Vec::new(),
         })
+    }
+
+    /// Adds the uniform stress σ_xx, σ_yy, σ_xy (`value`, MPa, axes of the frame) as a load.
+    ///
+    /// # Errors
+    /// If the surface would be strained along a period of the frame, or moved across a plane of symmetry.
+    pub fn with_bulk_stress(
+        mut self,
+        value: [f64; 3],
+        name: Option<String>,
+        frame: &ContactFrame,
+    ) -> Result<Self> {
+        let local = self.stiffness.rotated(&outward_rotation(self.side).transpose());
+        let bulk = BulkStress::new(value, &local, &self.axes, frame)?;
+        self.loads = vec![bulk.load(name, self.side, frame)?];
+        self.bulk = Some(bulk);
+        Ok(self)
     }
 
     /// Sets the relative tolerance of a compressed operator.
@@ -348,6 +370,15 @@ impl ElasticBody for HalfSpaceBody {
         }
         let operator = self.operator.get().expect("set above");
         Ok(surface_displacement(operator.as_ref(), tractions, &self.axes, self.side))
+    }
+
+    fn loads(&self) -> &[BodyLoad] {
+        &self.loads
+    }
+
+    fn load_states(&self, amplitudes: &[f64], points: &[Point]) -> Option<Vec<PointState>> {
+        let (bulk, amplitude) = self.bulk.as_ref().zip(amplitudes.first())?;
+        Some(points.iter().map(|point| bulk.state(*amplitude, point)).collect())
     }
 
     /// Displacements are relative to infinity.

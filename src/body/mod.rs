@@ -3,11 +3,13 @@
 //! then all n components.
 
 pub mod boundary_elements;
+mod bulk_stress;
 pub mod condensed_flexibility;
 pub mod finite_elements;
 pub mod half_space;
 pub mod hybrid;
 mod lazy_flexibility;
+mod loads;
 pub mod rigid;
 pub mod rigid_body_modes;
 pub mod stress;
@@ -27,6 +29,7 @@ pub use boundary_elements::{BeBody, BeSpec, FrameFit};
 pub use finite_elements::FeBody;
 pub use half_space::HalfSpaceBody;
 pub use hybrid::HybridBody;
+pub use loads::BodyLoad;
 pub use rigid::RigidBody;
 pub use rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
 pub use stress::{ErrorEstimation, StressField};
@@ -82,6 +85,17 @@ pub trait ElasticBody: Send + Sync {
 
     /// Gap change due to the body's own loads and prescribed displacements, `[3, N]`, mm; `None` without them.
     fn free_gap(&self) -> Option<&[f64]> {
+        None
+    }
+
+    /// Loads with amplitudes.
+    fn loads(&self) -> &[BodyLoad] {
+        &[]
+    }
+
+    /// Displacement (mm) and stress (MPa) at `points`, global axes, by the loads with these amplitudes, one for each of
+    /// [`Self::loads`]. `None` without loads.
+    fn load_states(&self, _amplitudes: &[f64], _points: &[Point]) -> Option<Vec<PointState>> {
         None
     }
 

@@ -18,8 +18,10 @@ use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::scene::plan::{FramePlan, Plan};
 use crate::scene::schema::json_schema;
+use crate::scene::spec::body::BulkStress;
 use crate::scene::spec::frame::FramePoints;
 use crate::simulation::plan_bodies;
+use crate::simulation::plan_bodies::BODY_KEYS;
 
 pub(super) fn check(arguments: &SceneArgs) -> CommandResult {
     let mut plan = arguments.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
@@ -48,6 +50,11 @@ fn describe(plan: &Plan, forecast: &RunEstimate, search: Option<&AccuracySearch>
     }
     text.push_str("\nsteps\n");
     text.push_str(&align_columns(&step_rows(plan)));
+    let loads = load_rows(plan);
+    if !loads.is_empty() {
+        text.push_str("\nloads of the bodies at the end of each step\n");
+        text.push_str(&align_columns(&loads));
+    }
     text.push_str("\nskipped\n");
     if forecast.skipped.is_empty() {
         text.push_str("  nothing\n");
@@ -207,6 +214,33 @@ fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
         vec![format!("  {}", step.name), wanted, describe_increments(step)]
     };
     plan.steps.iter().filter(first).map(row).collect()
+}
+
+/// Loads of the bodies with amplitudes: one row per step, one column per load; empty without loads.
+fn load_rows(plan: &Plan) -> Vec<Vec<String>> {
+    let of_body = |(key, stress): (&str, &Option<BulkStress>)| {
+        let name = stress.as_ref()?.name.clone();
+        Some((name.clone().unwrap_or_else(|| format!("{key}.bulk_stress")), name))
+    };
+    let mut loads: Vec<(String, Option<String>)> =
+        BODY_KEYS.into_iter().zip(&plan.bulk_stresses).filter_map(of_body).collect();
+    loads.dedup();
+    if loads.is_empty() {
+        return Vec::new();
+    }
+    let mut amplitudes = vec![0.0; loads.len()];
+    let row = |(i, step): (usize, &Step)| {
+        let mut cells = vec![format!("  {}", step.name)];
+        for ((label, name), amplitude) in loads.iter().zip(&mut amplitudes) {
+            *amplitude = step.load_amplitude(name.as_deref(), *amplitude, i == 0);
+            cells.push(format!("{label} {amplitude}"));
+        }
+        cells
+    };
+    let mut rows: Vec<Vec<String>> = plan.steps.iter().enumerate().map(row).collect();
+    // Load points of a history keep the amplitudes.
+    rows.dedup();
+    rows
 }
 
 fn describe_controls(step: &Step) -> String {

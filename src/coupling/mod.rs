@@ -19,7 +19,7 @@ use crate::body::BodyEquations::Hybrid;
 use crate::body::half_space::half_space_flexibility;
 use crate::body::hybrid::FarField;
 use crate::body::hybrid::corrected_flexibility::build_corrected_flexibility;
-use crate::body::{ElasticBody, UnconstrainedModes};
+use crate::body::{BodyLoad, ElasticBody, UnconstrainedModes};
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
 use crate::flexibility::composed::SumFlexibility;
@@ -47,6 +47,8 @@ pub struct CoupledBodies {
     pub flexibility: Arc<dyn Flexibility>,
     /// Gap change by the bodies' own loads and prescribed displacements, `[3, N]`, mm.
     pub free_gap: Vec<f64>,
+    /// Loads of body 1, then of body 2.
+    pub loads: Vec<BodyLoad>,
     /// Unconstrained rigid-body modes of the bodies.
     pub floating: Vec<UnconstrainedModes>,
     /// Work that was omitted, with the reasons.
@@ -110,11 +112,12 @@ fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
             (0..3).for_each(|plane| gap[plane * n + cell] = local[plane]);
         }
     };
-    let CoupledBodies { flexibility, mut free_gap, mut floating, skipped } = coupled;
+    let CoupledBodies { flexibility, mut free_gap, mut loads, mut floating, skipped } = coupled;
     project(&mut free_gap);
+    loads.iter_mut().for_each(|load| project(&mut load.gap));
     floating.iter_mut().flat_map(|body| &mut body.modes).for_each(|motion| project(&mut motion.gap));
     let flexibility = Arc::new(ConstrainedFlexibility::new(flexibility, &projectors));
-    CoupledBodies { flexibility, free_gap, floating, skipped }
+    CoupledBodies { flexibility, free_gap, loads, floating, skipped }
 }
 
 fn both_rigid() -> Error {
@@ -140,7 +143,13 @@ fn block_of_bodies(
     let mut free_gap = vec![0.0; 3 * frame.n_cells()];
     let nothing = vec![0.0; frame.n_cells()];
     system.gap(&vec![0.0; free_gap.len()], &nothing, &nothing, &mut free_gap);
-    Ok(CoupledBodies { flexibility: Arc::new(system), free_gap, floating: Vec::new(), skipped: Vec::new() })
+    Ok(CoupledBodies {
+        flexibility: Arc::new(system),
+        free_gap,
+        loads: loads_of([body1, body2]),
+        floating: Vec::new(),
+        skipped: Vec::new(),
+    })
 }
 
 fn sum_of_bodies(
@@ -159,7 +168,12 @@ fn sum_of_bodies(
     }
     let floating =
         [body1.rigid_body_modes(), body2.rigid_body_modes()].into_iter().flatten().cloned().collect();
-    Ok(CoupledBodies { flexibility, free_gap, floating, skipped })
+    let loads = loads_of([&*body1, &*body2]);
+    Ok(CoupledBodies { flexibility, free_gap, loads, floating, skipped })
+}
+
+fn loads_of(bodies: [&dyn ElasticBody; 2]) -> Vec<BodyLoad> {
+    bodies.iter().flat_map(|body| body.loads()).cloned().collect()
 }
 
 /// S = S_1 + S_2, and for each body whether it is rigid.

@@ -9,6 +9,7 @@ use crate::evolution::predictor::Predictor;
 use crate::evolution::records::{FrettingLoop, IncrementRecord};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state::RunState;
+use crate::omitted::OmittedWork;
 
 /// Complete state of a run between two records.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -20,6 +21,7 @@ pub struct RunCheckpoint {
     pub(super) formed_cells: Vec<Vec<usize>>,
     pub(super) records: Vec<IncrementRecord>,
     pub(super) warnings: Vec<String>,
+    pub(super) skipped: Vec<OmittedWork>,
     pub(super) given_warnings: GivenWarnings,
     pub(super) timings: Vec<(String, f64)>,
     pub(super) fretting_loops: Vec<FrettingLoop>,
@@ -37,8 +39,21 @@ pub(super) enum StepProgress {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct MonotoneProgress {
     pub(super) load_path: LoadPath,
+    /// Amplitudes of the loads of the bodies at the start and at the end of the step.
+    pub(super) load_amplitudes: [Vec<f64>; 2],
     pub(super) increments_done: usize,
     pub(super) predictor: Predictor,
+}
+
+impl MonotoneProgress {
+    /// Amplitudes of the loads of the bodies at `fraction` of the step; exactly those of the end at 1.
+    pub(super) fn amplitudes_at(&self, fraction: f64) -> Vec<f64> {
+        let [start, end] = &self.load_amplitudes;
+        let between = |(from, to): (&f64, &f64)| {
+            if fraction == 1.0 { *to } else { from + fraction * (to - from) }
+        };
+        start.iter().zip(end).map(between).collect()
+    }
 }
 
 impl RunCheckpoint {

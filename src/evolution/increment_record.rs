@@ -68,6 +68,8 @@ impl Run<'_> {
             root_mean_square(&self.state.depth_errors, areas, |i| self.state.wear_depth[i] > 0.0);
         record.worn_volume_error = self.state.volume_errors.sum();
         record.worn_volume_error_by_source = self.state.volume_errors;
+        let loads = self.prepared.model.loads.iter().zip(&self.state.load_amplitudes);
+        record.loads = loads.filter_map(|(load, amplitude)| Some((load.name.clone()?, *amplitude))).collect();
         record.cycles_done = self.state.cycles_done;
         record.distance_slid = self.state.distance_slid;
         record.dissipation = self.state.dissipation;
@@ -152,6 +154,7 @@ impl Run<'_> {
 
     pub(super) fn deliver(&mut self, record: IncrementRecord, mut fields: FrameState) -> Result<()> {
         fields.wear_depth_error.clone_from(&self.state.depth_errors);
+        fields.load_amplitudes.clone_from(&self.state.load_amplitudes);
         self.observer.increment_done(&record, &fields)?;
         if record.converged
             && let Some(note) = large_sliding_warning(&self.prepared.model.frame, &record, &fields)

@@ -35,7 +35,7 @@ pub(super) fn increment_problem<'b>(
     Increment {
         flexibility: model.flexibility.as_ref(),
         areas: &model.frame.areas,
-        initial_gap: &prepared.initial_gap,
+        initial_gap: &prepared.loaded_gap,
         rigid_axes: prepared.rigid_axes.as_deref(),
         mode_gaps: &prepared.mode_gaps,
         friction: if laws.friction { prepared.ellipse } else { None },

@@ -109,6 +109,7 @@ fn run_on_this_thread(
         formed: 0,
         records: 0,
         warnings: result.warnings.len(),
+        skipped: result.skipped.len(),
         given_warnings: 0,
         loops: 0,
     };

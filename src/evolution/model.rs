@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::body::UnconstrainedModes;
 use crate::body::rigid_body_modes::unconstrained_translations;
+use crate::body::{BodyLoad, UnconstrainedModes};
 use crate::contact::balance::MAX_RIGID_MODES;
 use crate::contact::{ContactScales, ContactState};
 use crate::error::{Error, Result};
@@ -26,8 +26,10 @@ pub struct Model {
     pub frame: ContactFrame,
     /// Operator S of both bodies on the frame.
     pub flexibility: Arc<dyn Flexibility>,
-    /// Gap at zero tractions and zero rigid motion, `[3, N]` by components, mm.
+    /// Gap at zero tractions, zero rigid motion and zero amplitudes of the loads, `[3, N]` by components, mm.
     pub initial_gap: Vec<f64>,
+    /// Loads of the bodies with amplitudes.
+    pub loads: Vec<BodyLoad>,
     /// Rigid-body modes of unconstrained bodies; empty if both bodies are fixed.
     pub floating: Vec<UnconstrainedModes>,
     /// Friction law.
@@ -52,6 +54,8 @@ pub(super) struct PreparedModel<'a> {
     pub rigid_axes: Option<Vec<Matrix3<f64>>>,
     /// Initial gap, `[3, N]`, minus `first_touch` in its normal part. The subtraction keeps small gaps from being lost in rounding.
     pub initial_gap: Vec<f64>,
+    /// Initial gap with the loads at their present amplitudes, `[3, N]`, mm.
+    pub loaded_gap: Vec<f64>,
     /// Approach at which the first cell closes, mm; 0 unless all cells have the same axes.
     pub first_touch: f64,
     /// Gap per unit of each additional mode, `[3, N]`.
@@ -79,6 +83,9 @@ fn check_sizes(model: &Model) -> Result<()> {
             model.initial_gap.len(),
             model.flexibility.n_cells()
         )));
+    }
+    if model.loads.iter().any(|load| load.gap.len() != 3 * n) {
+        return Err(Error::numerical("the loads of the bodies do not match this frame"));
     }
     if let Some(bad) = model.initial_gap.iter().position(|g| !g.is_finite()) {
         return Err(Error::input(format!("the initial gap of cell {} is not a finite number", bad % n)));
@@ -168,9 +175,22 @@ impl<'a> PreparedModel<'a> {
             axes,
             edge: model.frame.edge_cells(),
             rigid_axes,
+            loaded_gap: initial_gap.clone(),
             initial_gap,
             first_touch,
         })
+    }
+
+    /// Sets the amplitudes of the loads: the gap is g_0 + Σ_k a_k g_k.
+    pub fn apply_loads(&mut self, amplitudes: &[f64]) {
+        let model = self.model;
+        if model.loads.is_empty() {
+            return;
+        }
+        self.loaded_gap.copy_from_slice(&self.initial_gap);
+        for (load, amplitude) in model.loads.iter().zip(amplitudes) {
+            self.loaded_gap.iter_mut().zip(&load.gap).for_each(|(gap, by)| *gap += amplitude * by);
+        }
     }
 
     /// Motion of body 2 relative to body 1 at the frame's origin along x, y, n, including the additional modes.

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use crate::body::BodyLoad;
 use crate::contact::{ContactState, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
 use crate::evolution::checkpoint::{MonotoneProgress, StepProgress};
@@ -29,6 +30,7 @@ impl Run<'_> {
             StepProgress::Monotone(ramp) => ramp.clone(),
             _ => Box::new(MonotoneProgress {
                 load_path: self.load_path(),
+                load_amplitudes: [self.state.load_amplitudes.clone(), self.amplitudes_after_step()],
                 increments_done: 0,
                 predictor: Predictor::default(),
             }),
@@ -42,13 +44,27 @@ impl Run<'_> {
             let number = ramp.increments_done + 1;
             let (rigid, floating) = ramp.predictor.motions(&self.state);
             let turn = self.prepared.rotation(&floating);
-            let controls = ramp.load_path.at(number as f64 / step.increments as f64, rigid, turn);
+            let fraction = number as f64 / step.increments as f64;
+            self.set_loads(ramp.amplitudes_at(fraction));
+            let controls = ramp.load_path.at(fraction, rigid, turn);
             self.run_increment(number, &controls, &mut ramp.predictor)?;
             ramp.increments_done = number;
             self.progress = StepProgress::Monotone(ramp.clone());
             self.record_rollback_point(CheckpointEvent::Entry)?;
         }
         Ok(())
+    }
+
+    pub(super) fn amplitudes_after_step(&self) -> Vec<f64> {
+        let after = |(load, before): (&BodyLoad, &f64)| {
+            self.step().load_amplitude(load.name.as_deref(), *before, self.step_index == 0)
+        };
+        self.prepared.model.loads.iter().zip(&self.state.load_amplitudes).map(after).collect()
+    }
+
+    pub(super) fn set_loads(&mut self, amplitudes: Vec<f64>) {
+        self.prepared.apply_loads(&amplitudes);
+        self.state.load_amplitudes = amplitudes;
     }
 
     fn run_increment(

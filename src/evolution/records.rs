@@ -1,5 +1,7 @@
 //! Records of a run: increments, jumps, fretting loops, and the fields for output.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 /// Creepages and rolled distance of a steady state of rolling.
@@ -142,6 +144,9 @@ pub struct IncrementRecord {
     pub seconds: f64,
     /// Whether the solver and the certificate's natural residual met the tolerance.
     pub converged: bool,
+    /// Amplitudes of the named loads of the bodies.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty", default)]
+    pub loads: BTreeMap<String, f64>,
     /// Resultants at the two reversal points (+, -) of a cycle jump.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub stroke_ends: Option<[Resultants; 2]>,
@@ -282,4 +287,6 @@ pub struct FrameState {
     pub wear_depth: Vec<f64>,
     /// Estimated error of the wear depth, mm (see [`IncrementRecord::wear_depth_error`]).
     pub wear_depth_error: Vec<f64>,
+    /// Amplitudes of the loads of body 1, then of body 2.
+    pub load_amplitudes: Vec<f64>,
 }

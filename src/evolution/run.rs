@@ -136,6 +136,7 @@ pub(super) struct RollbackPoint {
     pub(super) formed: usize,
     pub(super) records: usize,
     pub(super) warnings: usize,
+    pub(super) skipped: usize,
     pub(super) given_warnings: usize,
     pub(super) loops: usize,
 }
@@ -197,6 +198,7 @@ impl<'a> Run<'a> {
         self.rollback_point.formed = self.prepared.formed_cells().len();
         self.rollback_point.records = self.result.records.len();
         self.rollback_point.warnings = self.result.warnings.len();
+        self.rollback_point.skipped = self.result.skipped.len();
         self.rollback_point.given_warnings = self.given_warnings.len();
         self.rollback_point.loops = self.result.fretting_loops.len();
     }
@@ -230,7 +232,7 @@ impl<'a> Run<'a> {
         let RunResult {
             records,
             outcome: _,
-            skipped: _,
+            skipped,
             warnings,
             timings,
             fretting_loops,
@@ -248,6 +250,7 @@ impl<'a> Run<'a> {
                 formed_cells,
                 records: records[..rollback_point.records].to_vec(),
                 warnings: warnings[..rollback_point.warnings].to_vec(),
+                skipped: skipped[..rollback_point.skipped].to_vec(),
                 given_warnings: given_warnings.first(rollback_point.given_warnings),
                 timings: timings.clone(),
                 fretting_loops: fretting_loops[..rollback_point.loops].to_vec(),
@@ -259,6 +262,9 @@ impl<'a> Run<'a> {
 
     pub(super) fn restore(&mut self, snapshot: RunCheckpoint) -> Result<()> {
         let (n, steps) = (self.prepared.n(), self.steps);
+        if snapshot.state.load_amplitudes.len() != self.prepared.model.loads.len() {
+            return Err(Error::input("the checkpoint has other loads of the bodies than the scene"));
+        }
         if snapshot.n_cells() != n || snapshot.step_index > steps.len() {
             return Err(Error::input(format!(
                 "the checkpoint has {} cells and is in step {}, but the scene has {n} cells and {} steps",
@@ -275,6 +281,7 @@ impl<'a> Run<'a> {
             formed_cells,
             records,
             warnings,
+            skipped,
             given_warnings,
             timings,
             fretting_loops,
@@ -295,10 +302,14 @@ impl<'a> Run<'a> {
         for cells in &formed_cells {
             self.prepared.form_flexibility(cells)?;
         }
+        self.prepared.apply_loads(&state.load_amplitudes);
         (self.step_index, self.progress, self.state, self.controls) = (step_index, progress, state, controls);
         (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
         (self.result.fretting_loops, self.discarded_work) = (fretting_loops, discarded_work);
         self.given_warnings = given_warnings;
+        let new: Vec<OmittedWork> =
+            skipped.into_iter().filter(|work| !self.result.skipped.contains(work)).collect();
+        self.result.skipped.extend(new);
         self.set_rollback_point();
         Ok(())
     }

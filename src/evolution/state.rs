@@ -21,6 +21,8 @@ pub(super) struct RunState {
     /// Rigid motion of body 2 along the frame's x, y, n, without the additional modes, mm.
     pub rigid_motion: [f64; 3],
     pub mode_amplitudes: [f64; MAX_RIGID_MODES],
+    /// Amplitudes of the loads of the bodies.
+    pub load_amplitudes: Vec<f64>,
     /// Cumulative friction dissipation, N mm.
     pub dissipation: f64,
     /// Wear volume by rolling, mm3.
@@ -46,6 +48,7 @@ impl RunState {
             wear_depth: vec![0.0; n],
             rigid_motion: [0.0, 0.0, if prepared.normal_is_free() { 0.0 } else { prepared.first_touch }],
             mode_amplitudes: [0.0; MAX_RIGID_MODES],
+            load_amplitudes: vec![0.0; prepared.model.loads.len()],
             dissipation: 0.0,
             rolling_wear_volume: 0.0,
             cycles_done: 0,
@@ -131,6 +134,7 @@ pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, wo
         status,
         wear_depth: worn.to_vec(),
         wear_depth_error: vec![0.0; n],
+        load_amplitudes: Vec::new(),
     }
 }
 

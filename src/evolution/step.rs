@@ -280,6 +280,14 @@ pub struct HistoryRow {
     pub count: usize,
 }
 
+impl Step {
+    /// Amplitude of the load `name` of a body at the end of this step, with the amplitude `before` the step.
+    pub fn load_amplitude(&self, name: Option<&str>, before: f64, is_first: bool) -> f64 {
+        let named = self.loads.iter().find(|(load, _)| Some(load.as_str()) == name);
+        named.map_or(if is_first { 1.0 } else { before }, |(_, amplitude)| *amplitude)
+    }
+}
+
 /// One load step. A control of `None` keeps the previous control.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
@@ -293,6 +301,9 @@ pub struct Step {
     pub tilt: Option<Tilt>,
     /// Rotation about n or its moment.
     pub spin: Option<Spin>,
+    /// Names and amplitudes, at the end of the step, of loads of the bodies; the others keep their amplitudes. In the first step
+    /// they reach 1.
+    pub loads: Vec<(String, f64)>,
     /// Number of load increments.
     pub increments: usize,
     /// Whether friction acts in this step.

@@ -61,7 +61,8 @@ impl RunCheckpoint {
         steps: &[Step],
         previous: Option<&PreviousModel>,
     ) -> Result<Self> {
-        let prepared = PreparedModel::new(model, steps)?;
+        let mut prepared = PreparedModel::new(model, steps)?;
+        prepared.apply_loads(&self.state.load_amplitudes);
         let n = prepared.n();
         let misfit =
             new_cell_indices.len() != self.n_cells() || new_cell_indices.iter().any(|&place| place >= n);
@@ -134,7 +135,7 @@ impl StateTransfer<'_> {
             }
         });
         let gap = |k: usize| {
-            let mut gap = prepared.initial_gap[k] + state.rigid_motion[k / n] + elastic[k];
+            let mut gap = prepared.loaded_gap[k] + state.rigid_motion[k / n] + elastic[k];
             for (motion, amount) in prepared.mode_gaps.iter().zip(&state.mode_amplitudes) {
                 gap += amount * motion[k];
             }

@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 
 use super::document::Document;
 use super::spec::accuracy::{AccuracyQuantity, RefinementParameter};
-use super::spec::body::{Element, NearField, UniformFibre};
+use super::spec::body::{BulkStress, Element, NearField, UniformFibre};
 use super::spec::frame::FramePoints;
 use super::spec::solver::{Output, Solver};
 use super::variant::{ComparePlan, Discretisation};
@@ -38,6 +38,8 @@ pub struct Plan {
     pub units: Units,
     /// Body 1 (below) and body 2 (above).
     pub bodies: [BodyPlan; 2],
+    /// Bulk stresses of body 1 and body 2.
+    pub bulk_stresses: [Option<BulkStress>; 2],
     /// Strengths of the materials by name, where the scene gives them.
     pub strength_limits: BTreeMap<String, MaterialStrength>,
     /// The contact frame.

@@ -7,6 +7,7 @@ use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::geometry::format_point;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::scene::plan::{BodyMaterial, BodyPlan, MeshedBodyPlan, Plan};
+use crate::scene::spec::body::BulkStress;
 use crate::simulation::build::settings::cross_blocks;
 use crate::simulation::failure::{AtKey, SceneError};
 
@@ -33,6 +34,10 @@ pub(crate) fn configured_half_space(
     let stiffness = elastic.stiffness_in_frame(0.0);
     let mut body = HalfSpaceBody::new(&stiffness, SIDES[index], frame).at(BODY_KEYS[index])?;
     body.cache.clone_from(&plan.flexibility_cache);
+    if let Some(BulkStress { name, value }) = &plan.bulk_stresses[index] {
+        let key = format!("{}.bulk_stress", BODY_KEYS[index]);
+        body = body.with_bulk_stress(*value, name.clone(), frame).at(&key)?;
+    }
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }
 

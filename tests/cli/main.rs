@@ -4,6 +4,7 @@ mod accuracy_cases;
 mod bad_input;
 mod bad_loads;
 mod boundary;
+mod bulk_stress;
 mod cache;
 mod compare;
 mod compressed;

@@ -129,7 +129,8 @@ fn skips_of_cells_that_cannot_touch() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` lists the work that a run will omit.
+/// Truth: docs/command-line.md: `check` lists the work that a run will omit. Whether resolved cycles correct the wear is known only
+/// after the run (docs/skips.md).
 #[test]
 fn check_and_run_skip_the_same() {
     let coarse = "frame.cells=[12, 12]";
@@ -153,6 +154,9 @@ fn check_and_run_skip_the_same() {
             .iter()
             .map(|skip| format!("{}: {}", skip["what"].as_str().unwrap(), skip["why"].as_str().unwrap()))
             .collect();
-        assert_eq!(list, ran, "{name} {settings:?}");
+        let (found, expected): (Vec<String>, Vec<String>) =
+            ran.into_iter().partition(|skip| skip.starts_with("correction of the wear by resolved cycles"));
+        assert!(found.len() <= summary["steps"].as_array().unwrap().len(), "{found:?}");
+        assert_eq!(list, expected, "{name} {settings:?}");
     }
 }

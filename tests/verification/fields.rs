@@ -95,6 +95,7 @@ fn state(n: usize) -> FrameState {
         status: (0..n).map(|i| (i % 3) as u8).collect(),
         wear_depth: scattered(n, 4.1),
         wear_depth_error: scattered(n, 5.3),
+        load_amplitudes: Vec::new(),
     }
 }
 
@@ -371,6 +372,7 @@ fn hertz(n: usize) -> (ContactFrame, FrameState) {
         slip: vec![0.0; 2 * cells],
         wear_depth: vec![0.0; cells],
         wear_depth_error: vec![0.0; cells],
+        load_amplitudes: Vec::new(),
         status: (0..cells)
             .map(|i| if pressure(i) <= 0.0 { 0 } else { 1 + u8::from(radius(i) > 0.5) })
             .collect(),

@@ -2,6 +2,7 @@
 mod anisotropic;
 mod audit;
 mod bem;
+mod bulk_stress;
 mod common;
 mod contact;
 mod controls_stress;

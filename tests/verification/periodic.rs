@@ -41,6 +41,7 @@ pub fn repeated(
         frame,
         flexibility: Arc::new(operator.expect("an operator")),
         initial_gap,
+        loads: Vec::new(),
         floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::None,

@@ -100,15 +100,17 @@ pub(super) fn rate_correction(wear: &[f64], coupled: &[f64], areas: &[f64]) -> R
 mod tests {
     use super::*;
 
-    /// Truth: f c + a is the wear of the resolved cycle r, for cells with any ratio r / c, also without coupled wear.
+    /// Truth: f c + a is the wear of the resolved cycle r, also without coupled wear c. Where r / c is below the least factor, the
+    /// least factor remains.
     #[test]
     fn corrected_rates_are_those_of_the_resolved_cycle() {
-        let (resolved, coupled) = ([1.0, 9.0, 0.5, 2.0, 0.0], [2.0, 1.0, 0.0, 1e-9, 0.0]);
-        for coupled in [coupled, [0.0; 5]] {
-            let found = rate_correction(&resolved, &coupled, &[1.0; 5]);
-            for i in 0..5 {
+        let (resolved, coupled) = ([1.0, 9.0, 0.5, 2.0, 0.0, 0.0], [2.0, 1.0, 0.0, 1e-9, 0.0, 0.5]);
+        for coupled in [coupled, [0.0; 6]] {
+            let found = rate_correction(&resolved, &coupled, &[1.0; 6]);
+            for i in 0..6 {
                 let rate = found.factors[i] * coupled[i] + found.added[i];
-                assert!((rate - resolved[i]).abs() < 1e-15, "{i}: {rate}");
+                let wanted = resolved[i].max(CORRECTION.min_wear_factor * coupled[i]);
+                assert!((rate - wanted).abs() < 1e-15, "{i}: {rate}");
                 assert!(found.factors[i] <= CORRECTION.max_wear_factor);
             }
         }

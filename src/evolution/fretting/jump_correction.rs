@@ -27,15 +27,15 @@ impl Run<'_> {
             return Ok(jump);
         }
         let start = wear_step.completed;
-        let (mean, dissipation_factor) = before.rates_at(resolved, start + 0.5 * jump.length);
+        let (mean, dissipation_factor) = before.correction_at(resolved, start + 0.5 * jump.length);
         let dissipation_ratio = dissipation_factor / before.dissipation_factor;
-        let used = jump.rate_correction.as_ref().unwrap_or(&before.rates);
+        let used = jump.rate_correction.as_ref().unwrap_or(&before.correction);
         let missed = mean.missed_by(used, &jump.wear_depth, jump.length);
         // Jumps since the previous resolved cycle that were not followed by one.
         let worn: Vec<f64> =
             self.state.wear_depth.iter().zip(&before.wear_depth).map(|(now, then)| now - then).collect();
-        let (earlier, _) = before.rates_at(resolved, 0.5 * (before.at_cycle + start));
-        let earlier = earlier.missed_by(&before.rates, &worn, start - before.at_cycle);
+        let (earlier, _) = before.correction_at(resolved, 0.5 * (before.at_cycle + start));
+        let earlier = earlier.missed_by(&before.correction, &worn, start - before.at_cycle);
         let depth_error = self.depth_error(&missed, &jump);
         let sum = |share: f64| missed.iter().zip(&earlier).map(|(now, then)| share * now + then).collect();
         let mut found = WearJump { path_error: sum(1.0), path_depth_error: depth_error, ..jump };

@@ -72,7 +72,7 @@ impl WearStepState {
         self.wear_rate.copy_from_slice(&jump.wear_rate);
         self.dissipation_rate = jump.dissipation_rate;
         if let (Some(resolved), Some(used)) = (&mut self.path_correction, &jump.rate_correction) {
-            resolved.rates.clone_from(used);
+            resolved.correction.clone_from(used);
         }
     }
 }

@@ -68,7 +68,7 @@ impl Run<'_> {
                 to: part(wear_step.completed + trial.length),
             };
             let options = SolverOptions { max_iterations: trial.max_iterations, ..self.options };
-            let rate_correction = wear_step.extrapolated_rates(trial.length);
+            let rate_correction = wear_step.extrapolated_correction(trial.length);
             let mut spec =
                 JumpSpec { integrator: cycles.integrator, length: trial.length, rate_correction, options };
             let mut jump = self.integrate(spec.clone(), wear_step, &progress)?;

@@ -14,9 +14,9 @@ pub struct PathCorrection {
     /// Whether the wear is corrected. If not, all factors are 1, and the added wear is 0.
     pub corrects: bool,
     /// Correction of the wear rates, extrapolated to the middle of the last jump.
-    pub rates: RateCorrection,
+    pub correction: RateCorrection,
     /// Correction at the resolved cycle.
-    pub(super) measured_rates: RateCorrection,
+    pub(super) measured: RateCorrection,
     /// Change of the factors per cycle between the previous resolved cycle and this one, `[N]`.
     pub(super) factor_rate: Vec<f64>,
     /// Cycles of the step before the resolved cycle.
@@ -114,7 +114,7 @@ pub(super) struct CycleSlip {
 impl PathCorrection {
     /// Correction in the middle of a jump of `length` cycles that begins after `done` cycles of the step. The factors are
     /// extrapolated, with a limited change. The added wear is that at the resolved cycle.
-    pub fn extrapolated_rates(&self, done: f64, length: f64) -> RateCorrection {
+    pub fn extrapolated_correction(&self, done: f64, length: f64) -> RateCorrection {
         let ahead = done + 0.5 * length - self.at_cycle;
         let factor = |(found, slope): (&f64, &f64)| {
             (found + slope * ahead).clamp(
@@ -122,22 +122,22 @@ impl PathCorrection {
                 (1.0 + CORRECTION.max_factor_extrapolation) * found,
             )
         };
-        let factors = self.measured_rates.factors.iter().zip(&self.factor_rate).map(factor).collect();
-        RateCorrection { factors, added: self.measured_rates.added.clone() }
+        let factors = self.measured.factors.iter().zip(&self.factor_rate).map(factor).collect();
+        RateCorrection { factors, added: self.measured.added.clone() }
     }
 
     /// Correction at a cycle of the step between this resolved cycle and the later one `end`, and the factor on the dissipation.
-    pub(super) fn rates_at(&self, end: &Self, cycle: f64) -> (RateCorrection, f64) {
+    pub(super) fn correction_at(&self, end: &Self, cycle: f64) -> (RateCorrection, f64) {
         let share = (cycle - self.at_cycle) / (end.at_cycle - self.at_cycle);
         let [from, to] = [self.dissipation_factor, end.dissipation_factor];
-        (self.measured_rates.between(&end.measured_rates, share), from + share * (to - from))
+        (self.measured.between(&end.measured, share), from + share * (to - from))
     }
 
     /// Transfers the correction to a larger frame of `n` cells. `places` contains the new index of each cell.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
         Self {
-            rates: self.rates.transfer_to(places, n),
-            measured_rates: self.measured_rates.transfer_to(places, n),
+            correction: self.correction.transfer_to(places, n),
+            measured: self.measured.transfer_to(places, n),
             factor_rate: extend_field(&self.factor_rate, places, n, |_| 0.0),
             slip: extend_field(&self.slip, places, n, |_| 0.0),
             wear_depth: extend_field(&self.wear_depth, places, n, |_| 0.0),

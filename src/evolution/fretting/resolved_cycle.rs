@@ -180,8 +180,8 @@ impl<'a> Run<'a> {
         let remaining = (0..n).map(|i| over_all((rate[i] - wear.rate[i]).abs() + last[i].abs()));
         PathCorrection {
             corrects: false,
-            rates: RateCorrection::none(n),
-            measured_rates: RateCorrection::none(n),
+            correction: RateCorrection::none(n),
+            measured: RateCorrection::none(n),
             factor_rate: vec![0.0; n],
             at_cycle: coupled.completed,
             dissipation_factor: 1.0,
@@ -227,10 +227,10 @@ impl PathCorrection {
         let volume = volume(&wear.rate, areas);
         let settling_error =
             if volume > 0.0 { CORRECTION.drift_error_factor * wear.drift.abs() / volume } else { 0.0 };
-        let rates = rate_correction(&wear.rate, &coupled.wear.rate, areas);
+        let correction = rate_correction(&wear.rate, &coupled.wear.rate, areas);
         let factor_rate = match before {
             Some(before) if self.at_cycle > before.at_cycle => {
-                let change = rates.factors.iter().zip(&before.measured_rates.factors);
+                let change = correction.factors.iter().zip(&before.measured.factors);
                 change.map(|(now, found)| (now - found) / (self.at_cycle - before.at_cycle)).collect()
             }
             _ => vec![0.0; areas.len()],
@@ -238,8 +238,8 @@ impl PathCorrection {
         let power = coupled.wear.power;
         Self {
             corrects: true,
-            measured_rates: rates.clone(),
-            rates,
+            measured: correction.clone(),
+            correction,
             factor_rate,
             dissipation_factor: if power > 0.0 { limited_factor(wear.power, power) } else { 1.0 },
             remaining_error: change.clone(),

@@ -23,12 +23,11 @@ use crate::evolution::run::Run;
 impl CycleState {
     /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`.
     ///
-    /// The stroke has `ratio` times as many increments as the path points of the cycle. Point 1 follows the + reversal point: there
-    /// the zone starts with all cells. At the - reversal point, the zone therefore describes the stroke from + to -. In a periodic
-    /// cycle, the other stroke reverses the slip of this stroke.
-    pub(super) fn decide_by_stroke(&mut self, it: &ContactState, point: usize, ratio: usize) {
+    /// Point 1 follows the + reversal point: there the zone starts with all cells. At the - reversal point, the zone therefore
+    /// describes the stroke from + to -. In a periodic cycle, the other stroke reverses the slip of this stroke.
+    pub(super) fn decide_by_stroke(&mut self, it: &ContactState, point: usize) {
         let n = self.stick_zone.mask.len();
-        let slip_limit = STICK_ZONE.stick_slip_share * self.amplitude() / ratio as f64;
+        let slip_limit = STICK_ZONE.stick_slip_share * self.amplitude();
         if point == 1 {
             self.stick_zone.mask.fill(true);
         }
@@ -181,7 +180,7 @@ impl Run<'_> {
                         .evaluate(&mut cycle.contact);
                     return Ok((sum, solves));
                 }
-                cycle.decide_by_stroke(&solved.next.contact, point, 1);
+                cycle.decide_by_stroke(&solved.next.contact, point);
                 cycle.record_increment(&solved.next.contact, point);
                 reference = solved.next.reference;
             }

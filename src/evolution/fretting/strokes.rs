@@ -69,7 +69,7 @@ impl Run<'_> {
                 let coupled = (point % ratio == 0).then_some(point / ratio);
                 let (it, more) = self.advance_stroke(fine, loads, point, coupled, cycle)?;
                 work += more;
-                cycle.decide_by_stroke(&it, point, ratio);
+                cycle.decide_by_stroke(&it, point);
             }
             let found = self.responses_at_path_points(cycle, path);
             if before.is_some_and(|before| found.are_periodic(&before)) {

@@ -147,7 +147,7 @@ impl WearJump {
             cycle: CycleState::from(&wear_step.cycle),
             wear_rate: wear_step.wear_rate.clone(),
             dissipation_rate: wear_step.dissipation_rate,
-            rate_correction: resolved.map(|resolved| resolved.rates.clone()),
+            rate_correction: resolved.map(|resolved| resolved.correction.clone()),
             report: SolveReport { stop: StopReason::Converged, residual: 0.0, ..SolveReport::default() },
             checks: StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() },
             solves: 0,

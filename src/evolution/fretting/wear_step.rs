@@ -123,6 +123,7 @@ impl Run<'_> {
     fn begin_wear_step(&mut self) -> Advance<WearStepState> {
         let clock = Instant::now();
         self.warn_of_small_jump_tolerance();
+        self.apply_loads_before_contact();
         let mut wear_step = self.new_wear_step();
         if let SlipSource::ClosedPath(path) = &wear_step.slip_source {
             let (loads, _) = self.loads_at(&wear_step, 0.0);
@@ -141,6 +142,19 @@ impl Run<'_> {
             self.record_fretting_loop(&wear_step)?;
         }
         Ok(wear_step)
+    }
+
+    /// Loads that a step of cycles or sliding finds at another amplitude act before it: only a first step can, and it begins without
+    /// contact, so the motion of the surfaces is no slip.
+    fn apply_loads_before_contact(&mut self) {
+        let amplitudes = self.amplitudes_after_step();
+        if amplitudes != self.state.load_amplitudes {
+            let n = self.prepared.n();
+            let before = self.prepared.loaded_gap[..2 * n].to_vec();
+            self.set_loads(amplitudes);
+            let moved = self.prepared.loaded_gap.iter().zip(before).map(|(now, before)| now - before);
+            self.state.slip_reference.iter_mut().zip(moved).for_each(|(reference, by)| *reference += by);
+        }
     }
 
     fn warn_of_small_jump_tolerance(&mut self) {

@@ -78,10 +78,11 @@ impl WearStepState {
     /// Replaces the correction, and corrects the rates by it.
     pub(super) fn take_correction(&mut self, resolved: PathCorrection) {
         let before = self.path_correction.take();
-        let new = &resolved.rates;
+        let new = &resolved.correction;
         for (i, rate) in self.wear_rate.iter_mut().enumerate() {
-            let (factor, added) =
-                before.as_ref().map_or((1.0, 0.0), |before| (before.rates.factors[i], before.rates.added[i]));
+            let (factor, added) = before
+                .as_ref()
+                .map_or((1.0, 0.0), |before| (before.correction.factors[i], before.correction.added[i]));
             *rate = new.factors[i] * ((*rate - added) / factor) + new.added[i];
         }
         self.dissipation_rate *=
@@ -90,15 +91,15 @@ impl WearStepState {
     }
 
     /// Correction of the wear of the next jump, of `length` cycles; `None` without correction.
-    pub(super) fn extrapolated_rates(&self, length: f64) -> Option<RateCorrection> {
+    pub(super) fn extrapolated_correction(&self, length: f64) -> Option<RateCorrection> {
         let corrected = self.path_correction.as_ref().filter(|resolved| resolved.corrects);
-        corrected.map(|resolved| resolved.extrapolated_rates(self.completed, length))
+        corrected.map(|resolved| resolved.extrapolated_correction(self.completed, length))
     }
 
     /// Uses the resolved cycle at the end of a rejected jump to extrapolate the factors.
     pub(super) fn expect_factors(&mut self, end: &PathCorrection) {
         if let Some(before) = self.path_correction.as_mut().filter(|before| before.corrects) {
-            let change = end.measured_rates.factors.iter().zip(&before.measured_rates.factors);
+            let change = end.measured.factors.iter().zip(&before.measured.factors);
             before.factor_rate =
                 change.map(|(then, now)| (then - now) / (end.at_cycle - before.at_cycle)).collect();
         }

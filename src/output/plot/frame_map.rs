@@ -329,6 +329,7 @@ mod tests {
             status: vec![0, 1, 2, 2],
             wear_depth: vec![0.0, 0.0, 3e-7, 6e-7],
             wear_depth_error: vec![0.0; 4],
+            load_amplitudes: Vec::new(),
         };
         (frame, StepEndFields::new(["a"; 2], 4, &fields, false))
     }

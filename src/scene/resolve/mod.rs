@@ -11,6 +11,7 @@ mod initial_loads;
 mod interior_points;
 mod laws;
 mod load_points;
+mod loads;
 mod materials;
 mod orientations;
 mod placements;
@@ -29,6 +30,7 @@ use super::spec::body::Body;
 use super::spec::laws::{Friction, Wear};
 use super::spec::solver::{Output, Solver};
 use crate::error::Warning;
+use crate::laws::friction::FrictionLaw;
 use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::mesh_cache::MeshCache;
@@ -71,7 +73,11 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let wear: Option<Wear> = r.section_or_default("wear");
     let ground = laws::LawContext { bodies: &bodies, frame: frame.as_ref() };
     let laws = laws::resolve(r, ground, friction, wear);
+    let bulk_stresses = ["body1", "body2"].map(|key| loads::bulk_stress(r, key));
     let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
+    let friction = laws.as_ref().is_none_or(|laws| laws.friction != FrictionLaw::None)
+        && steps.iter().flatten().any(|step| step.friction);
+    loads::check(r, &bulk_stresses, friction);
     if let (Some(laws), Some(steps)) = (&laws, &steps) {
         r.notes.extend(initial_loads::friction_warnings(&bodies, &laws.friction, steps));
     }
@@ -88,6 +94,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
         title: title.map(|title| if title.is_empty() { file_stem(r.document) } else { title })?,
         units: units?,
         bodies: [body1?, body2?],
+        bulk_stresses,
         strength_limits: (materials.into_iter())
             .filter_map(|(name, material)| Some((name, material?.strength?)))
             .collect(),
@@ -118,7 +125,7 @@ fn resolve_body(r: &mut Resolver, key: &str, materials: &Materials) -> Option<Bo
     let body: Body = r.section(key)?;
     match body {
         Body::Rigid {} => Some(BodyPlan::Rigid),
-        Body::HalfSpace { material, fibre, truncated } => {
+        Body::HalfSpace { material, fibre, truncated, .. } => {
             let elastic = materials::find_material(r, key, &material, fibre, materials)?;
             Some(match truncated {
                 None => BodyPlan::HalfSpace(Box::new(elastic)),

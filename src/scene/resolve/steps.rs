@@ -98,6 +98,7 @@ fn monotone_step(keys: &Keys, i: usize) -> Step {
             .map(|angles| Tilt::Rotation(angles.map(f64::to_radians)))
             .or(keys.moment.map(Tilt::Moment)),
         spin: keys.twist.map(|angle| Spin::Twist(angle.to_radians())).or(keys.spin_moment.map(Spin::Moment)),
+        loads: keys.loads.clone().into_iter().collect(),
         increments: keys.increments.0,
         friction: keys.friction,
         wear: keys.wear,

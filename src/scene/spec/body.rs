@@ -31,9 +31,23 @@ pub enum Body {
         /// are 1.1 to 1000 times the larger `half_width` of a grid frame. The truncation allows comparisons with programs without
         /// half-space kernels; omit it for the exact half-space.
         truncated: Option<Positive>,
+        /// Uniform stress parallel to the surface, which steps may vary.
+        bulk_stress: Option<BulkStress>,
     },
     /// Body that does not deform.
     Rigid {},
+}
+
+/// Uniform stress of a half-space parallel to its surface. It strains the surface, and with friction this strain is slip.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BulkStress {
+    /// Name by which steps prescribe the amplitude (`steps.loads`). Loads of both bodies with the same name have one amplitude.
+    #[schemars(length(min = 1))]
+    pub name: Option<String>,
+    /// Stresses xx, yy and xy at amplitude 1, in the frame's axes. Along a period of the frame the surface must not be strained: plane
+    /// strain of an isotropic body needs yy = nu xx.
+    pub value: [f64; 3],
 }
 
 /// Body of finite elements.

@@ -1,5 +1,7 @@
 //! `[[steps]]`.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -32,6 +34,10 @@ pub struct Step {
     pub twist: Option<f64>,
     /// Moment on body 1 about the normal through the frame's centre. Excludes `twist`.
     pub spin_moment: Option<f64>,
+    /// Amplitudes of named loads of the bodies at the end of the step, factors on their values. In the first step, loads that it
+    /// does not name reach 1.
+    #[serde(default)]
+    pub loads: BTreeMap<String, f64>,
     /// Load history from a CSV file, instead of other loads and motions. Each row is reached linearly from the previous one.
     pub history: Option<LoadHistory>,
     /// Number of equal increments (with `history`: per row), default 1. With friction the result depends on it (load path).

@@ -202,6 +202,7 @@ impl<'p> Builder<'p, '_> {
             frame,
             flexibility: coupled.flexibility,
             initial_gap,
+            loads: coupled.loads,
             floating: coupled.floating,
             friction: plan.friction,
             wear: plan.wear,

@@ -367,6 +367,7 @@ mod tests {
             tangential: Some(Tangential::Shift([1.0, 0.0])),
             tilt: None,
             spin: None,
+            loads: Vec::new(),
             increments: 1,
             friction: true,
             wear: false,

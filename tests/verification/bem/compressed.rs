@@ -295,6 +295,7 @@ pub(super) fn model(cells: &Cells, operator: Arc<dyn Flexibility>) -> Model {
         frame: cells.frame(),
         flexibility: operator,
         initial_gap,
+        loads: Vec::new(),
         floating: Vec::new(),
         friction: FrictionLaw::Coulomb { mu: 0.3 },
         wear: WearLaw::None,

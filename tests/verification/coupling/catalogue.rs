@@ -28,6 +28,7 @@ fn touching(specs: [FeSpec; 2], frame: &ContactFrame) -> Model {
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        loads: coupled.loads,
         floating: coupled.floating,
         friction: FrictionLaw::None,
         wear: WearLaw::None,
@@ -143,6 +144,7 @@ fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormul
     let model = Model {
         initial_gap: vec![0.0; 3 * frame.n_cells()],
         flexibility: coupled.flexibility,
+        loads: Vec::new(),
         floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::None,

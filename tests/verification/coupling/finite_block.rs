@@ -32,6 +32,7 @@ pub fn under_a_sphere(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Mode
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        loads: Vec::new(),
         floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::None,

@@ -57,6 +57,7 @@ fn model(
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        loads: coupled.loads,
         floating: coupled.floating,
         friction,
         wear: WearLaw::None,

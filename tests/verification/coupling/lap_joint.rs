@@ -80,6 +80,7 @@ fn straps_fixed(fixed: [bool; 3]) -> Model {
         initial_gap: coupled.initial_gap(&distance),
         frame,
         flexibility: coupled.flexibility,
+        loads: coupled.loads,
         floating: coupled.floating,
         friction: FrictionLaw::Coulomb { mu: 0.3 },
         wear: WearLaw::None,

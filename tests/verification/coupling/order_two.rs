@@ -44,6 +44,7 @@ fn worst_cell([lower, upper]: [&Mesh; 2], frame: &ContactFrame) -> (f64, f64) {
         friction: FrictionLaw::None,
         wear: WearLaw::None,
         wear_share: 1.0,
+        loads: coupled.loads,
         floating: coupled.floating,
     };
     let options = SolverOptions { tolerance: 1e-12, ..Default::default() };

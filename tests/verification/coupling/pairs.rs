@@ -45,6 +45,7 @@ pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> 
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        loads: coupled.loads,
         floating: coupled.floating,
         friction,
         wear: WearLaw::None,

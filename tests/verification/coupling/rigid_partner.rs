@@ -46,6 +46,7 @@ fn model(n: usize, nodes: bool) -> Model {
         initial_gap: coupled.initial_gap(&distance),
         frame,
         flexibility: coupled.flexibility,
+        loads: coupled.loads,
         floating: coupled.floating,
         friction: FrictionLaw::None,
         wear: WearLaw::None,

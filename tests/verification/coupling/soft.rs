@@ -77,6 +77,7 @@ fn a_plate_on_a_soft_foundation() {
         frame,
         flexibility: coupled.flexibility,
         initial_gap: initial_gap.clone(),
+        loads: Vec::new(),
         floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::None,

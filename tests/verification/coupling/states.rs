@@ -19,6 +19,7 @@ pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Run
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        loads: Vec::new(),
         floating: Vec::new(),
         friction: frp_friction(30.0),
         wear: frp_wear(30.0),

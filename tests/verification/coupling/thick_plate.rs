@@ -41,6 +41,7 @@ fn large_systems_take_few_products() {
         initial_gap: coupled.initial_gap(&distance),
         frame,
         flexibility: coupled.flexibility,
+        loads: coupled.loads,
         floating: coupled.floating,
         friction: FrictionLaw::Coulomb { mu: 1e3 },
         wear: WearLaw::None,

@@ -49,6 +49,7 @@ fn every_pair_of_bodies_by_newton() {
             frame: frame.clone(),
             initial_gap: coupled.initial_gap(&distance),
             flexibility: coupled.flexibility,
+            loads: Vec::new(),
             floating: Vec::new(),
             friction: frp_friction(30.0),
             wear: frp_wear(30.0),

@@ -42,6 +42,7 @@ fn cell(flexibility: Matrix3<f64>, friction: FrictionLaw) -> Model {
         frame: ContactFrame::grid([0.5; 2], [1; 2], [0.0; 2], 0.0).expect("a frame of one cell"),
         flexibility: Arc::new(OneCell(flexibility)),
         initial_gap: vec![0.0; 3],
+        loads: Vec::new(),
         floating: Vec::new(),
         friction,
         wear: WearLaw::None,

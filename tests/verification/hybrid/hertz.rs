@@ -27,6 +27,7 @@ pub fn sphere_on(body: &mut dyn ElasticBody, side: Side, frame: &ContactFrame) -
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        loads: Vec::new(),
         floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::None,

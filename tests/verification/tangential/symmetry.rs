@@ -110,6 +110,7 @@ fn another_place() {
         frame,
         flexibility: Arc::new(flexibility),
         initial_gap,
+        loads: Vec::new(),
         floating: Vec::new(),
         friction: FrictionLaw::Coulomb { mu: 0.3 },
         wear: WearLaw::None,

@@ -279,6 +279,7 @@ fn model(mesh: Option<Mesh>, frame: &ContactFrame) -> Model {
         frame: frame.clone(),
         initial_gap: coupled.initial_gap(&distance),
         flexibility: coupled.flexibility,
+        loads: coupled.loads,
         floating: coupled.floating,
         friction: FrictionLaw::Coulomb { mu: 50.0 },
         wear: WearLaw::None,

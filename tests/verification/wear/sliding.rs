@@ -196,6 +196,7 @@ fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step
         frame,
         flexibility: Arc::new(Columns(2, 0.8)),
         initial_gap: vec![0.0, 0.0, 0.0, 0.0, 0.0, 1.875],
+        loads: Vec::new(),
         floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::Archard { i: 1.0 },

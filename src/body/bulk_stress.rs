@@ -1,0 +1,201 @@
+//! Uniform stress of a half-space parallel to its surface.
+
+use nalgebra::{Matrix2, Matrix3, Vector2};
+
+use super::{BodyLoad, PointState};
+use crate::error::{Error, Result};
+use crate::frame::{ContactFrame, Side};
+use crate::geometry::{Point, Triad, format_short};
+use crate::material::{Stiffness, tensor_to_voigt};
+
+/// Strain along a period, relative to the largest strain, that counts as zero. Users give stresses with some digits.
+const PERIODIC_STRAIN_TOLERANCE: f64 = 1e-6;
+
+/// Largest distance between the unit normals of the frame and of its cells.
+const NORMAL_TOLERANCE: f64 = 1e-6;
+
+/// Uniform stress σ_xx, σ_yy, σ_xy of a half-space. The surface stays plane and does not spin about its normal:
+///
+///     u_x = ε_xx x + ½γ_xy y + γ_xz z,   u_y = ½γ_xy x + ε_yy y + γ_yz z,   u_z = ε_zz z
+///
+/// with the strains ε = S σ, the compliance S, and z = 0 on the surface.
+pub(super) struct BulkStress {
+    origin: Point,
+    /// Displacement gradient at amplitude 1, global axes.
+    gradient: Matrix3<f64>,
+    /// Stress at amplitude 1, global axes, MPa.
+    stress: Matrix3<f64>,
+}
+
+impl BulkStress {
+    /// `value` contains σ_xx, σ_yy, σ_xy in the axes of the frame, MPa. `stiffness` is that of the body in `axes`, whose third axis
+    /// is the normal of the frame.
+    ///
+    /// # Errors
+    /// If the normals of the frame and of its cells differ, or the surface would be strained along a period of the frame.
+    pub fn new(value: [f64; 3], stiffness: &Stiffness, axes: &Triad, frame: &ContactFrame) -> Result<Self> {
+        let [xx, yy, xy] = value;
+        let turn = axes.0.transpose() * frame.axes.0;
+        if (turn.column(2) - Point::z()).norm() > NORMAL_TOLERANCE {
+            let normal = axes.normal();
+            return Err(Error::input(format!(
+                "a bulk stress is given in the axes of the frame, but the frame's normal is not that of the surface: set frame.normal = [{}, {}, {}]",
+                normal.x, normal.y, normal.z
+            )));
+        }
+        let stress = turn * Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0) * turn.transpose();
+        let strain = stiffness.compliance() * nalgebra::Vector6::from(tensor_to_voigt(&stress));
+        let [x, y, z, yz, xz, xy]: [f64; 6] = strain.into();
+        let gradient = Matrix3::new(x, 0.5 * xy, xz, 0.5 * xy, y, yz, 0.0, 0.0, z);
+        if let Some(grid) = frame.grid {
+            let of_frame = turn.transpose() * gradient * turn;
+            let in_plane = [of_frame[(0, 0)], of_frame[(1, 1)], 2.0 * of_frame[(0, 1)]];
+            let compliance = stiffness.rotated(&turn.transpose()).compliance();
+            refuse_periodic_strain(value, in_plane, &compliance, grid.periodic)?;
+        }
+        let to_global = |local: &Matrix3<f64>| axes.0 * local * axes.0.transpose();
+        Ok(Self { origin: frame.origin, gradient: to_global(&gradient), stress: to_global(&stress) })
+    }
+
+    /// The load of the body on `side` of `frame`.
+    ///
+    /// # Errors
+    /// If the surface moves across a plane of symmetry.
+    pub fn load(&self, name: Option<String>, side: Side, frame: &ContactFrame) -> Result<BodyLoad> {
+        let n = frame.n_cells();
+        let mut gap = vec![0.0; 3 * n];
+        for (i, (center, triad)) in frame.centers.iter().zip(frame.triads.iter()).enumerate() {
+            let local = triad.to_local(&(self.displacement(center) * side.gap_sign()));
+            // Exactly 0: the surface stays plane.
+            (gap[i], gap[n + i]) = (local.x, local.y);
+        }
+        let largest = gap.iter().fold(0.0, |largest: f64, gap| largest.max(gap.abs()));
+        for (cell, projector) in frame.symmetry_projectors() {
+            let local = Point::new(gap[cell], gap[n + cell], 0.0);
+            if (projector * local - local).norm() > PERIODIC_STRAIN_TOLERANCE * largest {
+                return Err(Error::input(
+                    "a bulk stress moves the surface across a plane of symmetry: shear stress in the axes of this plane must vanish, and the centre of the frame must lie in the plane",
+                ));
+            }
+        }
+        Ok(BodyLoad { name, gap })
+    }
+
+    fn displacement(&self, point: &Point) -> Point {
+        self.gradient * (point - self.origin)
+    }
+
+    pub fn state(&self, amplitude: f64, point: &Point) -> PointState {
+        PointState { displacement: amplitude * self.displacement(point), stress: amplitude * self.stress }
+    }
+}
+
+/// Refuses strain of the surface along a periodic direction. `strain` is ε_xx, ε_yy, γ_xy in the axes of the frame.
+fn refuse_periodic_strain(
+    value: [f64; 3],
+    strain: [f64; 3],
+    compliance: &nalgebra::Matrix6<f64>,
+    periodic: [bool; 2],
+) -> Result<()> {
+    let [xx, yy, xy] = strain.map(f64::abs);
+    let limit = PERIODIC_STRAIN_TOLERANCE * xx.max(yy).max(xy);
+    let strained = [xx, yy].map(|along| along > limit || xy > limit);
+    let Some(along) = (0..2).find(|&axis| periodic[axis] && strained[axis]) else { return Ok(()) };
+    let name = ["x", "y"][along];
+    if periodic == [true; 2] {
+        return Err(Error::input(
+            "on a frame that is periodic along x and y, a bulk stress would strain the periods: make the frame non-periodic along the direction of the stress",
+        ));
+    }
+    // The stresses that vanish the strains along the period, for the given stress across it.
+    const PLACES: [usize; 3] = [0, 1, 5];
+    let given = 1 - along;
+    let entry = |row: usize, column: usize| compliance[(PLACES[row], PLACES[column])];
+    let matrix = Matrix2::new(entry(along, along), entry(along, 2), entry(2, along), entry(2, 2));
+    let right = -Vector2::new(entry(along, given), entry(2, given)) * value[given];
+    let found = matrix.lu().solve(&right).unwrap_or_default();
+    let mut instead = value;
+    (instead[along], instead[2]) = (found.x, found.y);
+    // Ten digits, and no "-0".
+    let rounded = |stress: f64| format!("{stress:.9e}").parse().unwrap_or(stress) + 0.0;
+    Err(Error::input(format!(
+        "the bulk stress strains the surface by {} along the periodic direction {name}, and by {} in shear; both must vanish. The stress [{}] does that",
+        format_short(strain[along]),
+        format_short(strain[2]),
+        instead.map(|stress| rounded(stress).to_string()).join(", ")
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::fibre_axes;
+    use crate::material::Orthotropic;
+    use crate::material::strain_of_gradient;
+
+    fn im7(tilt: f64, azimuth: f64) -> Stiffness {
+        let constants = Orthotropic {
+            e1: 167230.0,
+            e2: 9544.0,
+            e3: 9544.0,
+            g12: 5292.0,
+            g13: 5292.0,
+            g23: 3483.0,
+            nu12: 0.272,
+            nu13: 0.272,
+            nu23: 0.369,
+        };
+        Stiffness::orthotropic(&constants)
+            .unwrap()
+            .rotated(&fibre_axes(tilt.to_radians(), azimuth.to_radians()))
+    }
+
+    fn plane_strains(stiffness: &Stiffness, value: [f64; 3], frame: &ContactFrame) -> [f64; 6] {
+        let bulk = BulkStress::new(value, stiffness, &frame.axes, frame).unwrap();
+        let strain = strain_of_gradient(&bulk.gradient);
+        assert!((stiffness.stress(&bulk.gradient) - bulk.stress).norm() < 1e-9);
+        strain.into()
+    }
+
+    /// Truth: strains of IM7 by a compliance that an independent program computed, for tilts 0, 30 and 90, and for tilt 30 with
+    /// azimuth 40.
+    #[test]
+    fn strains_of_tilted_fibres() {
+        let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
+        for (tilt, azimuth, value, wanted) in [
+            (0.0, 0.0, [100.0, 0.0, 0.0], [5.979788e-4, -1.626502e-4, 0.0]),
+            (30.0, 0.0, [100.0, 0.0, 0.0], [4.473315e-3, -1.088564e-3, 0.0]),
+            (90.0, 0.0, [100.0, 0.0, 0.0], [1.047779e-2, -3.866303e-3, 0.0]),
+            (30.0, 40.0, [100.0, 0.0, 0.0], [7.977849e-3, -2.112194e-3, -3.317613e-3]),
+            (30.0, 40.0, [0.0, 0.0, 100.0], [-3.317613e-3, -2.595638e-3, 1.725553e-2]),
+        ] {
+            let [x, y, _, _, _, xy] = plane_strains(&im7(tilt, azimuth), value, &frame);
+            for (found, wanted) in [x, y, xy].into_iter().zip(wanted) {
+                assert!((found - wanted).abs() < 1e-8, "{tilt}, {azimuth}: {found} {wanted}");
+            }
+        }
+    }
+
+    /// Truth: a surface whose normal is not that of the frame would carry the stress, so the stress is refused.
+    #[test]
+    fn inclined_surfaces_are_refused() {
+        let mut frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
+        let surface = frame.axes;
+        frame.axes = Triad(*nalgebra::Rotation3::from_axis_angle(&Point::y_axis(), 0.2).matrix());
+        let steel = Stiffness::isotropic(210e3, 0.3).unwrap();
+        let message = BulkStress::new([100.0, 0.0, 0.0], &steel, &surface, &frame).err().unwrap().to_string();
+        assert!(message.contains("set frame.normal = [0, 0, 1]"), "{message}");
+    }
+
+    /// Truth: plane strain of an isotropic body needs σ_yy = ν σ_xx. The message proposes this stress, which is then accepted.
+    #[test]
+    fn periods_are_not_strained() {
+        let mut frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
+        frame.grid.as_mut().unwrap().periodic = [false, true];
+        let steel = Stiffness::isotropic(210e3, 0.3).unwrap();
+        let bulk = |value| BulkStress::new(value, &steel, &frame.axes, &frame).map(|_| ());
+        let message = bulk([100.0, 0.0, 0.0]).unwrap_err().to_string();
+        assert!(message.contains("[100, 30, 0]"), "{message}");
+        bulk([100.0, 30.0, 0.0]).unwrap();
+    }
+}

@@ -1,0 +1,104 @@
+//! Bulk stress of half-spaces in scenes: refusals, table of `check`, and fields.
+
+use std::fs;
+
+use crate::bad_input::{SOUND, check};
+use crate::near_field::{call, run};
+
+const STRESS: &str =
+    "fibre = { tilt = 30.0, azimuth = 0.0 }\nbulk_stress = { name = \"bulk\", value = [100.0, 0.0, 0.0] }";
+
+fn stressed() -> String {
+    SOUND.replace("fibre = { tilt = 30.0, azimuth = 0.0 }", STRESS)
+}
+
+/// Truth: docs/scene.md: amplitudes of loads that no body has, and changes where amplitudes stay, are refused at their key.
+#[test]
+fn what_is_refused() {
+    let (code, text) = check(&stressed(), &[]);
+    assert_eq!(code, Some(0), "{text}");
+    let cycles = "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }";
+    let rolling = "rolling = { creepage = [1e-3, 0.0] }";
+    let step = "approach = 0.02\nloads = ";
+    for (from, to, words) in [
+        (
+            "approach = 0.02",
+            &format!("{step}{{ bilk = 1.0 }}")[..],
+            ["steps.0.loads.bilk", "named loads: bulk"],
+        ),
+        (cycles, &format!("{cycles}\nloads = {{ bulk = 0.5 }}"), ["steps.1.loads", "step with `cycles`"]),
+        (cycles, rolling, ["body1.bulk_stress", "combined with rolling"]),
+        ("\"bulk\", value", "\"\", value", ["body1.bulk_stress.name", "empty name"]),
+        ("[100.0, 0.0, 0.0]", "[100.0, 0.0]", ["body1.bulk_stress", "value"]),
+        ("bulk_stress =", "truncated = 3.0\nbulk_stress =", ["body1.bulk_stress", "truncated"]),
+        (
+            "cells = [16, 16]",
+            "cells = [16, 16]\nperiodic = [false, true]",
+            ["body1.bulk_stress", "The stress [100.0"],
+        ),
+    ] {
+        assert!(stressed().contains(from), "{from}");
+        let (code, text) = check(&stressed().replacen(from, to, 1), &[]);
+        assert_eq!(code, Some(2), "{to}: {text}");
+        assert!(words.iter().all(|word| text.contains(word)), "{to}: {words:?} in\n{text}");
+    }
+    let unnamed = stressed()
+        .replace("name = \"bulk\", ", "")
+        .replace("approach = 0.02", "approach = 0.02\nloads = { bulk = 1.0 }");
+    let (code, text) = check(&unnamed, &[]);
+    assert!(code == Some(2) && text.contains("no load has a name"), "{text}");
+    // One mistake in the body gives one error.
+    let wrong = stressed()
+        .replace("100.0", "nan")
+        .replace("approach = 0.02", "approach = 0.02\nloads = { bulk = 1.0 }");
+    let (code, text) = check(&wrong, &[]);
+    assert!(code == Some(2) && text.contains("1 error in"), "{text}");
+    // Without friction the strain of the surface changes nothing, and a note says so.
+    let smooth = stressed().split("[friction]").next().unwrap().to_owned() + "[[steps]]\napproach = 0.02\n";
+    let (code, text) = check(&smooth, &[]);
+    assert!(code == Some(0) && text.contains("has no effect on the contact"), "{text}");
+}
+
+/// Truth: docs/scene.md: amplitudes grow to 1 over the first step unless it names them, and stay.
+#[test]
+fn table_of_amplitudes() {
+    let check = |scene: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        call("check", folder.path(), &[]).1
+    };
+    let text = check(&stressed());
+    assert!(text.contains("loads of the bodies at the end of each step"), "{text}");
+    let rows = |text: &str| text.matches("bulk 1").count();
+    assert_eq!(rows(&text), 2, "{text}");
+    let named = stressed().replace("approach = 0.02", "approach = 0.02\nloads = { bulk = 0.25 }");
+    let text = check(&named);
+    assert_eq!((rows(&text), text.matches("bulk 0.25").count()), (0, 2), "{text}");
+}
+
+/// Truth: far below the contact the stress is the bulk stress times its amplitude. The stress of the contact decays with the square of
+/// the depth, and is the same without bulk stress if friction does not act.
+#[test]
+fn stress_inside() {
+    let line = "\n[[output.inside]]\nname = \"axis\"\nbody = 1\nfrom = [0.0, 0.0, -0.1]\nto = [0.0, 0.0, -5.0]\npoints = 3\n";
+    let column = |scene: &str, name: &str| -> Vec<f64> {
+        let folder = tempfile::tempdir().unwrap();
+        let first = scene.split("[[steps]]\nname = \"fretting\"").next().unwrap();
+        let scene = format!("{first}friction = false\nwear = false\n[output]\nfields = [\"vtu\"]\n{line}");
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        let summary = run(folder.path(), &[]);
+        let out = folder.path().join("scene.out");
+        assert!(summary["files"].to_string().contains("body1_0001.vtu"), "{summary}");
+        let text = fs::read_to_string(out.join("inside-axis_0001.csv")).unwrap();
+        let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let at = header.iter().position(|column| *column == name).unwrap();
+        text.lines().skip(1).map(|row| row.split(',').nth(at).unwrap().parse().unwrap()).collect()
+    };
+    let half = stressed().replace("approach = 0.02", "approach = 0.02\nloads = { bulk = 0.5 }");
+    for (name, added) in [("stress_xx", 50.0), ("stress_zz", 0.0)] {
+        let (with, without) = (column(&half, name), column(SOUND, name));
+        for (with, without) in with.iter().zip(&without) {
+            assert!((with - without - added).abs() < 1e-6, "{name}: {with} {without}");
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Bulk stress of half-spaces: its strain moves the surface, and with friction this motion is slip.
+
+use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
+use orthowear::body::HalfSpaceBody;
+use orthowear::contact::SolverOptions;
+use orthowear::coupling::{Coupling, couple};
+use orthowear::error::Result;
+use orthowear::evolution::observer::{CheckpointEvent, Observer};
+use orthowear::evolution::records::{FrameState, IncrementRecord};
+use orthowear::evolution::step::{Step, Tangential};
+use orthowear::evolution::{Model, RunCheckpoint, RunResult, run};
+use orthowear::frame::{ContactFrame, Side};
+use orthowear::laws::friction::FrictionLaw;
+use orthowear::laws::wear::WearLaw;
+use orthowear::material::Stiffness;
+
+use crate::common::{Silent, im7, press, relative, solve_with, sphere, steel, step};
+
+const NAME: &str = "bulk";
+
+/// Bulk stress of body 1, or of body 2.
+fn model(
+    [lower, upper]: [&Stiffness; 2],
+    frame: ContactFrame,
+    (side, stress): (Side, [f64; 3]),
+    mu: f64,
+    gap: impl Fn(f64, f64) -> f64,
+) -> Model {
+    let body = |stiffness, own| {
+        let body = HalfSpaceBody::new(stiffness, own, &frame).expect("a half-space");
+        if own == side {
+            body.with_bulk_stress(stress, Some(NAME.to_owned()), &frame).expect("an admissible stress")
+        } else {
+            body
+        }
+    };
+    let (mut lower, mut upper) = (body(lower, Side::Lower), body(upper, Side::Upper));
+    let coupled =
+        couple(&mut lower, &mut upper, &frame, Coupling::Schur, SkipVanishing).expect("coupled bodies");
+    let distance: Vec<f64> = frame.centers.iter().map(|center| gap(center.x, center.y)).collect();
+    let initial_gap = coupled.initial_gap(&distance);
+    Model {
+        frame,
+        flexibility: coupled.flexibility,
+        initial_gap,
+        loads: coupled.loads,
+        floating: coupled.floating,
+        friction: FrictionLaw::Coulomb { mu },
+        wear: WearLaw::None,
+        wear_share: 1.0,
+    }
+}
+
+fn tight() -> SolverOptions {
+    SolverOptions { tolerance: 1e-11, ..SolverOptions::default() }
+}
+
+fn pressed(force: f64) -> Step {
+    Step {
+        tangential: Some(Tangential::Force([0.0; 2])),
+        loads: vec![(NAME.to_owned(), 0.0)],
+        ..press(force)
+    }
+}
+
+fn loaded(amplitude: f64) -> Step {
+    Step { loads: vec![(NAME.to_owned(), amplitude)], ..step("bulk") }
+}
+
+fn pulled(force: f64) -> Step {
+    Step { tangential: Some(Tangential::Force([force, 0.0])), ..step("pull") }
+}
+
+/// Line contact of equal cylinders: modulus, Poisson's ratio, radius, friction, and load per length.
+const E: f64 = 72.1e3;
+const NU: f64 = 0.33;
+const RADIUS: f64 = 50.0;
+const MU: f64 = 0.65;
+const LOAD: f64 = 135.75;
+/// Pressure of Hertz, and the unit (μ p0 a)² / E* of the dissipation per length.
+const PEAK: f64 = 186.98182456784932;
+const DISSIPATION_UNIT: f64 = 0.07799878009579982;
+
+fn line(cells: usize, share: f64, side: Side) -> Model {
+    let material = Stiffness::isotropic(E, NU).expect("aluminium");
+    let frame = ContactFrame::grid([0.6, 0.5], [cells, 1], [0.0; 2], 0.0).expect("a grid");
+    let stress = share * PEAK;
+    let gap = |x: f64, _| x * x / (2.0 * RADIUS);
+    let bulk = (side, [stress, NU * stress, 0.0]);
+    model([&material; 2], frame.with_periodicity([false, true]), bulk, MU, gap)
+}
+
+/// Dissipation per step after the first one, in the unit above, and numbers of backward slipping, sticking and forward slipping
+/// cells at the end.
+fn legs(model: &Model, steps: &[Step]) -> (Vec<f64>, [usize; 3]) {
+    let result = solve_with(model, steps, &tight());
+    let end = |step: &Step| result.records.iter().rfind(|record| record.name == step.name).expect("a step");
+    assert!(result.records.iter().all(|record| record.converged), "{:?}", result.outcome);
+    let totals: Vec<f64> = steps.iter().map(|step| end(step).dissipation).collect();
+    let state = &result.state;
+    let count = |holds: &dyn Fn(usize) -> bool| (0..state.status.len()).filter(|&i| holds(i)).count();
+    let slips = |i: usize| state.status[i] == 2;
+    let cells = [
+        count(&|i| slips(i) && state.tractions[i] > 0.0),
+        count(&|i| state.status[i] == 1),
+        count(&|i| slips(i) && state.tractions[i] < 0.0),
+    ];
+    (totals.windows(2).map(|pair| (pair[1] - pair[0]) / DISSIPATION_UNIT).collect(), cells)
+}
+
+/// Truth: an independent program at the same 64 cells. Tangential force Q = 0.5 μP and bulk stress 0.4 μ p0, in three orders: the
+/// dissipation of each step, and the numbers of cells that slip back, stick and slip on. One and ten increments agree.
+#[test]
+fn order_of_loads_in_line_contact() {
+    let model = line(64, 0.4 * MU, Side::Lower);
+    let force = 0.5 * MU * LOAD;
+    let together = Step { loads: loaded(1.0).loads, ..pulled(force) };
+    for increments in [1, 10] {
+        let steps = |later: &[Step]| -> Vec<Step> {
+            let later = later.iter().map(|step| Step { increments, ..step.clone() });
+            std::iter::once(pressed(LOAD)).chain(later).collect()
+        };
+        for (steps, wanted, cells) in [
+            (steps(std::slice::from_ref(&together)), vec![0.030344993279665], [0, 35, 15]),
+            (steps(&[loaded(1.0), pulled(force)]), vec![0.000960524832768, 0.030344993279665], [0, 35, 15]),
+            (steps(&[pulled(force), loaded(1.0)]), vec![0.022302439150419, 0.017515546544450], [1, 39, 10]),
+        ] {
+            let (found, status) = legs(&model, &steps);
+            assert_eq!(status, cells, "{increments}");
+            for (found, wanted) in found.iter().zip(&wanted) {
+                assert!(relative(*found, *wanted) < 1e-6, "{increments}: {found} {wanted}");
+            }
+        }
+    }
+}
+
+fn ball(lower: &Stiffness, stress: f64, cells: usize) -> Model {
+    let frame = ContactFrame::grid([1.25; 2], [cells; 2], [0.0; 2], 0.0).expect("a grid");
+    model([lower, &steel()], frame, (Side::Lower, [stress, 0.0, 0.0]), 0.5, sphere(50.0))
+}
+
+fn pressed_and_loaded(model: &Model, increments: usize) -> RunResult {
+    let both = Step { loads: loaded(1.0).loads, increments, ..pulled(50.0) };
+    solve_with(model, &[pressed(200.0), both], &tight())
+}
+
+/// Truth: an independent program at the same 32 x 32 cells and increments. A ball on IM7 with tilted fibres and on steel, bulk
+/// stress along x together with a tangential force.
+#[test]
+fn ball_on_a_strained_half_space() {
+    for (lower, stress, increments, shift, approach, dissipation) in [
+        (steel(), 100.0, 1, 0.0007359547584822511, 0.0032270342557311838, 0.001981615097219223),
+        (im7(30.0), 100.0, 1, 0.006646733734524964, 0.0145684704871653, 0.09480206551282072),
+        (im7(60.0), 50.0, 1, 0.009312376354767718, 0.0103063007503118, 0.06705583254920908),
+        (im7(30.0), 100.0, 16, 0.006632652508353084, 0.0145722818231795, f64::NAN),
+    ] {
+        let result = pressed_and_loaded(&ball(&lower, stress, 32), increments);
+        let (first, last) = (&result.records[0], result.records.last().expect("records"));
+        assert!(relative(last.shift[0], shift) < 1e-7, "{} {shift}", last.shift[0]);
+        assert!(relative(last.approach, approach) < 1e-7, "{} {approach}", last.approach);
+        let found = last.dissipation - first.dissipation;
+        assert!(dissipation.is_nan() || relative(found, dissipation) < 1e-6, "{found} {dissipation}");
+        assert_eq!(last.loads[NAME], 1.0);
+    }
+}
+
+/// Truth: equal spheres with Poisson's ratio 0. The stick disc of radius c = a (1 - Q/μP)^(1/3) moves by e = s a / (π μ p0), and the
+/// shift is π μ p0 / (4 G a) (2 (a² - c²) + e²). On 32 and 64 cells the error of the shift decreases with second order.
+#[test]
+fn moved_stick_disc() {
+    let material = Stiffness::isotropic(210e3, 0.0).expect("a material");
+    let (force, mu, stress) = (200.0_f64, 0.5, 100.0);
+    let modulus = 210e3 / 2.0;
+    let radius = (3.0 * force * 50.0 / (4.0 * modulus)).cbrt();
+    let peak = 3.0 * force / (2.0 * std::f64::consts::PI * radius * radius);
+    let stick = radius * (1.0 - 50.0 / (mu * force)).cbrt();
+    let moved = stress * radius / (std::f64::consts::PI * mu * peak);
+    let wanted = std::f64::consts::PI * mu * peak / (4.0 * 105e3 * radius)
+        * (2.0 * (radius * radius - stick * stick) + moved * moved);
+    let error = |cells: usize| {
+        let frame = ContactFrame::grid([0.6; 2], [cells; 2], [0.0; 2], 0.0).expect("a grid");
+        let bulk = (Side::Lower, [stress, 0.0, 0.0]);
+        let model = model([&material; 2], frame, bulk, mu, sphere(50.0));
+        let result = pressed_and_loaded(&model, 1);
+        relative(result.records.last().expect("records").shift[0], wanted)
+    };
+    let (coarse, fine) = (error(32), error(64));
+    assert!(fine < 3e-4 && fine < 0.6 * coarse, "{coarse} {fine}");
+}
+
+/// Truth: equal stress in both bodies of one material strains both surfaces alike, and changes nothing. The stress in body 2 acts as
+/// the opposite stress in body 1.
+#[test]
+fn stress_of_both_bodies() {
+    let force = 0.5 * MU * LOAD;
+    let steps = [pressed(LOAD), loaded(1.0), pulled(force)];
+    let (lower, _) = legs(&line(64, -0.4 * MU, Side::Lower), &steps);
+    let (upper, _) = legs(&line(64, 0.4 * MU, Side::Upper), &steps);
+    lower.iter().zip(&upper).for_each(|(lower, upper)| assert!(relative(*upper, *lower) < 1e-9));
+    let (mut both, none) = (line(64, 0.4 * MU, Side::Lower), line(64, 0.0, Side::Lower));
+    both.loads.extend(line(64, 0.4 * MU, Side::Upper).loads);
+    let [both, none] = [both, none].map(|model| legs(&model, &steps).0);
+    both.iter().zip(&none).for_each(|(both, none)| assert!((both - none).abs() < 1e-12, "{both} {none}"));
+}
+
+/// Truth: a run that resumes from a checkpoint gives the same bits, because the amplitudes are part of the state. A step that names no
+/// load changes none.
+#[test]
+fn resumed_amplitudes() {
+    struct Keeper(Vec<RunCheckpoint>);
+    impl Observer for Keeper {
+        fn increment_done(&mut self, _: &IncrementRecord, _: &FrameState) -> Result<()> {
+            Ok(())
+        }
+
+        fn on_checkpoint(
+            &mut self,
+            _: CheckpointEvent,
+            checkpoint: &dyn Fn() -> RunCheckpoint,
+        ) -> Result<()> {
+            self.0.push(checkpoint());
+            Ok(())
+        }
+    }
+    let model = line(32, 0.4 * MU, Side::Lower);
+    let steps = [pressed(LOAD), Step { increments: 3, ..loaded(0.75) }, pulled(0.5 * MU * LOAD)];
+    let mut keeper = Keeper(Vec::new());
+    let whole = run(&model, &steps, &SolverOptions::default(), None, &mut keeper).expect("a run");
+    assert_eq!(whole.records.last().expect("records").loads[NAME], 0.75);
+    // The last checkpoint leaves nothing to do.
+    keeper.0.pop();
+    assert!(keeper.0.len() > 3);
+    for checkpoint in keeper.0 {
+        let resumed =
+            run(&model, &steps, &SolverOptions::default(), Some(checkpoint), &mut Silent).expect("a run");
+        assert_eq!(resumed.state.tractions, whole.state.tractions);
+        assert_eq!(resumed.state.slip, whole.state.slip);
+    }
+}
