@@ -111,6 +111,7 @@ fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
         tilt: None,
         spin: None,
         loads: Vec::new(),
+        cyclic_loads: Vec::new(),
         increments: 1,
         friction: false,
         wear: false,

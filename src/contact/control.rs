@@ -93,4 +93,6 @@ pub struct PathPoint {
     pub balance: Option<Balance>,
     /// Reference from which slip is measured.
     pub reference: SlipReference,
+    /// Factor on [`super::Increment::cyclic_gap`], -1 to 1.
+    pub load_phase: f64,
 }

@@ -21,6 +21,8 @@ pub struct Increment<'a> {
     pub areas: &'a [f64],
     /// Gap at zero tractions and zero rigid motion, without wear, `[3, N]`, mm.
     pub initial_gap: &'a [f64],
+    /// Change of the gap by loads that vary within a cycle, at the + reversal point, `[3, N]`, mm; `None` without such loads.
+    pub cyclic_gap: Option<&'a [f64]>,
     /// Matrix per cell, `[N]`, from a translation of body 2 along the frame's x, y, n to components along the cell's axes. `None`
     /// if every matrix is the identity.
     pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
@@ -96,10 +98,12 @@ impl Increment<'_> {
             tangential: TangentialControl::Shift,
             balance: None,
             reference: end.reference.linearised(self.n()),
+            load_phase: 0.0,
         });
         Increment {
             flexibility,
             initial_gap: nothing,
+            cyclic_gap: None,
             wear_depth: &nothing[..self.n()],
             wear: None,
             scales: self.scales.clone(),
@@ -126,10 +130,9 @@ impl Increment<'_> {
         let level = self.rigid_axes.is_none() && self.mode_gaps.is_empty();
         let (motion, floating) = (it.rigid_motion[end], it.mode_amplitudes[end]);
         let gap = it.gap[normal.clone()].iter_mut().zip(&it.elastic[normal]);
-        let undeformed = self.initial_gap[2 * n..].iter().zip(self.wear_depth);
-        for (i, ((gap, elastic), (initial, worn))) in gap.zip(undeformed).enumerate() {
+        for (i, ((gap, elastic), worn)) in gap.zip(self.wear_depth).enumerate() {
             let closing = if level { motion[2] } else { self.rigid_gap(i, motion, &floating)[2] };
-            *gap = initial + closing + elastic + worn;
+            *gap = self.undeformed_gap(2 * n + i, end) + closing + elastic + worn;
         }
     }
 
@@ -147,7 +150,7 @@ impl Increment<'_> {
         let mut cells = self.flexibility.unformed_cells();
         let gap = |cell: usize, end: usize| {
             let [.., closing] = self.rigid_gap(cell, it.rigid_motion[end], &it.mode_amplitudes[end]);
-            self.initial_gap[2 * self.n() + cell] + closing + self.wear_depth[cell]
+            self.undeformed_gap(2 * self.n() + cell, end) + closing + self.wear_depth[cell]
         };
         cells.retain(|&cell| (0..self.path_points.len()).any(|end| gap(cell, end) < 0.0));
         cells
@@ -218,9 +221,17 @@ impl Increment<'_> {
                 let local = self.rigid_gap(i, motion, &it.mode_amplitudes[end]);
                 for (plane, shift) in local.iter().enumerate() {
                     let k = base + plane * n + i;
-                    it.gap[k] = self.initial_gap[plane * n + i] + shift + it.elastic[k];
+                    it.gap[k] = self.undeformed_gap(plane * n + i, end) + shift + it.elastic[k];
                 }
             }
+        }
+    }
+
+    /// Component `k` of `[3, N]` of the gap at zero tractions and zero rigid motion at a path point, without wear, mm.
+    fn undeformed_gap(&self, k: usize, point: usize) -> f64 {
+        match self.cyclic_gap {
+            Some(gap) => self.initial_gap[k] + self.path_points[point].load_phase * gap[k],
+            None => self.initial_gap[k],
         }
     }
 

@@ -123,6 +123,7 @@ pub(super) struct WindowProblem<'a> {
     scales: Arc<ContactScales>,
     areas: Vec<f64>,
     pub initial_gap: Vec<f64>,
+    cyclic_gap: Option<Vec<f64>>,
     rigid_axes: Option<Vec<nalgebra::Matrix3<f64>>>,
     floating: Vec<Vec<f64>>,
     worn: Vec<f64>,
@@ -145,6 +146,7 @@ impl<'a> WindowProblem<'a> {
             scales,
             areas: areas.iter().map(|area| area * larger).collect(),
             initial_gap: window.restrict(problem.initial_gap),
+            cyclic_gap: problem.cyclic_gap.map(|gap| window.restrict(gap)),
             rigid_axes: problem.rigid_axes.map(|axes| {
                 let mut picked = vec![nalgebra::Matrix3::identity(); window.n()];
                 window.pairs(|cell, of_frame| picked[cell] = axes[of_frame]);
@@ -162,6 +164,7 @@ impl<'a> WindowProblem<'a> {
             flexibility: self.operator.flexibility(),
             areas: &self.areas,
             initial_gap: &self.initial_gap,
+            cyclic_gap: self.cyclic_gap.as_deref(),
             rigid_axes: self.rigid_axes.as_deref(),
             mode_gaps: &self.floating,
             scales: self.scales.clone(),
@@ -220,7 +223,7 @@ fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     let mut pairs = vec![0; window.n()];
     window.pairs(|cell, of_frame| pairs[cell] = of_frame);
     let balance = end.balance.as_ref().map(|balance| balance.restricted_to(&pairs));
-    Some(PathPoint { normal: end.normal, tangential: end.tangential, balance, reference })
+    Some(PathPoint { balance, reference, ..end.clone() })
 }
 
 #[cfg(test)]

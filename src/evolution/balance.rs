@@ -32,8 +32,13 @@ impl Run<'_> {
         reference: SlipReference,
     ) -> Result<PathPoint> {
         let step = self.step();
-        let mut end =
-            PathPoint { normal: loads.normal, tangential: loads.tangential, balance: None, reference };
+        let mut end = PathPoint {
+            normal: loads.normal,
+            tangential: loads.tangential,
+            balance: None,
+            reference,
+            load_phase: loads.phase,
+        };
         let prepared = &self.prepared;
         let inclined = loads.any() && prepared.rigid_axes.is_some();
         // A plane of symmetry carries the force component along the normal of the plane.

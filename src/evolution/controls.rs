@@ -55,7 +55,7 @@ impl ActiveControls {
         if let Spin::Moment(n) = self.spin {
             moment[2] = Some(-n);
         }
-        PrescribedLoads { normal, tangential: TangentialControl::Shift, moment }
+        PrescribedLoads { normal, tangential: TangentialControl::Shift, moment, phase: 0.0 }
     }
 }
 
@@ -66,6 +66,8 @@ pub(super) struct PrescribedLoads {
     pub tangential: TangentialControl,
     /// Moments on body 2 about the axes x, y, n through the frame's origin, N mm; `None` where the rotation is given.
     pub moment: [Option<f64>; 3],
+    /// Factor on the cyclic part of the loads of the bodies, -1 to 1.
+    pub phase: f64,
 }
 
 impl PrescribedLoads {
@@ -158,6 +160,6 @@ impl LoadPath {
             Spin::Twist(angle) => turn[2] = between(start.turn[2], angle),
             Spin::Moment(m) => moment[2] = Some(-between(start.moment[2], m)),
         }
-        IncrementControls { rigid, turn, loads: PrescribedLoads { normal, tangential, moment } }
+        IncrementControls { rigid, turn, loads: PrescribedLoads { normal, tangential, moment, phase: 0.0 } }
     }
 }

@@ -36,6 +36,7 @@ pub(super) fn increment_problem<'b>(
         flexibility: model.flexibility.as_ref(),
         areas: &model.frame.areas,
         initial_gap: &prepared.loaded_gap,
+        cyclic_gap: prepared.cyclic_gap.as_deref(),
         rigid_axes: prepared.rigid_axes.as_deref(),
         mode_gaps: &prepared.mode_gaps,
         friction: if laws.friction { prepared.ellipse } else { None },

@@ -163,6 +163,7 @@ impl Run<'_> {
             {
                 return self.end(RunEnd::Rebuild);
             }
+            self.prepared.apply_cyclic_loads(step);
             let advanced = match &step.kind {
                 StepKind::Monotone => self.run_increments(),
                 StepKind::Rolling(_) => self.run_rolling_step(),

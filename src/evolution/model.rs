@@ -56,6 +56,8 @@ pub(super) struct PreparedModel<'a> {
     pub initial_gap: Vec<f64>,
     /// Initial gap with the loads at their present amplitudes, `[3, N]`, mm.
     pub loaded_gap: Vec<f64>,
+    /// Change of the gap by loads that vary in phase with the strokes of a step, at the + reversal point, `[3, N]`, mm.
+    pub cyclic_gap: Option<Vec<f64>>,
     /// Approach at which the first cell closes, mm; 0 unless all cells have the same axes.
     pub first_touch: f64,
     /// Gap per unit of each additional mode, `[3, N]`.
@@ -176,6 +178,7 @@ impl<'a> PreparedModel<'a> {
             edge: model.frame.edge_cells(),
             rigid_axes,
             loaded_gap: initial_gap.clone(),
+            cyclic_gap: None,
             initial_gap,
             first_touch,
         })
@@ -191,6 +194,19 @@ impl<'a> PreparedModel<'a> {
         for (load, amplitude) in model.loads.iter().zip(amplitudes) {
             self.loaded_gap.iter_mut().zip(&load.gap).for_each(|(gap, by)| *gap += amplitude * by);
         }
+    }
+
+    /// Sets the amplitudes of the loads that vary in phase with the strokes of `step`.
+    pub fn apply_cyclic_loads(&mut self, step: &Step) {
+        let amplitude = |load: &BodyLoad| {
+            step.cyclic_loads.iter().find(|(name, _)| load.name.as_ref() == Some(name)).map(|(_, by)| *by)
+        };
+        let mut sum: Option<Vec<f64>> = None;
+        for (load, amplitude) in self.model.loads.iter().filter_map(|load| Some((load, amplitude(load)?))) {
+            let sum = sum.get_or_insert_with(|| vec![0.0; load.gap.len()]);
+            sum.iter_mut().zip(&load.gap).for_each(|(sum, by)| *sum += amplitude * by);
+        }
+        self.cyclic_gap = sum;
     }
 
     /// Motion of body 2 relative to body 1 at the frame's origin along x, y, n, including the additional modes.

@@ -304,6 +304,8 @@ pub struct Step {
     /// Names and amplitudes, at the end of the step, of loads of the bodies; the others keep their amplitudes. In the first step
     /// they reach 1.
     pub loads: Vec<(String, f64)>,
+    /// Names and amplitudes of loads that vary in phase with the strokes, about their values at the start of the step.
+    pub cyclic_loads: Vec<(String, f64)>,
     /// Number of load increments.
     pub increments: usize,
     /// Whether friction acts in this step.

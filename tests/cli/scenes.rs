@@ -70,6 +70,18 @@ fn number(step: &Value, key: &str) -> f64 {
     step[key].as_f64().unwrap()
 }
 
+/// Truth: Nowell and Hills (values in the scene file): dissipation of a settled cycle to 0.1 %, stick area to a cell.
+#[test]
+fn cylinder_on_a_strained_body() {
+    let summary = run(&scene("fretting-fatigue.toml"), &[]);
+    certified(&summary);
+    let last = steps(&summary).last().unwrap();
+    assert!((number(last, "dissipation") / 0.094160 - 1.0).abs() < 1e-3, "{last}");
+    let stick = last["stroke_ends"].as_array().unwrap().iter().map(|end| number(end, "stick_area"));
+    let wanted = 2.0 * 0.46219 * 0.5_f64.sqrt();
+    stick.for_each(|stick| assert!((stick - wanted).abs() < 1.2 / 256.0, "{stick} {wanted}"));
+}
+
 /// Truth: Hertz's line contact and NAFEMS benchmark 1 (values in the scene file): area to one cell, peak pressure to 3 %.
 #[test]
 fn roller_on_block() {

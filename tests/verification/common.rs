@@ -147,6 +147,7 @@ pub fn step(name: &str) -> Step {
         tilt: None,
         spin: None,
         loads: Vec::new(),
+        cyclic_loads: Vec::new(),
         increments: 1,
         friction: true,
         wear: true,

@@ -11,6 +11,8 @@ pub struct FrettingPath {
     pub drive: Drive,
     /// Displacement of body 2 (mm) or force on body 1 (N) along x, y at each path point, the + reversal point first.
     path_points: Vec<[f64; 2]>,
+    /// Position of each path point along the first half-axis, from -1 to 1 at the + reversal point.
+    phases: Vec<f64>,
     /// Displacement of body 2 at the start of the step, mm.
     pub center: [f64; 2],
     /// Force on body 1 at the start of the step, N.
@@ -20,23 +22,39 @@ pub struct FrettingPath {
 impl FrettingPath {
     /// The centre of the path is `center` if displacements are prescribed, and `force` if forces are prescribed.
     pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
-        Self::from_offsets(&closed.offsets(), closed.drive, center, force)
+        let offsets = closed.offsets();
+        Self::from_offsets(&offsets, offsets[0], closed.drive, center, force)
     }
 
-    fn from_offsets(offsets: &[[f64; 2]], drive: Drive, center: [f64; 2], center_force: [f64; 2]) -> Self {
+    /// `reversal` is the offset of the + reversal point.
+    fn from_offsets(
+        offsets: &[[f64; 2]],
+        reversal: [f64; 2],
+        drive: Drive,
+        center: [f64; 2],
+        center_force: [f64; 2],
+    ) -> Self {
         let about = if drive == Drive::Shift { center } else { center_force };
         let path_points = offsets.iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
-        Self { drive, path_points, center, center_force }
+        let along = |offset: &[f64; 2]| offset[0] * reversal[0] + offset[1] * reversal[1];
+        let phases = offsets.iter().map(|offset| along(offset) / along(&reversal)).collect();
+        Self { drive, path_points, phases, center, center_force }
+    }
+
+    fn about_same_center(&self, offsets: &[[f64; 2]], reversal: [f64; 2]) -> Self {
+        Self::from_offsets(offsets, reversal, self.drive, self.center, self.center_force)
     }
 
     /// Path about the same centre with the increments of `closed`, at [`ClosedPath::graded_offsets`].
     pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
-        Self::from_offsets(&closed.graded_offsets(transition), closed.drive, self.center, self.center_force)
+        let offsets = closed.graded_offsets(transition);
+        self.about_same_center(&offsets, offsets[0])
     }
 
     /// Path about the same centre with the increments of `closed`, all of the same length.
     pub fn with_increments(&self, closed: &ClosedPath) -> Self {
-        Self::from_offsets(&closed.offsets(), closed.drive, self.center, self.center_force)
+        let offsets = closed.offsets();
+        self.about_same_center(&offsets, offsets[0])
     }
 
     /// Straight path from the centre to the + reversal point, in increments of the same length.
@@ -45,7 +63,7 @@ impl FrettingPath {
         let end = [0, 1].map(|k| self.path_points[0][k] - about[k]);
         let share = |point: usize| (point + 1) as f64 / increments as f64;
         let offsets: Vec<_> = (0..increments).map(|point| end.map(|offset| share(point) * offset)).collect();
-        Self::from_offsets(&offsets, self.drive, self.center, self.center_force)
+        self.about_same_center(&offsets, end)
     }
 
     pub fn len(&self) -> usize {
@@ -84,6 +102,10 @@ impl FrettingPath {
             // The solver takes the force on body 2.
             Drive::Force => TangentialControl::Force(self.path_points[point].map(|force| -force)),
         };
-        PrescribedLoads { tangential, ..loads }
+        PrescribedLoads { tangential, phase: self.phases[point], ..loads }
+    }
+
+    pub fn phase(&self, point: usize) -> f64 {
+        self.phases[point]
     }
 }

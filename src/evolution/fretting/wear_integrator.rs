@@ -296,8 +296,8 @@ impl Run<'_> {
         cycle: &CycleState,
         worn: &'b [f64],
     ) -> Increment<'b> {
-        let point = wear_step.reported_path_point(&cycle.stick_zone);
-        let ends = vec![point; cycle.contact.rigid_motion.len()];
+        let points = 0..cycle.contact.rigid_motion.len();
+        let ends = points.map(|point| wear_step.reported_path_point(point, &cycle.stick_zone)).collect();
         increment_problem(&self.prepared, &self.options, worn, ActiveLaws::of(self.step()), ends)
     }
 }

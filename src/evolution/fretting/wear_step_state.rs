@@ -106,8 +106,12 @@ impl WearStepState {
     }
 
     /// Path point for reports: the motions are fixed, and slip has the same reference as in the solution.
-    pub fn reported_path_point(&self, stick_zone: &StickZone) -> PathPoint {
+    pub fn reported_path_point(&self, point: usize, stick_zone: &StickZone) -> PathPoint {
         PathPoint {
+            load_phase: match &self.slip_source {
+                SlipSource::ClosedPath(path) => path.phase(point),
+                SlipSource::Sliding(_) => 0.0,
+            },
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,
             balance: None,

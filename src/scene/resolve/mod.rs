@@ -73,7 +73,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let wear: Option<Wear> = r.section_or_default("wear");
     let ground = laws::LawContext { bodies: &bodies, frame: frame.as_ref() };
     let laws = laws::resolve(r, ground, friction, wear);
-    let bulk_stresses = ["body1", "body2"].map(|key| loads::bulk_stress(r, key));
+    let bulk_stresses = loads::bulk_stresses(r);
     let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
     let friction = laws.as_ref().is_none_or(|laws| laws.friction != FrictionLaw::None)
         && steps.iter().flatten().any(|step| step.friction);

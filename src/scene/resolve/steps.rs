@@ -99,6 +99,7 @@ fn monotone_step(keys: &Keys, i: usize) -> Step {
             .or(keys.moment.map(Tilt::Moment)),
         spin: keys.twist.map(|angle| Spin::Twist(angle.to_radians())).or(keys.spin_moment.map(Spin::Moment)),
         loads: keys.loads.clone().into_iter().collect(),
+        cyclic_loads: keys.cycles.iter().flat_map(|cycles| cycles.loads.clone()).collect(),
         increments: keys.increments.0,
         friction: keys.friction,
         wear: keys.wear,

@@ -157,7 +157,7 @@ impl LoadColumn {
 }
 
 /// Fretting cycles about the position at the start of the step.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cycles {
     /// Number of cycles.
@@ -173,6 +173,10 @@ pub struct Cycles {
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,
+    /// Amplitudes of named loads of the bodies that vary in phase with the stroke, about their values at the start of the step. On an
+    /// ellipse they follow the first semi-axis.
+    #[serde(default)]
+    pub loads: BTreeMap<String, f64>,
     /// Number of equal wear jumps over the cycles; default: controlled by the estimated error (`wear.tolerance`).
     pub jumps: Option<PositiveCount>,
     /// Number of increments per stroke (half cycle), or "auto"; default: as "auto", but with a correction only where needed.

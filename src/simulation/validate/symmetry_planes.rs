@@ -368,6 +368,7 @@ mod tests {
             tilt: None,
             spin: None,
             loads: Vec::new(),
+            cyclic_loads: Vec::new(),
             increments: 1,
             friction: true,
             wear: false,

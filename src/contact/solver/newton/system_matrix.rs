@@ -322,6 +322,7 @@ mod tests {
             tangential,
             balance: None,
             reference: reference.clone(),
+            load_phase: 0.0,
         };
         let (shift, force) = (TangentialControl::Shift, TangentialControl::Force([0.1, 0.2]));
         let sliding = PathPoint {
@@ -354,6 +355,7 @@ mod tests {
             flexibility: &operator,
             areas: &areas,
             initial_gap: &initial_gap,
+            cyclic_gap: None,
             rigid_axes: None,
             mode_gaps: &[],
             friction: Some(ellipse),
@@ -414,11 +416,13 @@ mod tests {
             tangential: TangentialControl::Shift,
             balance: None,
             reference: SlipReference::Previous(vec![0.0; 2 * n]),
+            load_phase: 0.0,
         };
         let problem = Increment {
             flexibility: &operator,
             areas: &areas,
             initial_gap: &gap,
+            cyclic_gap: None,
             rigid_axes: None,
             mode_gaps: &[],
             friction: Some(ellipse),
