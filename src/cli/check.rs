@@ -282,7 +282,10 @@ fn describe_controls(step: &Step) -> String {
             five_digits(rolling.creepage[1]),
             five_digits(rolling.spin)
         )),
-        StepKind::Fretting { path, cycles } => parts.push(describe_cycles(path, cycles.count)),
+        StepKind::Fretting { path, cycles } => {
+            parts.push(describe_cycles(path, cycles.count));
+            parts.extend(step.cyclic_loads.iter().map(|(name, by)| format!("{name} +-{by} in phase")));
+        }
         StepKind::Sliding { angle, cycles } => {
             parts.push(format!("steady sliding over {} at {:.1} degrees", cycles.count, angle.to_degrees()))
         }

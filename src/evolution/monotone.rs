@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::body::BodyLoad;
 use crate::contact::{ContactState, SlipReference, TangentialControl};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, warning};
 use crate::evolution::checkpoint::{MonotoneProgress, StepProgress};
 use crate::evolution::controls::{IncrementControls, LoadPath, LoadPathStart, PrescribedLoads};
 use crate::evolution::increment_record::SolvedState;
@@ -36,6 +36,7 @@ impl Run<'_> {
             }),
         };
         self.controls = ramp.load_path.end;
+        self.warn_of_loads_before_contact(&ramp);
         while ramp.increments_done < step.increments {
             // The solver polls for cancellation between iterations only, and an increment may need none.
             if self.observer.cancelled() {
@@ -53,6 +54,20 @@ impl Run<'_> {
             self.record_rollback_point(CheckpointEvent::Entry)?;
         }
         Ok(())
+    }
+
+    /// Warns if loads of the bodies grow in a step with friction that begins without contact: cells that close during an increment
+    /// slip by the whole motion of the increment.
+    fn warn_of_loads_before_contact(&mut self, ramp: &MonotoneProgress) {
+        let [from, to] = &ramp.load_amplitudes;
+        let grow = ramp.increments_done == 0 && from != to;
+        if grow && self.has_friction() && self.state.tractions.iter().all(|traction| *traction == 0.0) {
+            self.result.warnings.push(warning(&format!(
+                "step \"{}\": loads of the bodies change while the contact grows from nothing (increments: {}). With few increments, cells slip that stick on the true path, and the dissipation is too large. Press first (`loads = {{ NAME = 0.0 }}`), then load; or increase `increments`",
+                self.step().name,
+                self.step().increments
+            )));
+        }
     }
 
     pub(super) fn amplitudes_after_step(&self) -> Vec<f64> {

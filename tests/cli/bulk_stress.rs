@@ -70,7 +70,7 @@ fn what_is_refused() {
     // Without friction the strain of the surface changes nothing, and a note says so.
     let smooth = stressed().split("[friction]").next().unwrap().to_owned() + "[[steps]]\napproach = 0.02\n";
     let text = printed(&smooth);
-    assert!(text.contains("has no effect on the contact"), "{text}");
+    assert!(text.contains("does not change the pressures"), "{text}");
 }
 
 /// Truth: docs/scene.md: amplitudes grow to 1 over the first step unless it names them, and stay.

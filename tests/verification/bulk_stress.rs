@@ -251,6 +251,47 @@ fn cycles_in_phase() {
     assert!(relative(cycle(128, [0.5, 0.4], [0.0; 2]).0, 4.0 * first[0]) < 1e-6, "{first:?}");
 }
 
+/// Truth: strokes as plain steps, one after the other, until the dissipation of a cycle settles. On tilted fibres the stick zones of
+/// both strokes differ, and body 2 moves on from cycle to cycle: no cell sticks through a cycle.
+#[test]
+fn ratcheting_in_phase() {
+    let frame = ContactFrame::grid([0.95; 2], [16; 2], [0.0; 2], 0.0).expect("a grid");
+    let bulk = (Side::Lower, [60.0, 10.0, 20.0]);
+    let model = model([&im7(30.0), &steel()], frame, bulk, 0.5, sphere(50.0));
+    let (center, amplitude, angle, stress) = ([-40.0, -15.0], 30.0, 15.0_f64.to_radians(), -0.8);
+    let about = |share: f64| Step {
+        tangential: Some(Tangential::Force([
+            center[0] + share * amplitude * angle.cos(),
+            center[1] + share * amplitude * angle.sin(),
+        ])),
+        ..loaded(0.3 + share * stress)
+    };
+    let first = [pressed(150.0), about(0.0)];
+    let strokes = (0..24).map(|k| about(if k % 2 == 0 { 1.0 } else { -1.0 }));
+    let marched = solve_with(&model, &first.iter().cloned().chain(strokes).collect::<Vec<_>>(), &tight());
+    let end = |back: usize| &marched.records[marched.records.len() - 1 - back];
+    let wanted = end(0).dissipation - end(2).dissipation;
+    let path = ClosedPath {
+        drive: Drive::Force,
+        amplitude: [amplitude, 0.0],
+        angle,
+        increments: 1,
+        resolved_cycles: None,
+    };
+    let cycles = Cycles { count: 1.0, jumps: JumpPolicy::Number(1), integrator: Integrator::Sdirk2 };
+    let fretting = Step {
+        kind: StepKind::Fretting { path, cycles },
+        cyclic_loads: vec![(NAME.to_owned(), stress)],
+        ..step("fretting")
+    };
+    let found = solve_with(&model, &[first.as_slice(), &[fretting]].concat(), &tight());
+    let [before, last] = &found.records[found.records.len() - 2..] else { panic!("two records") };
+    assert!(relative(last.dissipation - before.dissipation, wanted) < 1e-4, "{wanted} {last:?}");
+    assert!(last.iterations < 2000, "{}", last.iterations);
+    // The marched body has moved on by twelve cycles, the other one by the first strokes.
+    assert!(last.shift[0] < 0.0 && last.shift[0] > end(0).shift[0], "{:?} {:?}", last.shift, end(0).shift);
+}
+
 /// Truth: a run that resumes from a checkpoint gives the same bits, because the amplitudes are part of the state. A step that names no
 /// load changes none.
 #[test]

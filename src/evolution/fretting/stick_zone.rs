@@ -23,12 +23,13 @@ use crate::evolution::run::Run;
 impl CycleState {
     /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`.
     ///
-    /// Point 1 follows the + reversal point: there the zone starts with all cells. At the - reversal point, the zone therefore
-    /// describes the stroke from + to -. In a periodic cycle, the other stroke reverses the slip of this stroke.
-    pub(super) fn decide_by_stroke(&mut self, it: &ContactState, point: usize) {
+    /// At the first increment the zone `starts` with all cells: at point 1, after the + reversal point. At the - reversal point, the
+    /// zone therefore describes the stroke from + to -. In a periodic cycle, the other stroke reverses the slip of this stroke. With
+    /// loads in phase a body may move on from cycle to cycle, so the zone describes both strokes.
+    pub(super) fn decide_by_stroke(&mut self, it: &ContactState, starts: bool) {
         let n = self.stick_zone.mask.len();
         let slip_limit = STICK_ZONE.stick_slip_share * self.amplitude();
-        if point == 1 {
+        if starts {
             self.stick_zone.mask.fill(true);
         }
         for (i, stuck) in self.stick_zone.mask.iter_mut().enumerate() {
@@ -164,7 +165,8 @@ impl Run<'_> {
         let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
         let mut before: Option<Responses> = None;
         for _ in 0..STICK_ZONE.max_settling_cycles {
-            for point in (half + 1..path.len() + 1).map(|point| point % path.len()).chain(1..half + 1) {
+            let up = half + 1..path.len() + 1;
+            for (k, point) in up.map(|point| point % path.len()).chain(1..half + 1).enumerate() {
                 let start =
                     IncrementStart { reference, ..IncrementStart::at_path_point(&cycle.contact, point) };
                 let solved = self.solve_cycle_increment(strokes, point, start, progress)?;
@@ -180,7 +182,8 @@ impl Run<'_> {
                         .evaluate(&mut cycle.contact);
                     return Ok((sum, solves));
                 }
-                cycle.decide_by_stroke(&solved.next.contact, point);
+                let starts = if self.prepared.cyclic_gap.is_some() { k == 0 } else { point == 1 };
+                cycle.decide_by_stroke(&solved.next.contact, starts);
                 cycle.record_increment(&solved.next.contact, point);
                 reference = solved.next.reference;
             }

@@ -65,11 +65,12 @@ impl Run<'_> {
             let (fine, ratio) = if number == 0 { (&fine, ratio) } else { (path, 1) };
             let half = fine.reversal_index();
             let up = if number == 0 { 0..0 } else { half + 1..fine.len() + 1 };
-            for point in up.map(|point| point % fine.len()).chain(1..half + 1) {
+            for (k, point) in up.map(|point| point % fine.len()).chain(1..half + 1).enumerate() {
                 let coupled = (point % ratio == 0).then_some(point / ratio);
                 let (it, more) = self.advance_stroke(fine, loads, point, coupled, cycle)?;
                 work += more;
-                cycle.decide_by_stroke(&it, point);
+                let starts = if self.prepared.cyclic_gap.is_some() { k == 0 } else { point == 1 };
+                cycle.decide_by_stroke(&it, starts);
             }
             let found = self.responses_at_path_points(cycle, path);
             if before.is_some_and(|before| found.are_periodic(&before)) {

@@ -42,7 +42,7 @@ pub(super) fn check(r: &mut Resolver, stresses: &[Option<BulkStress>; 2], fricti
             r.report(&format!("{key}.bulk_stress.name"), "a load has an empty name", "empty", mend);
         }
         if !friction {
-            r.note(format!("{key}.bulk_stress has no effect on the contact, because no step has friction"));
+            r.note(format!("{key}.bulk_stress does not change the pressures, because no step has friction"));
         }
     }
     let names: Vec<&str> = stresses.iter().flatten().filter_map(|stress| stress.name.as_deref()).collect();
