@@ -218,7 +218,7 @@ def truth_of_cycle(program, folder, scene, size):
 
 
 def truth_of_all(program, folder, scene, size):
-    """Worn volume of all cycles with a tenth of the tolerance, and its change by the last refinement. Given increments are not
+    """Wear volume of all cycles with a tenth of the tolerance, and its change by the last refinement. Given increments are not
     extrapolated by the program."""
     first = 32 if scene["minor"] is None else 64
     both = [run(program, folder, scene, cycles_step(scene, size, scene["count"], n), tolerance=TOLERANCE / 10)[0] for n in (first, 2 * first)]
@@ -252,7 +252,7 @@ def checked_scene(seed, number, size, truth):
 
 
 def all_cycles(program, folder, scene, size, increments, truth):
-    """Errors of the worn volume of all cycles, and of its estimate."""
+    """Errors of the wear volume of all cycles, and of its estimate."""
     summary, seconds = run(program, folder, scene, cycles_step(scene, size, scene["count"], increments))
     entry = summary["steps"][-1]
     relative = lambda value: value / truth["volume"] if truth["volume"] > 0.0 else value

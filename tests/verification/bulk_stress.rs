@@ -7,16 +7,14 @@ use orthowear::coupling::{Coupling, couple};
 use orthowear::error::Result;
 use orthowear::evolution::observer::{CheckpointEvent, Observer};
 use orthowear::evolution::records::{FrameState, IncrementRecord};
-use orthowear::evolution::step::{
-    ClosedPath, Cycles, Drive, Integrator, JumpPolicy, Step, StepKind, Tangential,
-};
+use orthowear::evolution::step::{Drive, Integrator, Step, Tangential};
 use orthowear::evolution::{Model, RunCheckpoint, RunResult, run};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 
-use crate::common::{Silent, im7, press, relative, solve_with, sphere, steel, step};
+use crate::common::{Silent, fretting, im7, path_of, press, relative, solve_with, sphere, steel, step};
 
 const NAME: &str = "bulk";
 
@@ -210,19 +208,9 @@ fn stress_of_both_bodies() {
 fn cycle(cells: usize, [force, stress]: [f64; 2], mean: [f64; 2]) -> (f64, usize) {
     let model = line(cells, MU, Side::Lower);
     let [force, mean_force] = [force, mean[0]].map(|share| share * MU * LOAD);
-    let path = ClosedPath {
-        drive: Drive::Force,
-        amplitude: [force, 0.0],
-        angle: 0.0,
-        increments: 1,
-        resolved_cycles: None,
-    };
-    let cycles = Cycles { count: 2.0, jumps: JumpPolicy::Number(1), integrator: Integrator::Sdirk2 };
-    let fretting = Step {
-        kind: StepKind::Fretting { path, cycles },
-        cyclic_loads: vec![(NAME.to_owned(), stress)],
-        ..step("fretting")
-    };
+    let mut fretting = fretting(2, force, 1, Integrator::Sdirk2);
+    path_of(&mut fretting).drive = Drive::Force;
+    fretting.cyclic_loads = vec![(NAME.to_owned(), stress)];
     let about = Step { loads: loaded(mean[1]).loads, ..pulled(mean_force) };
     let result = solve_with(&model, &[pressed(LOAD), about, fretting], &tight());
     let [before, last] = &result.records[result.records.len() - 2..] else { panic!("two records") };
@@ -271,19 +259,9 @@ fn ratcheting_in_phase() {
     let marched = solve_with(&model, &first.iter().cloned().chain(strokes).collect::<Vec<_>>(), &tight());
     let end = |back: usize| &marched.records[marched.records.len() - 1 - back];
     let wanted = end(0).dissipation - end(2).dissipation;
-    let path = ClosedPath {
-        drive: Drive::Force,
-        amplitude: [amplitude, 0.0],
-        angle,
-        increments: 1,
-        resolved_cycles: None,
-    };
-    let cycles = Cycles { count: 1.0, jumps: JumpPolicy::Number(1), integrator: Integrator::Sdirk2 };
-    let fretting = Step {
-        kind: StepKind::Fretting { path, cycles },
-        cyclic_loads: vec![(NAME.to_owned(), stress)],
-        ..step("fretting")
-    };
+    let mut fretting = fretting(1, amplitude, 1, Integrator::Sdirk2);
+    (path_of(&mut fretting).drive, path_of(&mut fretting).angle) = (Drive::Force, angle);
+    fretting.cyclic_loads = vec![(NAME.to_owned(), stress)];
     let found = solve_with(&model, &[first.as_slice(), &[fretting]].concat(), &tight());
     let [before, last] = &found.records[found.records.len() - 2..] else { panic!("two records") };
     assert!(relative(last.dissipation - before.dissipation, wanted) < 1e-4, "{wanted} {last:?}");
