@@ -189,8 +189,15 @@ fn products(folder: &Path) -> Outcome<String> {
         let mut half_space = HalfSpaceBody::new(&im7(30.0)?, Side::Lower, &frame)?;
         let spec = block(&folder.join("block.msh"))?;
         let site = HalfSpaceFit::find(&spec, "contact", Side::Lower, &frame)?.map_err(|why| why.0)?;
-        let mut hybrid =
-            HybridBody::new(spec, "contact", Side::Lower, &frame, &site, &CondensationResources::default())?;
+        let mut hybrid = HybridBody::new(
+            spec,
+            &[],
+            "contact",
+            Side::Lower,
+            &frame,
+            &site,
+            &CondensationResources::default(),
+        )?;
         let operators = [&mut half_space as &mut dyn ElasticBody, &mut hybrid]
             .map(|body| body.take_flexibility(CrossBlocks::SkipVanishing));
         let [near, both] = operators;

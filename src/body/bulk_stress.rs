@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
-use super::{BodyLoad, PointState};
+use super::{BodyLoad, LoadCase, PointState};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, format_short};
@@ -61,7 +61,7 @@ impl BulkStress {
     ///
     /// # Errors
     /// If the surface moves across a plane of symmetry.
-    pub fn load(&self, name: Option<String>, side: Side, frame: &ContactFrame) -> Result<BodyLoad> {
+    pub fn load(&self, case: LoadCase, side: Side, frame: &ContactFrame) -> Result<BodyLoad> {
         let n = frame.n_cells();
         let mut gap = vec![0.0; 3 * n];
         for (i, (center, triad)) in frame.centers.iter().zip(frame.triads.iter()).enumerate() {
@@ -78,7 +78,7 @@ impl BulkStress {
                 ));
             }
         }
-        Ok(BodyLoad { name, gap })
+        Ok(BodyLoad { side, case, gap })
     }
 
     fn displacement(&self, point: &Point) -> Point {

@@ -4,12 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use super::lazy_flexibility::LazyFlexibility;
+use super::loads::applied_loads;
 use super::rigid_body_modes::{RigidBodyMode, UnconstrainedModes, relative_motion};
-use super::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, StressField};
+use super::{
+    BodyEquations, BodyField, BodyLoad, ElasticBody, ErrorEstimation, LoadCase, Loading, StressField,
+};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
 use crate::fem::{
-    CondensationResources, CondensedBody, FeModel, FeSpec, StressRecovery, surface_stress_points,
+    AppliedLoads, CondensationResources, CondensedBody, FeModel, FeSpec, StressRecovery,
+    surface_stress_points,
 };
 use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
@@ -26,7 +30,9 @@ pub struct FeBody {
     candidates: Option<Vec<bool>>,
     /// Surface of the initial mesh, which defines the gap.
     surface: MeshedSurface,
-    free_gap: Option<Vec<f64>>,
+    loads: Vec<BodyLoad>,
+    /// Each load at amplitude 1, with the displacement of all mesh nodes due to it, mm.
+    applied: Vec<(AppliedLoads, Vec<[f64; 3]>)>,
     rigid_body_modes: Option<UnconstrainedModes>,
     taken: bool,
     /// Strengths of the materials by name, for the exposures.
@@ -41,16 +47,18 @@ impl FeBody {
     /// # Errors
     /// If the group or the frame does not fit ([`FaceMap::new`]), or the body cannot be assembled or solved.
     pub fn new(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
-        Self::with_worn_mesh(spec, contact, side, frame, &CondensationResources::default(), None)
+        Self::with_worn_mesh(spec, &[], contact, side, frame, &CondensationResources::default(), None)
     }
 
-    /// As [`Self::new`], with the cache and the memory of `resources`. If a mesh `worn` is given, the equations are assembled on
-    /// this mesh. The contact surface and its map to the cells follow from the initial mesh.
+    /// As [`Self::new`], with the cache and the memory of `resources`. Each of `cases` has the loads of `spec` that share an
+    /// amplitude; without cases, all loads share one. If a mesh `worn` is given, the equations are assembled on this mesh. The
+    /// contact surface and its map to the cells follow from the initial mesh.
     ///
     /// # Errors
     /// See [`Self::new`].
     pub fn with_worn_mesh(
         spec: FeSpec,
+        cases: &[(LoadCase, FeSpec)],
         contact: &str,
         side: Side,
         frame: &ContactFrame,
@@ -69,11 +77,16 @@ impl FeBody {
             let candidates = frame.candidates.clone();
             let formed = candidates.as_ref().map(|cells| map.restrict(cells));
             let condensed = model.condense_with(formed.as_ref().unwrap_or(&map).nodes(), resources)?;
-            let free = condensed.contact_free_displacement();
-            let free_gap =
-                condensed.model().has_own_loads().then(|| map.gap_of_displacement(side, |node| free[node]));
+            let (cases, applied) = applied_loads(condensed.model(), cases)?;
+            let applied = with_displacements(&condensed, applied)?;
+            let load = |(case, (_, u)): (&LoadCase, &(AppliedLoads, Vec<[f64; 3]>))| BodyLoad {
+                side,
+                case: case.clone(),
+                gap: map.gap_of_displacement(side, |node| u[node]),
+            };
+            let loads = cases.iter().zip(&applied).map(load).collect();
             let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
-            let rigid_body_modes = rigid_body_modes(&condensed, &map, side, frame);
+            let rigid_body_modes = rigid_body_modes(&condensed, &cases, &applied, (&map, side, frame))?;
             let condensed = Arc::new(condensed);
             Ok(Self {
                 side,
@@ -81,7 +94,8 @@ impl FeBody {
                 map,
                 candidates,
                 surface,
-                free_gap,
+                loads,
+                applied,
                 rigid_body_modes,
                 taken: false,
                 limits,
@@ -104,6 +118,11 @@ impl FeBody {
         &self.condensed
     }
 
+    /// Loads and prescribed displacements at amplitude 1, one for each of [`ElasticBody::loads`].
+    pub fn applied_loads(&self) -> impl Iterator<Item = &AppliedLoads> {
+        self.applied.iter().map(|(loads, _)| loads)
+    }
+
     /// Map between the contact faces and the frame.
     pub fn map(&self) -> &FaceMap {
         &self.map
@@ -118,21 +137,45 @@ impl FeBody {
     }
 }
 
+/// Each load with the displacement of all mesh nodes due to it. A single load is that of the condensed body.
+fn with_displacements(
+    condensed: &CondensedBody,
+    loads: Vec<AppliedLoads>,
+) -> Result<Vec<(AppliedLoads, Vec<[f64; 3]>)>> {
+    let single = loads.len() == 1;
+    let displacement = |loads: &AppliedLoads| {
+        if single {
+            Ok(condensed.contact_free_displacement().to_vec())
+        } else {
+            condensed.displacement_of_loads(loads)
+        }
+    };
+    loads.into_iter().map(|loads| displacement(&loads).map(|u| (loads, u))).collect()
+}
+
 fn rigid_body_modes(
     condensed: &CondensedBody,
-    map: &FaceMap,
-    side: Side,
-    frame: &ContactFrame,
-) -> Option<UnconstrainedModes> {
+    cases: &[LoadCase],
+    applied: &[(AppliedLoads, Vec<[f64; 3]>)],
+    (map, side, frame): (&FaceMap, Side, &ContactFrame),
+) -> Result<Option<UnconstrainedModes>> {
     let model = condensed.model();
-    let free = model.rigid_body_modes()?;
+    let Some(free) = model.rigid_body_modes() else { return Ok(None) };
+    let mut works = Vec::with_capacity(cases.len());
+    for (case, (loads, _)) in cases.iter().zip(applied) {
+        let work = model.work_on_rigid_body_modes(loads);
+        let size = model.load_vector(loads).iter().map(|force| force.abs()).sum();
+        case.ensure_balanced(&work, &free.names, size)?;
+        works.push(work);
+    }
     let sign = side.gap_sign();
-    let motions = model.load_work_on_rigid_body_modes().into_iter().enumerate().map(|(j, load_work)| {
+    let motions = (0..free.n_modes()).map(|j| {
         let points = &model.mesh().points;
         let gap = map.mean_displacement(|node| (free.displacement(&points[node].into(), j) * sign).into());
+        let load_work = works.iter().map(|work| work[j]).collect();
         RigidBodyMode { relative_motion: relative_motion(free, j, frame, side), gap, load_work }
     });
-    Some(UnconstrainedModes { side, modes: motions.collect(), names: free.names.clone() })
+    Ok(Some(UnconstrainedModes { side, modes: motions.collect(), names: free.names.clone() }))
 }
 
 impl ElasticBody for FeBody {
@@ -160,8 +203,8 @@ impl ElasticBody for FeBody {
         Ok(Some(Arc::new(LazyFlexibility::new(self.map.clone(), cells, body, &nodal)?)))
     }
 
-    fn free_gap(&self) -> Option<&[f64]> {
-        self.free_gap.as_deref()
+    fn loads(&self) -> &[BodyLoad] {
+        &self.loads
     }
 
     fn rigid_body_modes(&self) -> Option<&UnconstrainedModes> {
@@ -172,15 +215,19 @@ impl ElasticBody for FeBody {
         Some(&self.surface)
     }
 
-    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        let displacement =
-            self.condensed.solve_with_forces_on(self.map.nodes(), &self.contact_forces(tractions))?;
+    fn recover(&self, loading: Loading) -> Result<BodyField> {
+        let forces = self.contact_forces(loading.tractions);
+        let mut displacement = self.condensed.solve_with_forces_on(self.map.nodes(), &forces)?;
+        for (k, (_, by_load)) in self.applied.iter().enumerate() {
+            let sums = displacement.as_flattened_mut().iter_mut().zip(by_load.as_flattened());
+            sums.for_each(|(u, by)| *u += loading.amplitude(k) * by);
+        }
         Ok(BodyField { displacement, stress: None })
     }
 
     fn recover_stress(
         &self,
-        _tractions: &[f64],
+        loading: Loading,
         displacement: &[[f64; 3]],
         estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
@@ -192,7 +239,9 @@ impl ElasticBody for FeBody {
             ErrorEstimation::Skip => None,
         };
         let points = recovery.points();
-        let contact = surface_stress_points(model, points, &self.surface.faces, displacement);
+        let applied = self.applied.iter().enumerate();
+        let loads: Vec<_> = applied.map(|(k, (loads, _))| (loading.amplitude(k), loads)).collect();
+        let contact = surface_stress_points(model, points, &self.surface.faces, displacement, &loads);
         Ok(Some(StressField::new(model, points, stress, error, contact, &self.limits)))
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::bulk_stress::BulkStress;
-use super::{BodyEquations, BodyField, BodyLoad, ElasticBody, PointState};
+use super::{BodyEquations, BodyField, BodyLoad, ElasticBody, LoadCase, Loading, PointState};
 use crate::bem::half_space::plane::compressed::{DEFAULT_TOLERANCE, MAX_DENSE_CELLS};
 use crate::bem::half_space::{
     CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, PeriodicFlexibility,
@@ -90,15 +90,10 @@ impl HalfSpaceBody {
     ///
     /// # Errors
     /// If the surface would be strained along a period of the frame, or moved across a plane of symmetry.
-    pub fn with_bulk_stress(
-        mut self,
-        value: [f64; 3],
-        name: Option<String>,
-        frame: &ContactFrame,
-    ) -> Result<Self> {
+    pub fn with_bulk_stress(mut self, value: [f64; 3], case: LoadCase, frame: &ContactFrame) -> Result<Self> {
         let local = self.stiffness.rotated(&outward_rotation(self.side).transpose());
         let bulk = BulkStress::new(value, &local, &self.axes, frame)?;
-        self.loads = vec![bulk.load(name, self.side, frame)?];
+        self.loads = vec![bulk.load(case, self.side, frame)?];
         self.bulk = Some(bulk);
         Ok(self)
     }
@@ -328,16 +323,21 @@ pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<D
     DenseFlexibility::new(&centers, &corners, &frame.areas, green)
 }
 
-/// Displacement of the body at `side` at the cell centres, due to tractions on body 2; global axes, mm.
+/// Displacement of the body at `side` at the cell centres, global axes, mm, due to tractions on body 2 and to `loads` with their
+/// amplitudes.
 pub(super) fn surface_displacement(
     operator: &dyn Flexibility,
     tractions: &[f64],
+    loads: &[(f64, &BodyLoad)],
     axes: &Triad,
     side: Side,
 ) -> BodyField {
     let n = operator.n_cells();
     let mut gap = vec![0.0; 3 * n];
     operator.apply(tractions, &mut gap);
+    for (amplitude, load) in loads {
+        gap.iter_mut().zip(&load.gap).for_each(|(sum, gap)| *sum += amplitude * gap);
+    }
     let at = |i: usize| {
         let share = Point::new(gap[i], gap[n + i], gap[2 * n + i]) * side.gap_sign();
         axes.to_global(&share).into()
@@ -364,28 +364,25 @@ impl ElasticBody for HalfSpaceBody {
         Ok(Some(shared))
     }
 
-    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
+    fn recover(&self, loading: Loading) -> Result<BodyField> {
         if self.operator.get().is_none() {
             let _ = self.operator.set(self.make(self.cross)?);
         }
         let operator = self.operator.get().expect("set above");
-        Ok(surface_displacement(operator.as_ref(), tractions, &self.axes, self.side))
+        let loads: Vec<_> =
+            self.loads.iter().enumerate().map(|(k, load)| (loading.amplitude(k), load)).collect();
+        Ok(surface_displacement(operator.as_ref(), loading.tractions, &loads, &self.axes, self.side))
     }
 
     fn loads(&self) -> &[BodyLoad] {
         &self.loads
     }
 
-    fn load_states(&self, amplitudes: &[f64], points: &[Point]) -> Option<Vec<PointState>> {
-        let (bulk, amplitude) = self.bulk.as_ref().zip(amplitudes.first())?;
-        Some(points.iter().map(|point| bulk.state(*amplitude, point)).collect())
-    }
-
     /// Displacements are relative to infinity.
     fn recover_at_points(
         &self,
         frame: &ContactFrame,
-        tractions: &[f64],
+        loading: Loading,
         points: &[Point],
     ) -> Result<Option<Vec<PointState>>> {
         if frame.is_periodic() {
@@ -403,7 +400,7 @@ impl ElasticBody for HalfSpaceBody {
         let field = self.point_force.get().expect("set above");
         let turn = outward_rotation(self.side);
         let (_, corners) = plane_polygons(frame)?;
-        let n = corners.len();
+        let (n, tractions) = (corners.len(), loading.tractions);
         let cells = corners.into_iter().enumerate().map(|(i, corners)| {
             let corners = corners.into_iter().map(|[x, y]| [x, self.side.outward() * y]).collect();
             let on_body2 = Point::new(tractions[i], tractions[n + i], tractions[2 * n + i]);
@@ -416,7 +413,13 @@ impl ElasticBody for HalfSpaceBody {
         let at = |x: &Point| {
             let mut local = axes.transpose() * (x - frame.origin);
             local.z = (local.z - height).min(least);
-            below.at(&local).rotated(&axes)
+            let mut state = below.at(&local).rotated(&axes);
+            if let Some(bulk) = &self.bulk {
+                let of_bulk = bulk.state(loading.amplitude(0), x);
+                state.displacement += of_bulk.displacement;
+                state.stress += of_bulk.stress;
+            }
+            state
         };
         let mut states = Vec::with_capacity(points.len());
         for batch in points.chunks(POINTS_PER_CANCEL_CHECK) {

@@ -1,10 +1,95 @@
 //! Loads of a body that move its surface, with amplitudes that steps prescribe.
 
+use crate::error::{Error, Result};
+use crate::fem::{AppliedLoads, FeModel, FeSpec};
+use crate::geometry::Side;
+
+/// Largest work of a balanced load on a rigid-body mode, divided by the sum of the magnitudes of its forces, mm per mm of amplitude.
+const BALANCE_TOLERANCE: f64 = 1e-6;
+
+/// Loads and prescribed displacements of a body that share an amplitude.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct LoadCase {
+    /// Name in steps; `None` if steps cannot prescribe the amplitude.
+    pub name: Option<String>,
+    /// Whether the amplitude is 1 before the first step.
+    pub preload: bool,
+}
+
+impl LoadCase {
+    /// Refuses a preload that is not in balance. `works` are its works on the rigid-body modes `names`, `size` the sum of the
+    /// magnitudes of its forces.
+    ///
+    /// # Errors
+    /// If the work on a mode is not zero.
+    pub(super) fn ensure_balanced(&self, works: &[f64], names: &[String], size: f64) -> Result<()> {
+        let moves = |(work, _): &(&f64, &String)| work.abs() > BALANCE_TOLERANCE * size;
+        match works.iter().zip(names).find(moves).filter(|_| self.preload) {
+            None => Ok(()),
+            Some((_, mode)) => Err(Error::input(format!(
+                "a preload drives the body along its unconstrained motion ({mode}), where nothing balances it before contact: remove `preload`, so that the load grows in the first step, or support the body"
+            ))),
+        }
+    }
+}
+
 /// Load of a body. Loads of both bodies with the same name have one amplitude.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyLoad {
-    /// Name in steps; `None` if steps cannot prescribe the amplitude.
-    pub name: Option<String>,
+    /// Side of the body.
+    pub side: Side,
+    /// Name and start of the amplitude.
+    pub case: LoadCase,
     /// Change of the gap at amplitude 1, `[3, N]` by components, mm.
     pub gap: Vec<f64>,
+}
+
+impl BodyLoad {
+    /// Whether the load changes the normal gap.
+    pub fn changes_normal_gap(&self) -> bool {
+        self.gap[2 * self.gap.len() / 3..].iter().any(|gap| *gap != 0.0)
+    }
+}
+
+/// Contact tractions, and amplitudes of the loads of a body.
+#[derive(Debug, Clone, Copy)]
+pub struct Loading<'a> {
+    /// Tractions on body 2, `[3, N]` by components, MPa.
+    pub tractions: &'a [f64],
+    /// Amplitude of each load of the body; missing amplitudes are zero.
+    pub amplitudes: &'a [f64],
+}
+
+impl<'a> Loading<'a> {
+    /// Contact tractions alone.
+    pub fn of_contact(tractions: &'a [f64]) -> Self {
+        Self { tractions, amplitudes: &[] }
+    }
+
+    /// Amplitude of load `k`.
+    pub fn amplitude(&self, k: usize) -> f64 {
+        self.amplitudes.get(k).copied().unwrap_or(0.0)
+    }
+}
+
+/// Load cases of a body and the loads of each at amplitude 1. Without `cases`, all loads of `model` form one.
+///
+/// # Errors
+/// As [`FeModel::loads_of`].
+pub(super) fn applied_loads(
+    model: &FeModel,
+    cases: &[(LoadCase, FeSpec)],
+) -> Result<(Vec<LoadCase>, Vec<AppliedLoads>)> {
+    if cases.len() > 1 {
+        let loads_of = |(case, spec): &(LoadCase, FeSpec)| {
+            let on_mesh = FeSpec { mesh: model.mesh().clone(), ..spec.clone() };
+            Ok((case.clone(), model.loads_of(&on_mesh)?))
+        };
+        return cases.iter().map(loads_of).collect();
+    }
+    if cases.is_empty() && !model.has_own_loads() {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    let case = cases.first().map_or_else(LoadCase::default, |(case, _)| case.clone());
+    Ok((vec![case], vec![model.loads().clone()]))
 }

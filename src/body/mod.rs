@@ -1,5 +1,5 @@
-//! Elastic bodies in contact. An [`ElasticBody`] provides its flexibility, free gap and rigid-body modes, and recovers displacement
-//! and stress for given tractions. Vectors `[3, N]` are stored component by component: the x components of all N cells, then all y,
+//! Elastic bodies in contact. An [`ElasticBody`] provides its flexibility, loads and rigid-body modes, and recovers displacement
+//! and stress for given tractions and amplitudes of the loads. Vectors `[3, N]` are stored component by component: the x components of all N cells, then all y,
 //! then all n components.
 
 pub mod boundary_elements;
@@ -29,7 +29,7 @@ pub use boundary_elements::{BeBody, BeSpec, FrameFit};
 pub use finite_elements::FeBody;
 pub use half_space::HalfSpaceBody;
 pub use hybrid::HybridBody;
-pub use loads::BodyLoad;
+pub use loads::{BodyLoad, LoadCase, Loading};
 pub use rigid::RigidBody;
 pub use rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
 pub use stress::{ErrorEstimation, StressField};
@@ -83,20 +83,9 @@ pub trait ElasticBody: Send + Sync {
     /// before.
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>>;
 
-    /// Gap change due to the body's own loads and prescribed displacements, `[3, N]`, mm; `None` without them.
-    fn free_gap(&self) -> Option<&[f64]> {
-        None
-    }
-
-    /// Loads with amplitudes.
+    /// Loads and prescribed displacements, with amplitudes.
     fn loads(&self) -> &[BodyLoad] {
         &[]
-    }
-
-    /// Displacement (mm) and stress (MPa) at `points`, global axes, by the loads with these amplitudes, one for each of
-    /// [`Self::loads`]. `None` without loads.
-    fn load_states(&self, _amplitudes: &[f64], _points: &[Point]) -> Option<Vec<PointState>> {
-        None
     }
 
     /// Unconstrained rigid-body modes; `None` if the supports fix the body. The flexibility of an unconstrained body is the
@@ -111,28 +100,27 @@ pub trait ElasticBody: Send + Sync {
         None
     }
 
-    /// Displacement due to `tractions` on body 2, `[3, N]`, and to the body's own loads and prescribed displacements. It is given
-    /// at the points of the mesh, or at the cell centres for a body without a mesh.
+    /// Displacement due to contact tractions and loads, at the points of the mesh, or at the cell centres for a body without a mesh.
     ///
     /// # Errors
     /// If the equations of the body cannot be solved, or its operator cannot be built.
-    fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
+    fn recover(&self, loading: Loading) -> Result<BodyField>;
 
-    /// Stress due to the tractions on body 2 and the body's own loads and prescribed displacements; `None` for a body without a
-    /// mesh. The displacement of all mesh nodes must come from [`Self::recover`] with the same tractions.
+    /// Stress due to contact tractions and loads; `None` for a body without a mesh. The displacement of all mesh nodes must come
+    /// from [`Self::recover`] with the same loading.
     ///
     /// # Errors
     /// If the stress cannot be recovered.
     fn recover_stress(
         &self,
-        _tractions: &[f64],
+        _loading: Loading,
         _displacement: &[[f64; 3]],
         _estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
         Ok(None)
     }
 
-    /// Displacement (mm) and stress (MPa) at interior points, global axes, for the same tractions and loads as in
+    /// Displacement (mm) and stress (MPa) at interior points, global axes, for the same loading as in
     /// [`Self::recover`]. `None` if the body cannot evaluate them.
     ///
     /// # Errors
@@ -141,7 +129,7 @@ pub trait ElasticBody: Send + Sync {
     fn recover_at_points(
         &self,
         _frame: &ContactFrame,
-        _tractions: &[f64],
+        _loading: Loading,
         _points: &[Point],
     ) -> Result<Option<Vec<PointState>>> {
         Ok(None)

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{BodyEquations, BodyField, ElasticBody};
+use super::{BodyEquations, BodyField, ElasticBody, Loading};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::Result;
 use crate::flexibility::Flexibility;
@@ -24,7 +24,7 @@ impl ElasticBody for RigidBody {
         Ok(None)
     }
 
-    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        Ok(BodyField { displacement: vec![[0.0; 3]; tractions.len() / 3], stress: None })
+    fn recover(&self, loading: Loading) -> Result<BodyField> {
+        Ok(BodyField { displacement: vec![[0.0; 3]; loading.tractions.len() / 3], stress: None })
     }
 }

@@ -14,8 +14,8 @@ pub struct RigidBodyMode {
     pub relative_motion: [f64; 6],
     /// Change of the gap per unit amplitude, `[3, N]`, component by component.
     pub gap: Vec<f64>,
-    /// Work of the body's own loads per unit amplitude, N mm/mm.
-    pub load_work: f64,
+    /// Work of each load of the body, at its amplitude 1, per unit amplitude of the mode, N mm/mm.
+    pub load_work: Vec<f64>,
 }
 
 /// Unconstrained rigid-body modes of one body.

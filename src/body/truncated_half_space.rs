@@ -10,7 +10,7 @@ use faer::Par;
 use nalgebra::Matrix3;
 
 use super::half_space::surface_displacement;
-use super::{BodyField, ElasticBody, HalfSpaceBody};
+use super::{BodyField, ElasticBody, HalfSpaceBody, Loading};
 use crate::bem::finite::{BoundaryElements, Interpolation, Panel};
 use crate::bem::full_space::FullSpaceField;
 use crate::bem::half_space::{CrossBlocks, DenseFlexibility};
@@ -258,7 +258,7 @@ impl ElasticBody for TruncatedHalfSpace {
         Ok(Some(self.flexibility.clone()))
     }
 
-    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        Ok(surface_displacement(self.flexibility.as_ref(), tractions, &self.axes, self.side))
+    fn recover(&self, loading: Loading) -> Result<BodyField> {
+        Ok(surface_displacement(self.flexibility.as_ref(), loading.tractions, &[], &self.axes, self.side))
     }
 }

@@ -7,6 +7,7 @@ use super::render::with_severity;
 use super::run::show_failure;
 use super::table::{align_columns, five_digits};
 use crate::adaptive::AccuracySearch;
+use crate::body::LoadCase;
 use crate::error::exit;
 use crate::estimate::{RunEstimate, estimate};
 use crate::evolution::step::{
@@ -18,7 +19,6 @@ use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 use crate::scene::plan::{FramePlan, Plan};
 use crate::scene::schema::json_schema;
-use crate::scene::spec::body::BulkStress;
 use crate::scene::spec::frame::FramePoints;
 use crate::simulation::plan_bodies;
 use crate::simulation::plan_bodies::BODY_KEYS;
@@ -218,21 +218,23 @@ fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
 
 /// Loads of the bodies with amplitudes: one row per step, one column per load; empty without loads.
 fn load_rows(plan: &Plan) -> Vec<Vec<String>> {
-    let of_body = |(key, stress): (&str, &Option<BulkStress>)| {
-        let name = stress.as_ref()?.name.clone();
-        Some((name.clone().unwrap_or_else(|| format!("{key}.bulk_stress")), name))
-    };
-    let mut loads: Vec<(String, Option<String>)> =
-        BODY_KEYS.into_iter().zip(&plan.bulk_stresses).filter_map(of_body).collect();
-    loads.dedup();
+    let mut loads: Vec<(String, LoadCase)> = Vec::new();
+    for (index, key) in BODY_KEYS.into_iter().enumerate() {
+        for case in plan.load_cases(index) {
+            let label = case.name.clone().unwrap_or_else(|| format!("loads of {key}"));
+            if !loads.iter().any(|(other, _)| *other == label) {
+                loads.push((label, case));
+            }
+        }
+    }
     if loads.is_empty() {
         return Vec::new();
     }
-    let mut amplitudes = vec![0.0; loads.len()];
+    let mut amplitudes: Vec<f64> = loads.iter().map(|(_, case)| f64::from(u8::from(case.preload))).collect();
     let row = |(i, step): (usize, &Step)| {
         let mut cells = vec![format!("  {}", step.name)];
-        for ((label, name), amplitude) in loads.iter().zip(&mut amplitudes) {
-            *amplitude = step.load_amplitude(name.as_deref(), *amplitude, i == 0);
+        for ((label, case), amplitude) in loads.iter().zip(&mut amplitudes) {
+            *amplitude = step.load_amplitude(case.name.as_deref(), *amplitude, i == 0);
             cells.push(format!("{label} {amplitude}"));
         }
         cells

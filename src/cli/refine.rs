@@ -68,21 +68,22 @@ fn parse_error_fraction(text: &str) -> std::result::Result<f64, String> {
         .ok_or_else(|| "it must lie between 0 and 1, e.g. 0.02".to_owned())
 }
 
-struct StepTractions<'a> {
-    tractions: Vec<(String, Vec<f64>)>,
+struct StepEnds<'a> {
+    /// Name and last state of each step.
+    states: Vec<(String, FrameState)>,
     progress: ProgressDisplay,
     stop: &'a std::sync::atomic::AtomicBool,
 }
 
-impl Observer for StepTractions<'_> {
+impl Observer for StepEnds<'_> {
     fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
         self.progress.show(stage, fraction, residual);
     }
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
-        match self.tractions.iter_mut().find(|(name, _)| *name == record.name) {
-            Some((_, kept)) => kept.clone_from(&state.tractions),
-            None => self.tractions.push((record.name.clone(), state.tractions.clone())),
+        match self.states.iter_mut().find(|(name, _)| *name == record.name) {
+            Some((_, kept)) => kept.clone_from(state),
+            None => self.states.push((record.name.clone(), state.clone())),
         }
         Ok(())
     }
@@ -111,7 +112,7 @@ pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
             return Err(show_failure(&plan, &failure));
         }
     };
-    let mut ends = StepTractions { tractions: Vec::new(), progress, stop };
+    let mut ends = StepEnds { states: Vec::new(), progress, stop };
     let outcome = study.run(&mut ends).map(|result| result.outcome);
     ends.progress.end();
     match outcome {
@@ -123,7 +124,7 @@ pub(super) fn refine(arguments: &RefineArgs) -> CommandResult {
         Ok(Outcome::Interrupted) => return Err(exit::INTERRUPTED),
         Err(error) => return Err(print_unless_interrupted(&error)),
     }
-    let text = write_fields(&plan, &study, arguments, &bodies, &ends.tractions)
+    let text = write_fields(&plan, &study, arguments, &bodies, &ends.states)
         .map_err(|error| print_unless_interrupted(&error))?;
     if !arguments.quiet {
         to_stdout(&text);
@@ -192,7 +193,7 @@ fn write_fields(
     study: &Simulation<'_>,
     arguments: &RefineArgs,
     bodies: &[(usize, PathBuf)],
-    ends: &[(String, Vec<f64>)],
+    ends: &[(String, FrameState)],
 ) -> Result<String> {
     let wanted = RefinementTarget {
         error: arguments.error,
@@ -211,8 +212,8 @@ fn write_fields(
         });
         let Some((output, mesh)) = found else { continue };
         let mut estimates = Vec::new();
-        for (step, tractions) in ends {
-            let estimate = estimate(output, tractions)?;
+        for (step, state) in ends {
+            let estimate = estimate(output, state)?;
             text.push_str(&format!("{key}, {step}: {}\n", ErrorRecord::new(&estimate).advice(length)));
             estimates.push(estimate);
         }
@@ -255,9 +256,10 @@ fn write_fields(
 /// These options keep gmsh from mixing the sizes of the .geo file with those of the field.
 const GMSH_SIZE_OPTIONS: &str = " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
 
-fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate> {
-    let displacement = output.body.recover(tractions)?.displacement;
-    let field = output.body.recover_stress(tractions, &displacement, ErrorEstimation::Estimate)?;
+fn estimate(output: &BodyOutput<'_>, state: &FrameState) -> Result<ErrorEstimate> {
+    let loading = output.loading(state);
+    let displacement = output.body.recover(loading)?.displacement;
+    let field = output.body.recover_stress(loading, &displacement, ErrorEstimation::Estimate)?;
     field
         .and_then(|field| field.error)
         .ok_or_else(|| Error::numerical("the error of a meshed body could not be estimated"))

@@ -21,7 +21,7 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
-use super::block_rows::{BlockScales, BodyRows, LoadTerms};
+use super::block_rows::{BlockScales, BodyRows, ForcedBodies};
 use crate::body::{BodyEquations, ElasticBody};
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
@@ -83,12 +83,16 @@ impl BlockSystem {
         Ok(Self { n_cells, bodies, first_gap, scales, lu, work })
     }
 
-    /// Computes the gap k, `[3, N]`, mm, due to `tractions` (MPa on body 2, `[3, N]`), loads of the bodies and prescribed
-    /// displacements. Adds the distance `normal_gap` and the wear depth `worn`, `[N]` each, mm, to the normal component of `gap`.
+    /// Computes the gap k, `[3, N]`, mm, due to `tractions` (MPa on body 2, `[3, N]`), and to loads and prescribed displacements of
+    /// meshed bodies at amplitude 1. Adds the distance `normal_gap` and the wear depth `worn`, `[N]` each, mm, to the normal
+    /// component of `gap`.
     pub fn gap(&self, tractions: &[f64], normal_gap: &[f64], worn: &[f64], gap: &mut [f64]) {
         let mut work = self.work.lock().expect("no panic while the buffers are held");
         let BlockWorkspace { rhs, memory, .. } = &mut *work;
-        self.load(tractions, LoadTerms::All, rhs);
+        self.load(tractions, ForcedBodies::All, rhs);
+        for body in &self.bodies {
+            (0..body.n_loads()).for_each(|load| self.add_load(body, load, rhs));
+        }
         let normal = &mut rhs[self.first_gap + 2 * self.n_cells..];
         for ((row, distance), depth) in normal.iter_mut().zip(normal_gap).zip(worn) {
             *row += (distance + depth) / self.scales.length;
@@ -96,15 +100,26 @@ impl BlockSystem {
         self.solve(rhs, memory, gap);
     }
 
-    fn load(&self, tractions: &[f64], forces: LoadTerms, rhs: &mut [f64]) {
+    /// The gap k, `[3, N]`, mm, due to load `load` of the meshed body on `side` at amplitude 1.
+    pub fn load_gap(&self, side: Side, load: usize) -> Vec<f64> {
+        let mut work = self.work.lock().expect("no panic while the buffers are held");
+        let BlockWorkspace { rhs, memory, .. } = &mut *work;
         rhs.fill(0.0);
+        self.add_load(&self.bodies[usize::from(side == Side::Upper)], load, rhs);
+        let mut gap = vec![0.0; 3 * self.n_cells];
+        self.solve(rhs, memory, &mut gap);
+        gap
+    }
+
+    fn load(&self, tractions: &[f64], forced: ForcedBodies, rhs: &mut [f64]) {
+        rhs.fill(0.0);
+        let rows = &mut rhs[..self.first_gap];
+        self.bodies.iter().for_each(|body| body.load(tractions, forced, self.scales, rows));
+    }
+
+    fn add_load(&self, body: &BodyRows, load: usize, rhs: &mut [f64]) {
         let (rows, frame_rows) = rhs.split_at_mut(self.first_gap);
-        for body in &self.bodies {
-            body.load(tractions, forces, self.scales, rows);
-            if forces == LoadTerms::All {
-                body.prescribed_gap(self.scales, frame_rows);
-            }
-        }
+        body.add_load(load, self.scales, rows, frame_rows);
     }
 
     fn solve(&self, rhs: &mut [f64], memory: &mut LuWorkspace, gap: &mut [f64]) {
@@ -141,7 +156,7 @@ impl Flexibility for BlockSystem {
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let mut work = self.work.lock().expect("no panic while the buffers are held");
         let BlockWorkspace { rhs, memory, .. } = &mut *work;
-        self.load(tractions, LoadTerms::Tractions, rhs);
+        self.load(tractions, ForcedBodies::All, rhs);
         self.solve(rhs, memory, gap);
     }
 
@@ -150,7 +165,7 @@ impl Flexibility for BlockSystem {
         let mut work = self.work.lock().expect("no panic while the buffers are held");
         let BlockWorkspace { rhs, memory, planes: [tractions, gap] } = &mut *work;
         tractions[2 * n..].copy_from_slice(pressure);
-        self.load(tractions, LoadTerms::Tractions, rhs);
+        self.load(tractions, ForcedBodies::All, rhs);
         self.solve(rhs, memory, gap);
         normal_gap.copy_from_slice(&gap[2 * n..]);
     }
@@ -172,7 +187,7 @@ impl Flexibility for BlockSystem {
             let rhs = &mut rhs[..batch.len() * rows];
             for (&i, column) in batch.iter().zip(rhs.chunks_exact_mut(rows)) {
                 unit[i] = 1.0;
-                self.load(unit, LoadTerms::TractionsOnMeshes, column);
+                self.load(unit, ForcedBodies::Meshed, column);
                 unit[i] = 0.0;
             }
             self.lu.solve_in_place(rhs, memory);

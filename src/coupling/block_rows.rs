@@ -8,6 +8,7 @@ use crate::bem::half_space::DenseFlexibility;
 use crate::body::half_space::half_space_matrix;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
 use crate::error::{Error, Result};
+use crate::fem::AppliedLoads;
 use crate::flexibility::Flexibility;
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::sparse::SymmetricSparse;
@@ -21,13 +22,11 @@ pub(super) struct BlockScales {
     pub length: f64,
 }
 
+/// Bodies on which contact tractions act.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum LoadTerms {
-    Tractions,
-    /// Contact tractions, on meshed bodies only.
-    TractionsOnMeshes,
-    /// Contact tractions, loads and prescribed displacements.
+pub(super) enum ForcedBodies {
     All,
+    Meshed,
 }
 
 /// Equations of one body. `first` is the index of the body's first row in the system, and of its first unknown.
@@ -45,11 +44,16 @@ pub(super) struct MeshRows {
     /// Row of each displacement component of the contact nodes, counted from `first`, `[3 n_c]` for n_c contact nodes; `None` where
     /// prescribed.
     rows: Vec<Option<usize>>,
+    loads: Vec<MeshLoad>,
+    scratch: Mutex<Vec<f64>>,
+}
+
+/// Load of a meshed body at amplitude 1.
+struct MeshLoad {
     /// Prescribed displacement of each displacement component of the contact nodes, 0 where free, mm.
     prescribed: Vec<f64>,
     /// Loads F - K_fc u_c on the free components f, with the displacements u_c of the prescribed components c, `[n_free]`, N.
-    load: Vec<f64>,
-    scratch: Mutex<Vec<f64>>,
+    forces: Vec<f64>,
 }
 
 type Entry = (usize, usize, f64);
@@ -147,11 +151,17 @@ impl BodyRows {
         }
     }
 
-    /// Adds the terms `forces` of the body's scaled right-hand side to `rows`, which covers the rows of both bodies.
-    pub(super) fn load(&self, tractions: &[f64], forces: LoadTerms, scales: BlockScales, rows: &mut [f64]) {
+    /// Adds the contact tractions to the body's scaled right-hand side in `rows`, which covers the rows of both bodies.
+    pub(super) fn load(
+        &self,
+        tractions: &[f64],
+        forced: ForcedBodies,
+        scales: BlockScales,
+        rows: &mut [f64],
+    ) {
         match self {
             Self::Rigid => {}
-            Self::HalfSpace { .. } if forces == LoadTerms::TractionsOnMeshes => {}
+            Self::HalfSpace { .. } if forced == ForcedBodies::Meshed => {}
             Self::HalfSpace { first, side, matrix, scratch } => {
                 let mut displacement = scratch.lock().expect("no panic while the scratch is held");
                 matrix.apply(tractions, &mut displacement);
@@ -159,19 +169,35 @@ impl BodyRows {
                     *row += side.gap_sign() * u / scales.length;
                 }
             }
-            Self::FiniteElements(mesh) => mesh.load(tractions, forces, scales, rows),
+            Self::FiniteElements(mesh) => mesh.load(tractions, scales, rows),
         }
     }
 
-    /// Adds the scaled gap that prescribed displacements of the contact nodes cause.
-    pub(super) fn prescribed_gap(&self, scales: BlockScales, frame_rows: &mut [f64]) {
+    /// Adds load `load` of a meshed body to the scaled right-hand side in `rows`, and the scaled gap due to prescribed displacements
+    /// of its contact nodes to `frame_rows`.
+    pub(super) fn add_load(
+        &self,
+        load: usize,
+        scales: BlockScales,
+        rows: &mut [f64],
+        frame_rows: &mut [f64],
+    ) {
         if let Self::FiniteElements(mesh) = self {
+            let MeshLoad { prescribed, forces } = &mesh.loads[load];
+            let scale = mesh.force_scale(scales);
+            let rows = &mut rows[mesh.first..mesh.first + forces.len()];
+            rows.iter_mut().zip(forces).for_each(|(row, force)| *row += force * scale);
             let mut gap = vec![0.0; frame_rows.len()];
-            mesh.map.apply(&mesh.prescribed, &mut gap);
+            mesh.map.apply(prescribed, &mut gap);
             for (row, g) in frame_rows.iter_mut().zip(&gap) {
                 *row += mesh.side.gap_sign() * g / scales.length;
             }
         }
+    }
+
+    /// Number of loads of a meshed body; 0 for other bodies.
+    pub(super) fn n_loads(&self) -> usize {
+        if let Self::FiniteElements(mesh) = self { mesh.loads.len() } else { 0 }
     }
 
     pub(super) fn add_direct_diagonal(&self, blocks: &mut [Matrix3<f64>]) {
@@ -185,15 +211,16 @@ impl MeshRows {
     fn new(body: &FeBody, side: Side) -> Self {
         let (model, map) = (body.condensed().model(), body.map().clone());
         let components = || map.nodes().iter().flat_map(|&node| (0..3).map(move |c| (node, c)));
+        let load = |loads: &AppliedLoads| MeshLoad {
+            prescribed: components().map(|(node, c)| loads.prescribed_displacement(3 * node + c)).collect(),
+            forces: model.load_vector(loads),
+        };
         Self {
             first: 0,
             side,
             stiffness: model.stiffness().clone(),
             rows: components().map(|(node, c)| model.free_dof(node, c)).collect(),
-            prescribed: components()
-                .map(|(node, c)| model.prescribed_displacement(node, c).unwrap_or(0.0))
-                .collect(),
-            load: model.load_vector(),
+            loads: body.applied_loads().map(load).collect(),
             scratch: Mutex::new(vec![0.0; 3 * map.nodes().len()]),
             map,
         }
@@ -213,18 +240,19 @@ impl MeshRows {
         })
     }
 
-    fn load(&self, tractions: &[f64], forces: LoadTerms, scales: BlockScales, rows: &mut [f64]) {
-        let rows = &mut rows[self.first..self.first + self.load.len()];
-        let scale = 1.0 / (scales.modulus * scales.length * scales.length);
+    fn force_scale(&self, scales: BlockScales) -> f64 {
+        1.0 / (scales.modulus * scales.length * scales.length)
+    }
+
+    fn load(&self, tractions: &[f64], scales: BlockScales, rows: &mut [f64]) {
+        let rows = &mut rows[self.first..self.first + self.stiffness.n()];
+        let scale = self.force_scale(scales);
         let mut contact = self.scratch.lock().expect("no panic while the scratch is held");
         self.map.apply_transpose(tractions, &mut contact);
         for (force, row) in contact.iter().zip(&self.rows) {
             if let Some(row) = *row {
                 rows[row] += self.side.gap_sign() * force * scale;
             }
-        }
-        if forces == LoadTerms::All {
-            rows.iter_mut().zip(&self.load).for_each(|(row, load)| *row += load * scale);
         }
     }
 }

@@ -1,8 +1,8 @@
-//! Coupling of two bodies on one contact frame: the gap is g = g_free + S P + w n.
+//! Coupling of two bodies on one contact frame: the gap is g = g_0 + Σ_k a_k g_k + S P + w n.
 //!
-//! S (mm/MPa) is the flexibility of both bodies, P (MPa) the traction on body 2, w (mm) the wear depth, n the normal. [`couple`]
-//! computes S and the part of g_free due to loads and prescribed displacements, [`surface_distance`] the distance of the undeformed
-//! surfaces. [`BlockSystem`] is the reference implementation of S.
+//! S (mm/MPa) is the flexibility of both bodies, P (MPa) the traction on body 2, w (mm) the wear depth, n the normal. g_k is the
+//! change of the gap due to load k of a body at amplitude a_k = 1. [`couple`] computes S and g_k, [`surface_distance`] the distance
+//! of the undeformed surfaces. [`BlockSystem`] is the reference implementation of S and g_k.
 
 pub mod block;
 mod block_rows;
@@ -15,7 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
-use crate::body::BodyEquations::Hybrid;
+use crate::body::BodyEquations::{FiniteElements, Hybrid};
 use crate::body::half_space::half_space_flexibility;
 use crate::body::hybrid::FarField;
 use crate::body::hybrid::corrected_flexibility::build_corrected_flexibility;
@@ -41,12 +41,10 @@ pub enum Coupling {
     Block,
 }
 
-/// Flexibility and free gap of two bodies on a frame.
+/// Flexibility and loads of two bodies on a frame.
 pub struct CoupledBodies {
     /// S: gap change (mm) per traction (MPa) on body 2.
     pub flexibility: Arc<dyn Flexibility>,
-    /// Gap change by the bodies' own loads and prescribed displacements, `[3, N]`, mm.
-    pub free_gap: Vec<f64>,
     /// Loads of body 1, then of body 2.
     pub loads: Vec<BodyLoad>,
     /// Unconstrained rigid-body modes of the bodies.
@@ -56,11 +54,12 @@ pub struct CoupledBodies {
 }
 
 impl CoupledBodies {
-    /// Gap at zero tractions and zero rigid motion, `[3, N]`, mm, with the distance `normal` `[N]` of the undeformed surfaces.
+    /// Gap at zero tractions, zero rigid motion and zero amplitudes of the loads, `[3, N]`, mm, with the distance `normal` `[N]` of
+    /// the undeformed surfaces.
     pub fn initial_gap(&self, normal: &[f64]) -> Vec<f64> {
-        let mut gap = self.free_gap.clone();
-        let n = normal.len();
-        gap[2 * n..].iter_mut().zip(normal).for_each(|(g, distance)| *g += distance);
+        let n = self.flexibility.n_cells();
+        let mut gap = vec![0.0; 3 * n];
+        gap[2 * n..].copy_from_slice(normal);
         gap
     }
 }
@@ -80,7 +79,7 @@ impl From<CrossBlocks> for HalfSpaceOperators {
     }
 }
 
-/// Computes flexibility, free gap and unconstrained rigid-body modes of two bodies on `frame`.
+/// Computes flexibility, loads and unconstrained rigid-body modes of two bodies on `frame`.
 ///
 /// # Errors
 /// If both bodies are rigid, or an operator cannot be built. With [`Coupling::Block`], also if a body is unconstrained or not
@@ -99,7 +98,7 @@ pub fn couple(
     Ok(constrained(coupled, frame))
 }
 
-/// Removes the components across planes of symmetry from flexibility, free gap and rigid-body modes, in the cells on these planes.
+/// Removes the components across planes of symmetry from flexibility, loads and rigid-body modes, in the cells on these planes.
 fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
     let projectors = frame.symmetry_projectors();
     if projectors.is_empty() {
@@ -112,12 +111,11 @@ fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
             (0..3).for_each(|plane| gap[plane * n + cell] = local[plane]);
         }
     };
-    let CoupledBodies { flexibility, mut free_gap, mut loads, mut floating, skipped } = coupled;
-    project(&mut free_gap);
+    let CoupledBodies { flexibility, mut loads, mut floating, skipped } = coupled;
     loads.iter_mut().for_each(|load| project(&mut load.gap));
     floating.iter_mut().flat_map(|body| &mut body.modes).for_each(|motion| project(&mut motion.gap));
     let flexibility = Arc::new(ConstrainedFlexibility::new(flexibility, &projectors));
-    CoupledBodies { flexibility, free_gap, loads, floating, skipped }
+    CoupledBodies { flexibility, loads, floating, skipped }
 }
 
 fn both_rigid() -> Error {
@@ -140,16 +138,15 @@ fn block_of_bodies(
         )));
     }
     let system = BlockSystem::new(body1, body2, frame)?;
-    let mut free_gap = vec![0.0; 3 * frame.n_cells()];
-    let nothing = vec![0.0; frame.n_cells()];
-    system.gap(&vec![0.0; free_gap.len()], &nothing, &nothing, &mut free_gap);
-    Ok(CoupledBodies {
-        flexibility: Arc::new(system),
-        free_gap,
-        loads: loads_of([body1, body2]),
-        floating: Vec::new(),
-        skipped: Vec::new(),
-    })
+    let mut loads = Vec::new();
+    for body in [body1, body2] {
+        let meshed = matches!(body.equations(), FiniteElements(_));
+        loads.extend(body.loads().iter().enumerate().map(|(k, load)| match meshed {
+            true => BodyLoad { gap: system.load_gap(load.side, k), ..load.clone() },
+            false => load.clone(),
+        }));
+    }
+    Ok(CoupledBodies { flexibility: Arc::new(system), loads, floating: Vec::new(), skipped: Vec::new() })
 }
 
 fn sum_of_bodies(
@@ -162,14 +159,10 @@ fn sum_of_bodies(
     let summed = operators.summed && half_spaces == [true; 2];
     let (flexibility, rigid) = sum_of_flexibilities(body1, body2, frame, operators)?;
     let skipped = omitted_work(rigid, summed, flexibility.couples_normal_tangential());
-    let mut free_gap = vec![0.0; 3 * frame.n_cells()];
-    for part in [body1.free_gap(), body2.free_gap()].into_iter().flatten() {
-        free_gap.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
-    }
     let floating =
         [body1.rigid_body_modes(), body2.rigid_body_modes()].into_iter().flatten().cloned().collect();
     let loads = loads_of([&*body1, &*body2]);
-    Ok(CoupledBodies { flexibility, free_gap, loads, floating, skipped })
+    Ok(CoupledBodies { flexibility, loads, floating, skipped })
 }
 
 fn loads_of(bodies: [&dyn ElasticBody; 2]) -> Vec<BodyLoad> {

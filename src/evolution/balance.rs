@@ -95,9 +95,11 @@ impl PreparedModel<'_> {
             (force.x, force.y) = (x, y);
             forced.extend([Vector3::x(), Vector3::y()]);
         }
-        let floating = self.mode_motions.iter().zip(&self.mode_loads).enumerate().map(|(j, (m, load))| {
+        let free = self.mode_loads.iter().zip(&self.cyclic_mode_loads).zip(&self.mode_motions).enumerate();
+        let floating = free.map(|(j, ((load, cyclic), m))| {
             let mut motion = [0.0; MOTION_COMPONENTS];
             motion[3 + j] = 1.0;
+            let load = load + loads.phase * cyclic;
             // The contact carries the prescribed force and supports the body against the body's own loads.
             BalanceConstraint { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
         });

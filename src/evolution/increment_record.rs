@@ -69,7 +69,8 @@ impl Run<'_> {
         record.worn_volume_error = self.state.volume_errors.sum();
         record.worn_volume_error_by_source = self.state.volume_errors;
         let loads = self.prepared.model.loads.iter().zip(&self.state.load_amplitudes);
-        record.loads = loads.filter_map(|(load, amplitude)| Some((load.name.clone()?, *amplitude))).collect();
+        record.loads =
+            loads.filter_map(|(load, amplitude)| Some((load.case.name.clone()?, *amplitude))).collect();
         record.cycles_done = self.state.cycles_done;
         record.distance_slid = self.state.distance_slid;
         record.dissipation = self.state.dissipation;

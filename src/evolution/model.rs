@@ -12,13 +12,16 @@ use crate::error::{Error, Result};
 use crate::evolution::step::Step;
 use crate::flexibility::Flexibility;
 use crate::frame::ContactFrame;
-use crate::geometry::Triad;
+use crate::geometry::{Triad, bounds};
 use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 use crate::laws::wear::{SpecificWearRate, WearLaw};
 use crate::linalg::hierarchical::ClusterTree;
 
 /// Largest number of cells of a patch. Its factors take 5 MB.
 const MAX_PATCH_CELLS: usize = 256;
+
+/// Largest difference of the distances of level surfaces, divided by the size of the frame.
+const LEVEL_TOLERANCE: f64 = 1e-9;
 
 /// Inputs of a run.
 pub struct Model {
@@ -38,6 +41,25 @@ pub struct Model {
     pub wear: WearLaw,
     /// Share of the wear depth taken from body 1, 0..=1.
     pub wear_share: f64,
+}
+
+impl Model {
+    /// Amplitudes of the loads before the first step: 1 for preloads, 0 for others.
+    pub fn first_amplitudes(&self) -> Vec<f64> {
+        self.loads.iter().map(|load| f64::from(u8::from(load.case.preload))).collect()
+    }
+
+    /// Initial gap with the loads at `amplitudes`, `[3, N]`, mm.
+    pub fn loaded_gap(&self, amplitudes: &[f64]) -> Vec<f64> {
+        let mut gap = self.initial_gap.clone();
+        add_load_gaps(self, amplitudes, &mut gap);
+        gap
+    }
+
+    /// Initial gap with all loads at amplitude 1, `[3, N]`, mm.
+    pub fn gap_of_full_loads(&self) -> Vec<f64> {
+        self.loaded_gap(&vec![1.0; self.loads.len()])
+    }
 }
 
 pub(super) struct PreparedModel<'a> {
@@ -66,8 +88,10 @@ pub(super) struct PreparedModel<'a> {
     pub mode_motions: Vec<[f64; 6]>,
     /// Whether the additional modes are rotations of body 2 that steps control.
     pub controls_rotation: bool,
-    /// Work of the bodies' own loads on each rigid-body mode of unit amplitude.
+    /// Work of the loads at their present amplitudes on each rigid-body mode of unit amplitude, N mm/mm.
     pub mode_loads: Vec<f64>,
+    /// As `mode_loads`, for loads that vary in phase with the strokes of a step, at the + reversal point.
+    pub cyclic_mode_loads: Vec<f64>,
     /// Groups of cells whose flexibility the run has formed, in order.
     formed_cells: Mutex<Vec<Vec<usize>>>,
     /// Orthonormal basis of the translations of unconstrained bodies.
@@ -86,8 +110,14 @@ fn check_sizes(model: &Model) -> Result<()> {
             model.flexibility.n_cells()
         )));
     }
-    if model.loads.iter().any(|load| load.gap.len() != 3 * n) {
-        return Err(Error::numerical("the loads of the bodies do not match this frame"));
+    let misfit = |body: &UnconstrainedModes| {
+        let loads = model.loads.iter().filter(|load| load.side == body.side).count();
+        body.modes.iter().any(|mode| mode.load_work.len() != loads)
+    };
+    if model.loads.iter().any(|load| load.gap.len() != 3 * n) || model.floating.iter().any(misfit) {
+        return Err(Error::numerical(
+            "the loads of the bodies do not match this frame and its rigid-body modes",
+        ));
     }
     if let Some(bad) = model.initial_gap.iter().position(|g| !g.is_finite()) {
         return Err(Error::input(format!("the initial gap of cell {} is not a finite number", bad % n)));
@@ -145,7 +175,7 @@ impl<'a> PreparedModel<'a> {
         let controls_rotation = steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some());
         let mut mode_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative_motion).collect();
         let mut mode_gaps: Vec<Vec<f64>> = motions.iter().map(|motion| motion.gap.clone()).collect();
-        let mode_loads = motions.iter().map(|motion| motion.load_work).collect();
+        let n_free = motions.len();
         let free_translations = unconstrained_translations(&mode_motions, model.frame.size());
         if controls_rotation {
             if !motions.is_empty() {
@@ -160,9 +190,10 @@ impl<'a> PreparedModel<'a> {
                 mode_gaps.push(rotation_gap(&model.frame, axis));
             }
         }
-        Ok(Self {
+        let mut prepared = Self {
+            mode_loads: vec![0.0; n_free],
+            cyclic_mode_loads: vec![0.0; n_free],
             mode_gaps,
-            mode_loads,
             free_translations,
             mode_motions,
             controls_rotation,
@@ -181,7 +212,15 @@ impl<'a> PreparedModel<'a> {
             cyclic_gap: None,
             initial_gap,
             first_touch,
-        })
+        };
+        prepared.apply_loads(&model.first_amplitudes());
+        Ok(prepared)
+    }
+
+    /// Whether the undeformed surfaces have the same distance in all cells.
+    pub fn starts_level(&self) -> bool {
+        let [least, largest] = bounds(self.initial_gap[2 * self.n()..].iter().copied());
+        self.model.frame.has_uniform_axes() && largest - least <= LEVEL_TOLERANCE * self.model.frame.size()
     }
 
     /// Sets the amplitudes of the loads: the gap is g_0 + Σ_k a_k g_k.
@@ -191,22 +230,27 @@ impl<'a> PreparedModel<'a> {
             return;
         }
         self.loaded_gap.copy_from_slice(&self.initial_gap);
-        for (load, amplitude) in model.loads.iter().zip(amplitudes) {
-            self.loaded_gap.iter_mut().zip(&load.gap).for_each(|(gap, by)| *gap += amplitude * by);
-        }
+        add_load_gaps(model, amplitudes, &mut self.loaded_gap);
+        self.mode_loads = mode_loads(model, amplitudes);
     }
 
     /// Sets the amplitudes of the loads that vary in phase with the strokes of `step`.
     pub fn apply_cyclic_loads(&mut self, step: &Step) {
-        let amplitude = |load: &BodyLoad| {
-            step.cyclic_loads.iter().find(|(name, _)| load.name.as_ref() == Some(name)).map(|(_, by)| *by)
+        let model = self.model;
+        let named = |load: &BodyLoad| {
+            step.cyclic_loads
+                .iter()
+                .find(|(name, _)| load.case.name.as_ref() == Some(name))
+                .map(|(_, by)| *by)
         };
-        let mut sum: Option<Vec<f64>> = None;
-        for (load, amplitude) in self.model.loads.iter().filter_map(|load| Some((load, amplitude(load)?))) {
-            let sum = sum.get_or_insert_with(|| vec![0.0; load.gap.len()]);
-            sum.iter_mut().zip(&load.gap).for_each(|(sum, by)| *sum += amplitude * by);
-        }
-        self.cyclic_gap = sum;
+        let varying: Vec<Option<f64>> = model.loads.iter().map(named).collect();
+        let amplitudes: Vec<f64> = varying.iter().map(|amplitude| amplitude.unwrap_or(0.0)).collect();
+        self.cyclic_gap = varying.iter().any(Option::is_some).then(|| {
+            let mut gap = vec![0.0; 3 * model.frame.n_cells()];
+            add_load_gaps(model, &amplitudes, &mut gap);
+            gap
+        });
+        self.cyclic_mode_loads = mode_loads(model, &amplitudes);
     }
 
     /// Motion of body 2 relative to body 1 at the frame's origin along x, y, n, including the additional modes.
@@ -294,6 +338,25 @@ impl<'a> PreparedModel<'a> {
         }
         (self.axes.to_local(&force).into(), self.axes.to_local(&moment).into())
     }
+}
+
+/// Adds Σ_k a_k g_k, with the `amplitudes` a_k of the loads of `model`, to `gap`.
+fn add_load_gaps(model: &Model, amplitudes: &[f64], gap: &mut [f64]) {
+    for (load, amplitude) in model.loads.iter().zip(amplitudes) {
+        gap.iter_mut().zip(&load.gap).for_each(|(sum, by)| *sum += amplitude * by);
+    }
+}
+
+/// Work of the loads on each rigid-body mode of unit amplitude.
+fn mode_loads(model: &Model, amplitudes: &[f64]) -> Vec<f64> {
+    let mut sums = Vec::new();
+    for body in &model.floating {
+        let loads = model.loads.iter().zip(amplitudes).filter(|(load, _)| load.side == body.side);
+        let own: Vec<f64> = loads.map(|(_, amplitude)| *amplitude).collect();
+        let work = |work: &Vec<f64>| work.iter().zip(&own).map(|(work, amplitude)| work * amplitude).sum();
+        sums.extend(body.modes.iter().map(|mode| -> f64 { work(&mode.load_work) }));
+    }
+    sums
 }
 
 pub(super) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {

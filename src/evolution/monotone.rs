@@ -57,11 +57,12 @@ impl Run<'_> {
     }
 
     /// Warns if loads of the bodies grow in a step with friction that begins without contact: cells that close during an increment
-    /// slip by the whole motion of the increment.
+    /// slip by the whole motion of the increment. Level surfaces close at once.
     fn warn_of_loads_before_contact(&mut self, ramp: &MonotoneProgress) {
         let [from, to] = &ramp.load_amplitudes;
         let grow = ramp.increments_done == 0 && from != to;
-        if grow && self.has_friction() && self.state.tractions.iter().all(|traction| *traction == 0.0) {
+        let opened = || self.state.tractions.iter().all(|traction| *traction == 0.0);
+        if grow && self.has_friction() && opened() && !self.prepared.starts_level() {
             self.result.warnings.push(warning(&format!(
                 "step \"{}\": loads of the bodies change while the contact grows from nothing (increments: {}). With few increments, cells slip that stick on the true path, and the dissipation is too large. Press first (`loads = {{ NAME = 0.0 }}`), then load; or increase `increments`",
                 self.step().name,
@@ -72,7 +73,7 @@ impl Run<'_> {
 
     pub(super) fn amplitudes_after_step(&self) -> Vec<f64> {
         let after = |(load, before): (&BodyLoad, &f64)| {
-            self.step().load_amplitude(load.name.as_deref(), *before, self.step_index == 0)
+            self.step().load_amplitude(load.case.name.as_deref(), *before, self.step_index == 0)
         };
         self.prepared.model.loads.iter().zip(&self.state.load_amplitudes).map(after).collect()
     }

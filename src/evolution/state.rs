@@ -44,11 +44,11 @@ impl RunState {
         Self {
             tractions: vec![0.0; 3 * n],
             elastic: vec![0.0; 3 * n],
-            slip_reference: prepared.initial_gap[..2 * n].to_vec(),
+            slip_reference: prepared.loaded_gap[..2 * n].to_vec(),
             wear_depth: vec![0.0; n],
             rigid_motion: [0.0, 0.0, if prepared.normal_is_free() { 0.0 } else { prepared.first_touch }],
             mode_amplitudes: [0.0; MAX_RIGID_MODES],
-            load_amplitudes: vec![0.0; prepared.model.loads.len()],
+            load_amplitudes: prepared.model.first_amplitudes(),
             dissipation: 0.0,
             rolling_wear_volume: 0.0,
             cycles_done: 0,

@@ -1,6 +1,5 @@
 //! Transfer of a checkpoint to a frame with more cells, or to bodies that have changed.
 
-use crate::contact::balance::MAX_RIGID_MODES;
 use crate::error::{Error, Result};
 use crate::evolution::checkpoint::{RunCheckpoint, StepProgress};
 use crate::evolution::fretting::cycle_state::CycleUnknowns;
@@ -10,36 +9,42 @@ use crate::evolution::state::RunState;
 use crate::evolution::step::Step;
 use crate::frame::grid::extend_field;
 
-/// Initial gap and gaps per unit rigid-body mode of the model that a checkpoint was computed with.
+/// Gaps of the model that a checkpoint was computed with.
 #[derive(Debug, Clone)]
 pub struct PreviousModel {
     /// Initial gap, `[3, N]` by components, mm.
     pub initial_gap: Vec<f64>,
+    /// Change of the gap by each load at amplitude 1, `[3, N]`, mm.
+    pub loads: Vec<Vec<f64>>,
     /// Gap per unit of each rigid-body mode, `[3, N]`.
     pub floating: Vec<Vec<f64>>,
 }
 
 impl PreviousModel {
-    /// Initial gap and gaps per unit mode of `model`.
+    /// Gaps of `model`.
     pub fn of(model: &Model) -> Self {
         let motions = model.floating.iter().flat_map(|body| &body.modes);
         Self {
             initial_gap: model.initial_gap.clone(),
+            loads: model.loads.iter().map(|load| load.gap.clone()).collect(),
             floating: motions.map(|motion| motion.gap.clone()).collect(),
         }
     }
 
     /// Tangential gap, `[2, N]`, without the prescribed motion of body 2, which does not depend on the bodies.
-    fn tangential_gap(&self, elastic: &[f64], floating: &[f64; MAX_RIGID_MODES]) -> Vec<f64> {
+    fn tangential_gap(&self, elastic: &[f64], state: &RunState) -> Vec<f64> {
+        let loads = self.loads.iter().zip(&state.load_amplitudes);
+        let parts: Vec<_> = loads.chain(self.floating.iter().zip(&state.mode_amplitudes)).collect();
         let gap = |k: usize| {
-            let moved = self.floating.iter().zip(floating).map(|(motion, amount)| amount * motion[k]);
+            let moved = parts.iter().map(|(gap, amount)| *amount * gap[k]);
             moved.fold(self.initial_gap[k] + elastic[k], |sum, by| sum + by)
         };
         (0..2 * elastic.len() / 3).map(gap).collect()
     }
 
     fn fits(&self, n: usize) -> bool {
-        std::iter::once(&self.initial_gap).chain(&self.floating).all(|gap| gap.len() == 3 * n)
+        let gaps = std::iter::once(&self.initial_gap).chain(&self.loads).chain(&self.floating);
+        gaps.into_iter().all(|gap| gap.len() == 3 * n)
     }
 }
 
@@ -122,8 +127,8 @@ impl StateTransfer<'_> {
         operator.apply(&tractions, &mut elastic);
         operator.complete_gap(&tractions, &mut elastic)?;
         let change = previous.map(|before| {
-            let was = before.tangential_gap(&state.elastic, &state.mode_amplitudes);
-            let is = PreviousModel::of(prepared.model).tangential_gap(&elastic, &state.mode_amplitudes);
+            let was = before.tangential_gap(&state.elastic, &state);
+            let is = PreviousModel::of(prepared.model).tangential_gap(&elastic, &state);
             let changed = |k: usize| is[(k / n_before) * n + new_cell_indices[k % n_before]] - was[k];
             OperatorChange {
                 gap: (0..2 * n_before).map(changed).collect(),

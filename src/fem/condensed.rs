@@ -235,9 +235,7 @@ impl CondensedBody {
             body.flexibility = flexibility;
         }
         if body.model.has_own_loads() {
-            let mut rhs = body.model.load_vector();
-            solve_in_place(&body.model, body.solver()?, &mut rhs)?;
-            body.contact_free_displacement = body.model.expand(&rhs);
+            body.contact_free_displacement = body.displacement_of_loads(body.model.loads())?;
         }
         Ok(body)
     }

@@ -113,11 +113,9 @@ impl DofMap {
         (self.support_of_dof[dof] != UNASSIGNED).then(|| self.prescribed[dof])
     }
 
-    pub fn expand(&self, free: &[f64]) -> Vec<[f64; 3]> {
-        let value = |dof: usize| self.row(dof).map_or(self.prescribed[dof], |row| free[row]);
-        (0..self.is_solid_node.len())
-            .map(|node| [value(3 * node), value(3 * node + 1), value(3 * node + 2)])
-            .collect()
+    /// Prescribed displacement of each dof, 0 where it is free or on no solid, mm.
+    pub fn prescribed_displacements(&self) -> &[f64] {
+        &self.prescribed
     }
 }
 

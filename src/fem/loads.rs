@@ -46,18 +46,63 @@ pub(super) struct LoadedFace {
     pub load: FaceLoad,
 }
 
-pub(super) struct Loads {
-    pub forces: NodalForces,
+/// Loads and prescribed displacements of a body. Foundations are no loads, because their forces depend on the displacement.
+#[derive(Debug, Clone)]
+pub struct AppliedLoads {
+    /// Nodal forces of pressure, tractions and body forces, global axes, N, `[n_points]`.
+    pub(super) forces: NodalForces,
     /// Loaded faces; a face with several loads is listed once per load.
-    pub faces: Vec<LoadedFace>,
+    pub(super) faces: Vec<LoadedFace>,
+    /// Uniform force per volume, global axes, N/mm3.
+    pub(super) body_force: [f64; 3],
+    /// Displacement of each dof if it is prescribed, 0 otherwise, mm.
+    pub(super) prescribed: Vec<f64>,
+    /// Forces -K_fc ū_c on the free dofs f, for the prescribed displacements ū_c, N, `[n_free]`.
+    pub(super) prescribed_dof_forces: Vec<f64>,
 }
 
-/// All loads of `spec` except foundations, whose forces depend on the displacement.
+impl AppliedLoads {
+    /// Nodal forces of pressure, tractions and body forces, global axes, N, `[n_points]`.
+    pub fn forces(&self) -> &[[f64; 3]] {
+        &self.forces
+    }
+
+    /// Uniform force per volume, global axes, N/mm3.
+    pub fn body_force(&self) -> [f64; 3] {
+        self.body_force
+    }
+
+    /// Displacement of `dof`, mm, if it is prescribed; 0 otherwise. Component c of node i is dof 3 i + c.
+    pub fn prescribed_displacement(&self, dof: usize) -> f64 {
+        self.prescribed[dof]
+    }
+
+    /// Pressures and tractions on faces: solid element, index of the face in it, pressure (MPa), traction (global axes, MPa). A
+    /// face with several loads is listed once per load.
+    pub fn face_loads(&self) -> impl Iterator<Item = ((CellRef, usize), f64, Vector3<f64>)> + '_ {
+        self.faces.iter().filter_map(|face| {
+            let at = (face.owner, face.local_face);
+            match face.load {
+                FaceLoad::Pressure(pressure) => Some((at, pressure, Vector3::zeros())),
+                FaceLoad::Traction(traction) => Some((at, 0.0, traction)),
+                FaceLoad::Foundation(_) => None,
+            }
+        })
+    }
+}
+
+/// Loads of `spec` without those of its prescribed displacements.
 ///
 /// # Errors
 /// If a group is missing or is no outer surface, or a value is not finite.
-pub(super) fn loads(spec: &FeSpec, regions: &ElementMaterials, rules: &RuleSet) -> Result<Loads> {
-    let mut loads = Loads { forces: vec![[0.0; 3]; spec.mesh.n_points()], faces: Vec::new() };
+pub(super) fn loads(spec: &FeSpec, regions: &ElementMaterials, rules: &RuleSet) -> Result<AppliedLoads> {
+    let mut loads = AppliedLoads {
+        forces: vec![[0.0; 3]; spec.mesh.n_points()],
+        faces: Vec::new(),
+        body_force: spec.body_force,
+        prescribed: Vec::new(),
+        prescribed_dof_forces: Vec::new(),
+    };
     for (group, value) in &spec.pressures {
         finite(&[*value]).context(|| format!("pressure on the group \"{group}\""))?;
         load_faces(&spec.mesh, group, FaceLoad::Pressure(*value), &mut loads)
@@ -82,7 +127,7 @@ fn finite(values: &[f64]) -> Result<()> {
     }
 }
 
-fn load_faces(mesh: &Mesh, group: &str, load: FaceLoad, loads: &mut Loads) -> Result<()> {
+fn load_faces(mesh: &Mesh, group: &str, load: FaceLoad, loads: &mut AppliedLoads) -> Result<()> {
     for face in group_faces(mesh, group)? {
         loads.faces.push(LoadedFace { owner: face.owner, local_face: face.local_face, load });
         add_face_load(mesh, &face, load, &mut loads.forces);

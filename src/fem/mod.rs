@@ -38,6 +38,7 @@ pub use condensation_method::{CondensationMethod, MemoryShortfall};
 pub use condensed::{CacheContents, CondensationResources, CondensedBody, FlexibilityOrigin};
 pub use element_materials::{ElementMaterials, RegionReport, check_materials};
 pub use flexibility_cache::{CacheKey, CacheLookup, FlexibilityCache, FlexibilityEntry};
+pub use loads::AppliedLoads;
 pub(crate) use loads::nodal_area_vectors;
 pub(crate) use mesh_motion::move_mesh;
 pub use model::FeModel;

@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-
 use super::assembly::{ElementContext, assemble, n_stiffness_entries};
 use super::dof_map::DofMap;
 use super::element_materials::{ElementMaterials, node_graph};
 use super::element_rules::RuleSet;
 use super::foundation::{self, FoundationFace};
 use super::generalised_inverse::GeneralisedInverse;
-use super::loads::{FaceLoad, LoadedFace, NodalForces, add_body_force, loads};
+use super::loads::{AppliedLoads, add_body_force, loads};
 use super::rigid_body_modes::{self, RigidBodyModes};
 use super::spec::{FeSpec, HexFormulation};
 use crate::error::{Context, Error, Result};
@@ -19,7 +17,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::NodeGraph;
 use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::two_level::NodalUnknowns;
-use crate::mesh::{CellRef, Mesh};
+use crate::mesh::Mesh;
 
 /// Bytes per unknown for the mesh, the elements and the assembly, without the matrix. Small bodies need most per unknown.
 const ASSEMBLY_BYTES_PER_DOF: usize = 1500;
@@ -41,10 +39,7 @@ pub struct FeModel {
     dof_map: DofMap,
     graph: NodeGraph,
     stiffness: SymmetricSparse,
-    prescribed_dof_forces: Vec<f64>,
-    external_forces: NodalForces,
-    body_force: [f64; 3],
-    loaded_faces: Vec<LoadedFace>,
+    loads: AppliedLoads,
     foundations: Vec<FoundationFace>,
     generalised_inverse: Option<GeneralisedInverse>,
 }
@@ -81,8 +76,9 @@ impl FeModel {
             let elements =
                 ElementContext { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
             let foundations = foundation::foundation_faces(&spec)?;
-            loads.faces.extend(foundations.iter().map(|foundation| foundation.face));
-            let (mut stiffness, prescribed_dof_forces) = assemble(elements, &foundations, &dof_map, &graph)?;
+            let mut stiffness;
+            (stiffness, loads.prescribed_dof_forces) = assemble(elements, &foundations, &dof_map, &graph)?;
+            loads.prescribed = dof_map.prescribed_displacements().to_vec();
             let mut generalised_inverse = None;
             if let Some(motions) = free {
                 let volumes = node_volumes(&spec, &regions, &rules);
@@ -90,7 +86,7 @@ impl FeModel {
                 floating.add_grounding_springs(&mut stiffness);
                 generalised_inverse = Some(floating);
             }
-            let FeSpec { name, mesh, formulation, body_force, .. } = spec;
+            let FeSpec { name, mesh, formulation, .. } = spec;
             Ok(Self {
                 name,
                 mesh,
@@ -100,10 +96,7 @@ impl FeModel {
                 dof_map,
                 graph,
                 stiffness,
-                prescribed_dof_forces,
-                external_forces: loads.forces,
-                body_force,
-                loaded_faces: loads.faces,
+                loads,
                 foundations,
                 generalised_inverse,
             })
@@ -147,9 +140,10 @@ impl FeModel {
         self.generalised_inverse.as_ref().map(|floating| &floating.modes)
     }
 
-    /// Work of the body's own loads for unit amplitude of each free rigid-body mode, N mm per mm of amplitude.
-    pub fn load_work_on_rigid_body_modes(&self) -> Vec<f64> {
-        self.generalised_inverse.as_ref().map_or(Vec::new(), |floating| floating.work(&self.load_vector()))
+    /// Work of `loads` for unit amplitude of each free rigid-body mode, N mm per mm of amplitude.
+    pub fn work_on_rigid_body_modes(&self, loads: &AppliedLoads) -> Vec<f64> {
+        let floating = self.generalised_inverse.as_ref();
+        floating.map_or(Vec::new(), |floating| floating.work(&self.load_vector(loads)))
     }
 
     /// Stiffness K of the free dofs, `[n_free, n_free]`, N/mm, including elastic foundations. For m free rigid-body modes, K
@@ -158,49 +152,52 @@ impl FeModel {
         &self.stiffness
     }
 
-    /// Right-hand side of the free dofs, `[n_free]`, N: loads, minus the forces K_fc ū of the prescribed displacements ū.
-    pub fn load_vector(&self) -> Vec<f64> {
-        let rows = self.dof_map.dofs_of_rows().iter().zip(&self.prescribed_dof_forces);
-        rows.map(|(&dof, supports)| self.external_forces[dof / 3][dof % 3] + supports).collect()
+    /// All loads and prescribed displacements.
+    pub fn loads(&self) -> &AppliedLoads {
+        &self.loads
+    }
+
+    /// Loads and prescribed displacements of `spec`, which must have the same mesh and the same supports as the body.
+    ///
+    /// # Errors
+    /// If a group is missing, a value is not admissible, or supports contradict one another. If memory does not suffice.
+    pub fn loads_of(&self, spec: &FeSpec) -> Result<AppliedLoads> {
+        let mut loads = loads(spec, &self.regions, &self.rules)?;
+        loads.prescribed = DofMap::new(spec, &self.regions)?.prescribed_displacements().to_vec();
+        let dofs = self.prescribed_dofs();
+        let displacement: Vec<f64> = dofs.iter().map(|&dof| loads.prescribed[dof]).collect();
+        loads.prescribed_dof_forces = vec![0.0; self.n_free()];
+        if displacement.iter().any(|u| *u != 0.0) {
+            let forces = self.forces_of_prescribed_displacements(&dofs, &displacement)?.on_free_dofs;
+            loads.prescribed_dof_forces = forces.into_iter().map(|force| -force).collect();
+        }
+        Ok(loads)
+    }
+
+    /// Right-hand side of the free dofs due to `loads`, `[n_free]`, N: loads, minus the forces K_fc ū of the prescribed
+    /// displacements ū.
+    pub fn load_vector(&self, loads: &AppliedLoads) -> Vec<f64> {
+        let rows = self.dof_map.dofs_of_rows().iter().zip(&loads.prescribed_dof_forces);
+        rows.map(|(&dof, supports)| loads.forces[dof / 3][dof % 3] + supports).collect()
     }
 
     /// Whether loads other than contact forces act on free dofs, or prescribed displacements are nonzero.
     pub fn has_own_loads(&self) -> bool {
-        self.load_vector().iter().any(|&f| f != 0.0)
-            || self.prescribed_dofs().iter().any(|&dof| self.dof_map.prescribed(dof) != Some(0.0))
-    }
-
-    /// Nodal forces of pressure, tractions and body forces, global axes, N, `[n_points]`.
-    pub fn external_forces(&self) -> &[[f64; 3]] {
-        &self.external_forces
-    }
-
-    /// Uniform force per volume, global axes, N/mm3.
-    pub fn body_force(&self) -> [f64; 3] {
-        self.body_force
-    }
-
-    /// Pressures and tractions on faces: solid element, index of the face in it, pressure (MPa), traction (global axes, MPa). A
-    /// face with several loads is listed once per load.
-    pub fn face_loads(&self) -> impl Iterator<Item = ((CellRef, usize), f64, Vector3<f64>)> + '_ {
-        self.loaded_faces.iter().filter_map(|face| {
-            let at = (face.owner, face.local_face);
-            match face.load {
-                FaceLoad::Pressure(pressure) => Some((at, pressure, Vector3::zeros())),
-                FaceLoad::Traction(traction) => Some((at, 0.0, traction)),
-                FaceLoad::Foundation(_) => None,
-            }
-        })
+        self.load_vector(&self.loads).iter().any(|&f| f != 0.0)
+            || self.prescribed_dofs().iter().any(|&dof| self.loads.prescribed[dof] != 0.0)
     }
 
     /// Adds the body force `force`, a force per volume that depends on the position, N/mm3.
     pub fn add_body_force(&mut self, force: impl Fn([f64; 3]) -> [f64; 3]) {
-        add_body_force(&self.mesh, &self.regions.cells, &self.rules, force, &mut self.external_forces);
+        add_body_force(&self.mesh, &self.regions.cells, &self.rules, force, &mut self.loads.forces);
     }
 
-    /// Displacement of all mesh nodes, mm, `[n_points]`, from the displacement of the free dofs, `[n_free]`.
-    pub fn expand(&self, free: &[f64]) -> Vec<[f64; 3]> {
-        self.dof_map.expand(free)
+    /// Displacement of all mesh nodes, mm, `[n_points]`, from the displacement of the free dofs, `[n_free]`, and the prescribed
+    /// displacements of `loads`.
+    pub fn expand(&self, free: &[f64], loads: &AppliedLoads) -> Vec<[f64; 3]> {
+        let value = |dof: usize| self.dof_map.row(dof).map_or(loads.prescribed[dof], |row| free[row]);
+        let at = |node: usize| [value(3 * node), value(3 * node + 1), value(3 * node + 2)];
+        (0..self.mesh.n_points()).map(at).collect()
     }
 
     /// Peak memory of the assembly, bytes.
@@ -256,11 +253,6 @@ impl FeModel {
     pub(super) fn describe_row(&self, row: usize) -> String {
         let dof = self.dof_map.dofs_of_rows()[row];
         format!("the node at {}, direction {}", format_point(&self.mesh.points[dof / 3]), AXIS_NAMES[dof % 3])
-    }
-
-    /// Faces with loads or foundations, once for each load or foundation.
-    pub(super) fn loaded_faces(&self) -> &[LoadedFace] {
-        &self.loaded_faces
     }
 
     pub(super) fn foundations(&self) -> &[FoundationFace] {

@@ -60,7 +60,7 @@ impl FeModel {
     /// As [`Self::strain_energy`].
     pub fn reactions(&self, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
         let mut forces = self.internal_forces(displacement)?;
-        for (node, (force, external)) in forces.iter_mut().zip(self.external_forces()).enumerate() {
+        for (node, (force, external)) in forces.iter_mut().zip(&self.loads().forces).enumerate() {
             for c in 0..3 {
                 force[c] = if self.prescribed_displacement(node, c).is_some() {
                     force[c] - external[c]

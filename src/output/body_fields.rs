@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::body::{BodyField, ElasticBody};
+use crate::body::{BodyField, ElasticBody, Loading};
 use crate::error::Result;
+use crate::evolution::records::FrameState;
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, Side};
 use crate::material::strength::von_mises;
@@ -28,6 +29,14 @@ pub struct BodyOutput<'a> {
 }
 
 impl BodyOutput<'_> {
+    /// Contact tractions and load amplitudes of the body in `state`, whose amplitudes are those of body 1, then of body 2.
+    pub fn loading<'s>(&self, state: &'s FrameState) -> Loading<'s> {
+        let all = &state.load_amplitudes;
+        let own = self.body.loads().len().min(all.len());
+        let amplitudes = if self.side == Side::Lower { &all[..own] } else { &all[all.len() - own..] };
+        Loading { tractions: &state.tractions, amplitudes }
+    }
+
     /// Stress peaks; `None` unless the body has a mesh and `field` has stress. `tractions` act on body 2: one triple per cell, in
     /// the local axes of the cell.
     pub(crate) fn peaks(

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::body::{ErrorEstimation, PointState};
 use crate::error::{Context, Result};
 use crate::evolution::records::{FrameState, IncrementRecord};
-use crate::frame::{ContactFrame, Side};
+use crate::frame::ContactFrame;
 use crate::output::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
 use crate::output::body_peaks::BodyRecord;
 use crate::output::frame_fields::{FrameMesh, frame_grid, planes_to_triples};
@@ -104,21 +104,6 @@ impl WrittenFields {
         self.pictures.transfer_to(places, n);
         self
     }
-}
-
-/// Amplitudes of the loads of `body` in `state`, which contains those of body 1, then of body 2.
-fn load_amplitudes<'s>(body: &BodyOutput, state: &'s FrameState) -> &'s [f64] {
-    let (amplitudes, own) =
-        (&state.load_amplitudes, body.body.loads().len().min(state.load_amplitudes.len()));
-    if body.side == Side::Lower { &amplitudes[..own] } else { &amplitudes[amplitudes.len() - own..] }
-}
-
-fn add_states(mut states: Vec<PointState>, more: &[PointState]) -> Vec<PointState> {
-    for (state, by) in states.iter_mut().zip(more) {
-        state.displacement += by.displacement;
-        state.stress += by.stress;
-    }
-    states
 }
 
 impl<'a> FieldWriter<'a> {
@@ -217,11 +202,8 @@ impl<'a> FieldWriter<'a> {
         let of = |request: &InteriorPointRequest| {
             let body = self.bodies.iter().find(|body| body.side == request.side);
             let points = request.points();
-            let states = body.map(|body| {
-                let loaded = body.body.load_states(load_amplitudes(body, state), &points);
-                let states = body.body.recover_at_points(self.frame, &state.tractions, &points);
-                states.map(|states| states.map(|states| add_states(states, loaded.as_deref().unwrap_or(&[]))))
-            });
+            let states =
+                body.map(|body| body.body.recover_at_points(self.frame, body.loading(state), &points));
             states.transpose().map(Option::flatten).context(|| format!("output.inside, \"{}\"", request.name))
         };
         self.interior_points.iter().map(of).collect()
@@ -252,20 +234,11 @@ impl<'a> FieldWriter<'a> {
     ) -> Result<()> {
         let (name, wanted) = (body.side.key(), self.kinds.clone());
         let tractions = planes_to_triples(&state.tractions, self.frame.n_cells(), "traction")?;
-        let mut field = body.body.recover(&state.tractions)?;
-        if matches!(body.location, RecoveryLocation::FrameCells)
-            && let Some(loaded) = body.body.load_states(load_amplitudes(body, state), &self.frame.centers)
-        {
-            for (displacement, by) in field.displacement.iter_mut().zip(loaded) {
-                (0..3).for_each(|k| displacement[k] += by.displacement[k]);
-            }
-        }
+        let loading = body.loading(state);
+        let mut field = body.body.recover(loading)?;
         if FieldKind::require_stress(&wanted) {
-            field.stress = body.body.recover_stress(
-                &state.tractions,
-                &field.displacement,
-                FieldKind::error_estimate(&wanted),
-            )?;
+            field.stress =
+                body.body.recover_stress(loading, &field.displacement, FieldKind::error_estimate(&wanted))?;
         }
         if let Some(peaks) = body.peaks(self.frame, &field, &tractions) {
             let (step, increment) = (record.name.clone(), record.increment);

@@ -13,7 +13,7 @@ use super::spec::frame::FramePoints;
 use super::spec::solver::{Output, Solver};
 use super::variant::{ComparePlan, Discretisation};
 use crate::bem::finite::Interpolation;
-use crate::body;
+use crate::body::{self, LoadCase};
 use crate::element::ElementKind;
 use crate::error::Warning;
 use crate::evolution::step::{Integrator, Normal, Step};
@@ -201,17 +201,30 @@ pub struct MeshedBodyPlan {
     /// Elastic foundations.
     pub foundations: Vec<fem::Foundation>,
     /// Pressures on surface groups, positive in compression.
-    pub pressures: Vec<(String, f64)>,
+    pub pressures: Vec<GroupLoad<f64>>,
     /// Tractions on surface groups along x, y, z.
-    pub tractions: Vec<(String, [f64; 3])>,
+    pub tractions: Vec<GroupLoad<[f64; 3]>>,
     /// Body force per volume along x, y, z.
     pub body_force: [f64; 3],
+    /// Amplitude of the body force.
+    pub body_force_case: LoadCase,
     /// Material of each volume group; `None` for the elements outside all named regions.
     pub regions: Vec<(Option<String>, RegionMaterial)>,
     /// Formulation of 8-node hexahedra, or an element type that the mesh must contain; `None` for the default formulation.
     pub element: Option<Element>,
     /// Model of the near field of the contact.
     pub near_field: NearField,
+}
+
+/// Load on a group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupLoad<T> {
+    /// Physical group of surfaces.
+    pub group: String,
+    /// Value at amplitude 1.
+    pub value: T,
+    /// Amplitude.
+    pub case: LoadCase,
 }
 
 /// Displacement components prescribed on a group. A component with `None` is free.
@@ -225,6 +238,8 @@ pub struct PrescribedDisplacement {
     pub values: [Option<f64>; 3],
     /// Gradients of the prescribed values along x, y, z, one row per component.
     pub gradient: [[f64; 3]; 3],
+    /// Amplitude of the displacement.
+    pub case: LoadCase,
 }
 
 /// The contact frame.
@@ -277,6 +292,17 @@ impl From<UniformFibre> for FibreAngles {
     }
 }
 
+impl Plan {
+    /// Load cases of body `index`.
+    pub fn load_cases(&self, index: usize) -> Vec<LoadCase> {
+        if let Some(BulkStress { name, preload, .. }) = &self.bulk_stresses[index] {
+            return vec![LoadCase { name: name.clone(), preload: *preload }];
+        }
+        let meshed = self.bodies[index].as_meshed();
+        meshed.map_or_else(Vec::new, |meshed| meshed.load_cases().into_iter().cloned().collect())
+    }
+}
+
 impl BodyMaterial {
     /// Material axes as columns, in coordinate axes that are rotated by `azimuth` (radians) about z from the global axes.
     pub fn material_axes(&self, azimuth: f64) -> Matrix3<f64> {
@@ -307,6 +333,7 @@ impl BeBodyPlan {
             pressures,
             tractions,
             body_force,
+            load_case: self.meshed.load_cases().first().map_or_else(LoadCase::default, |&case| case.clone()),
         }
     }
 }
@@ -314,7 +341,8 @@ impl BeBodyPlan {
 impl PrescribedDisplacement {
     /// A support of `group` with all components free.
     pub fn free(key: String, group: &str) -> Self {
-        Self { key, group: group.to_owned(), values: [None; 3], gradient: [[0.0; 3]; 3] }
+        let (values, gradient, case) = ([None; 3], [[0.0; 3]; 3], LoadCase::default());
+        Self { key, group: group.to_owned(), values, gradient, case }
     }
 
     /// Whether a displacement other than zero is prescribed.
@@ -340,8 +368,8 @@ impl MeshedBodyPlan {
     pub fn groups(&self) -> impl Iterator<Item = &str> {
         let supports = self.supports.iter().map(|support| &support.group);
         let foundations = self.foundations.iter().map(|foundation| &foundation.group);
-        let pressures = self.pressures.iter().map(|(group, _)| group);
-        let tractions = self.tractions.iter().map(|(group, _)| group);
+        let pressures = self.pressures.iter().map(|load| &load.group);
+        let tractions = self.tractions.iter().map(|load| &load.group);
         let all = std::iter::once(&self.contact)
             .chain(supports)
             .chain(foundations)
@@ -350,13 +378,42 @@ impl MeshedBodyPlan {
         all.map(String::as_str)
     }
 
+    /// Load cases of the body, in the order of their first loads: pressures, tractions, body force, prescribed displacements.
+    pub fn load_cases(&self) -> Vec<&LoadCase> {
+        let forced = (self.body_force != [0.0; 3]).then_some(&self.body_force_case);
+        let moving = self.supports.iter().filter(|support| support.is_moving());
+        let pressures = self.pressures.iter().map(|load| &load.case);
+        let tractions = self.tractions.iter().map(|load| &load.case);
+        let all = pressures.chain(tractions).chain(forced).chain(moving.map(|support| &support.case));
+        let mut cases: Vec<&LoadCase> = Vec::new();
+        for case in all {
+            if !cases.contains(&case) {
+                cases.push(case);
+            }
+        }
+        cases
+    }
+
     /// Input of the finite-element module; `name` names the body in messages.
     pub fn fem_spec(&self, name: &str) -> fem::FeSpec {
-        let supports = self.supports.iter().map(|support| fem::Support {
-            group: support.group.clone(),
-            components: support.values.map(|value| value.is_some()),
-            value: support.values.map(|value| value.unwrap_or(0.0)),
-            gradient: support.gradient,
+        self.spec_with_loads(name, |_| true)
+    }
+
+    /// For each load case, the input of the finite-element module with the loads of this case alone.
+    pub fn load_specs(&self, name: &str) -> Vec<(LoadCase, fem::FeSpec)> {
+        let spec = |case: &LoadCase| (case.clone(), self.spec_with_loads(name, |other| other == case));
+        self.load_cases().into_iter().map(spec).collect()
+    }
+
+    fn spec_with_loads(&self, name: &str, acts: impl Fn(&LoadCase) -> bool) -> fem::FeSpec {
+        let supports = self.supports.iter().map(|support| {
+            let moves = acts(&support.case);
+            fem::Support {
+                group: support.group.clone(),
+                components: support.values.map(|value| value.is_some()),
+                value: support.values.map(|value| value.filter(|_| moves).unwrap_or(0.0)),
+                gradient: if moves { support.gradient } else { [[0.0; 3]; 3] },
+            }
         });
         fem::FeSpec {
             name: name.to_owned(),
@@ -369,11 +426,16 @@ impl MeshedBodyPlan {
             },
             supports: supports.collect(),
             foundations: self.foundations.clone(),
-            pressures: self.pressures.clone(),
-            tractions: self.tractions.clone(),
-            body_force: self.body_force,
+            pressures: loads_of(&self.pressures, &acts),
+            tractions: loads_of(&self.tractions, &acts),
+            body_force: if acts(&self.body_force_case) { self.body_force } else { [0.0; 3] },
         }
     }
+}
+
+/// Groups and values of the loads that act.
+fn loads_of<T: Copy>(loads: &[GroupLoad<T>], acts: impl Fn(&LoadCase) -> bool) -> Vec<(String, T)> {
+    loads.iter().filter(|load| acts(&load.case)).map(|load| (load.group.clone(), load.value)).collect()
 }
 
 impl BodyPlan {

@@ -97,6 +97,12 @@ impl<'a> SchemaWalk<'a> {
         }
         let is_table = |branch: &&Json| branch.get("type").is_some_and(|t| t == "object");
         let table = branches.iter().map(|branch| self.dereference(branch)).find(is_table);
+        if let (Some(table), Some(_)) = (table, array) {
+            return match node.value {
+                TomlValue::Table(_) => self.check_table(node, table, key, None),
+                _ => self.report_wrong_type(node, key, "a list or a table"),
+            };
+        }
         if let (Some(table), Some(number)) = (table, number_branch(branches)) {
             return match node.value {
                 TomlValue::Table(_) => self.check_table(node, table, key, None),

@@ -26,7 +26,7 @@ const OWN_LOAD_GAP_TOLERANCE: f64 = 1e-4;
 pub struct FrameGrowth {
     /// Frame before the enlargement.
     pub frame: ContactFrame,
-    /// Initial gap on `frame`, mm, `[3, N]`: all x components, all y components, then all normal components.
+    /// Gap on `frame` with all loads at amplitude 1, `[3, N]` by components, mm.
     pub gap: Vec<f64>,
     /// Whether the near field of each body on `frame` is a half-space.
     pub half_spaces: [bool; 2],
@@ -39,7 +39,8 @@ impl Simulation<'_> {
     pub fn into_frame_growth(self, checkpoint: RunCheckpoint) -> FrameGrowth {
         let half_spaces = [1, 2].map(|body| self.has_half_space_near_field(body));
         let model = self.into_model();
-        FrameGrowth { frame: model.frame, gap: model.initial_gap, half_spaces, checkpoint }
+        let gap = model.gap_of_full_loads();
+        FrameGrowth { frame: model.frame, gap, half_spaces, checkpoint }
     }
 }
 
@@ -85,9 +86,9 @@ impl FrameGrowth {
         let places = before.indices_in(&now);
         ensure_same_gap(
             &self.gap,
-            &model.initial_gap,
+            &model.gap_of_full_loads(),
             &places,
-            OWN_LOAD_GAP_TOLERANCE * simulation.max_gap_of_own_loads(),
+            OWN_LOAD_GAP_TOLERANCE * simulation.max_gap_of_applied_loads(),
         )?;
         let mut checkpoint = self.checkpoint.transfer_to(&places, model, &plan.steps, None)?;
         checkpoint.add_warning(note(plan, &checkpoint, &before, &now));

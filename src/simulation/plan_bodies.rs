@@ -1,6 +1,6 @@
 //! Bodies of a plan: keys, contact faces, unconstrained motions, half-spaces, and worn bodies.
 
-use crate::body::HalfSpaceBody;
+use crate::body::{HalfSpaceBody, LoadCase};
 use crate::error::{Context, Error, Result as Checked};
 use crate::fem::{self, RigidBodyModes};
 use crate::frame::{ContactFrame, FaceMap, Side};
@@ -34,9 +34,10 @@ pub(crate) fn configured_half_space(
     let stiffness = elastic.stiffness_in_frame(0.0);
     let mut body = HalfSpaceBody::new(&stiffness, SIDES[index], frame).at(BODY_KEYS[index])?;
     body.cache.clone_from(&plan.flexibility_cache);
-    if let Some(BulkStress { name, value }) = &plan.bulk_stresses[index] {
+    if let Some(BulkStress { name, value, preload }) = &plan.bulk_stresses[index] {
         let key = format!("{}.bulk_stress", BODY_KEYS[index]);
-        body = body.with_bulk_stress(*value, name.clone(), frame).at(&key)?;
+        let case = LoadCase { name: name.clone(), preload: *preload };
+        body = body.with_bulk_stress(*value, case, frame).at(&key)?;
     }
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }

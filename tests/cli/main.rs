@@ -3,6 +3,7 @@ mod accuracy;
 mod accuracy_cases;
 mod bad_input;
 mod bad_loads;
+mod body_loads;
 mod boundary;
 mod bulk_stress;
 mod cache;

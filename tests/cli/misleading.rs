@@ -79,38 +79,6 @@ fn frp_laws_on_nearly_plane_mesh_frames() {
     }
 }
 
-/// Truth: the loads of a body act in full before the first increment, so friction cannot respond to the displacements that they
-/// cause. Pressures and displaced supports raise a warning if a step has friction.
-#[test]
-fn own_loads_with_friction() {
-    let load = "pressure = [{ group = \"base\", value = 50.0 }]";
-    let none = ["friction={ law = \"none\" }", "steps=[{ approach = 0.005 }]"];
-    let body = |keys: &str| folder(&format!("fibre = {{ tilt = 0.0 }}\n{keys}"), "", &[]);
-    let said = |keys: &str, overrides: &[&str]| {
-        let folder = body(keys);
-        let mut arguments = vec!["check", "scene.toml"];
-        overrides.iter().for_each(|line| arguments.extend(["--set", line]));
-        let (code, text, errors) = orthowear(folder.path(), &arguments);
-        assert_eq!(code, Some(0), "{errors}");
-        text
-    };
-    let warned = "act in full before contact";
-    let text = said(load, &[]);
-    assert!(
-        text.contains("WARNING: body1 has loads of its own (`pressure`)")
-            && text.contains("does not count as slip"),
-        "{text}"
-    );
-    let text =
-        said("", &["body1.fixed=[]", "body1.displaced=[{ group = \"base\", value = [0.0, 0.0, 0.001] }]"]);
-    assert!(
-        text.contains("WARNING: body1 has loads of its own (`displaced`)") && text.contains(warned),
-        "{text}"
-    );
-    assert!(!said(load, &none).contains(warned));
-    assert!(!said("", &[]).contains(warned));
-}
-
 /// Truth: Hertz: a rigid sphere of radius 20 mm with an approach of 0.005 mm has a contact radius of at most sqrt(20 * 0.005) =
 /// 0.32 mm. A tangential displacement of 0.2 mm exceeds a fifth of this radius, 0.002 mm does not.
 #[test]

@@ -1,7 +1,7 @@
 //! Boundary-element bodies: surface Green's function, polygon integrals, operators on the frame, finite bodies.
 
 mod compressed;
-mod bodies;
+pub mod bodies;
 mod finite;
 mod finite_compressed;
 mod full_space;

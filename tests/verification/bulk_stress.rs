@@ -1,7 +1,7 @@
 //! Bulk stress of half-spaces: its strain moves the surface, and with friction this motion is slip.
 
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
-use orthowear::body::HalfSpaceBody;
+use orthowear::body::{HalfSpaceBody, LoadCase};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple};
 use orthowear::error::Result;
@@ -29,7 +29,8 @@ fn model(
     let body = |stiffness, own| {
         let body = HalfSpaceBody::new(stiffness, own, &frame).expect("a half-space");
         if own == side {
-            body.with_bulk_stress(stress, Some(NAME.to_owned()), &frame).expect("an admissible stress")
+            let case = LoadCase { name: Some(NAME.to_owned()), preload: false };
+            body.with_bulk_stress(stress, case, &frame).expect("an admissible stress")
         } else {
             body
         }

@@ -194,7 +194,7 @@ fn pressurised_faces() {
         let mut spec = spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("z0")]);
         spec.pressures = vec![("z1".into(), 5.0)];
         let model = FeModel::new(spec).unwrap();
-        let forces = model.external_forces();
+        let forces = model.loads().forces();
         let face_force = if kind == Hex8 { 30.0 } else { 15.0 };
         let sum: f64 = forces.iter().map(|f| f[2]).sum();
         assert!((sum + 30.0).abs() < 1e-13);
@@ -212,9 +212,9 @@ fn pressurised_faces() {
         pressed.pressures = ["x0", "x1", "y0", "y1", "z0", "z1"].map(|g| (g.into(), 2.0)).to_vec();
         pulled.body_force = [1.0, 0.0, 0.0];
         let (pressed, pulled) = (FeModel::new(pressed).unwrap(), FeModel::new(pulled).unwrap());
-        let volume: f64 = pulled.external_forces().iter().map(|f| f[0]).sum();
+        let volume: f64 = pulled.loads().forces().iter().map(|f| f[0]).sum();
         let (mut balance, mut work) = (Vector3::zeros(), 0.0);
-        for (force, x) in pressed.external_forces().iter().zip(&points) {
+        for (force, x) in pressed.loads().forces().iter().zip(&points) {
             balance += Vector3::from(*force);
             work += Vector3::from(*force).dot(&Vector3::from(*x));
         }
@@ -261,7 +261,7 @@ fn elements_that_fold_at_a_node_keep_their_weight() {
         spec.body_force = [0.3, -0.5, 2.0];
         let model = FeModel::new(spec).unwrap();
         for (c, force) in [0.3, -0.5, 2.0].into_iter().enumerate() {
-            let sum: f64 = model.external_forces().iter().map(|nodal| nodal[c]).sum();
+            let sum: f64 = model.loads().forces().iter().map(|nodal| nodal[c]).sum();
             assert!(
                 (sum / (force * volume) - 1.0).abs() < 1e-12,
                 "{}: {sum} {}",

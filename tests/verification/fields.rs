@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::half_space::CrossBlocks;
-use orthowear::body::{BodyField, ElasticBody, ErrorEstimation, StressField};
+use orthowear::body::{BodyField, ElasticBody, ErrorEstimation, Loading, StressField};
 use orthowear::element::ElementKind;
 use orthowear::error::Result;
 use orthowear::evolution::observer::Observer;
@@ -45,17 +45,13 @@ impl ElasticBody for AffineBody {
         Ok(None)
     }
 
-    fn free_gap(&self) -> Option<&[f64]> {
-        None
-    }
-
-    fn recover(&self, _tractions: &[f64]) -> Result<BodyField> {
+    fn recover(&self, _loading: Loading) -> Result<BodyField> {
         Ok(BodyField { displacement: self.0.iter().map(displacement).collect(), stress: None })
     }
 
     fn recover_stress(
         &self,
-        _tractions: &[f64],
+        _loading: Loading,
         _displacement: &[[f64; 3]],
         _estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
@@ -77,8 +73,10 @@ impl ElasticBody for AffineBody {
 }
 
 fn whole_field(body: &AffineBody) -> BodyField {
-    let field = body.recover(&[]).expect("a field");
-    let stress = body.recover_stress(&[], &field.displacement, ErrorEstimation::Skip).expect("a stress");
+    let field = body.recover(Loading::of_contact(&[])).expect("a field");
+    let stress = body
+        .recover_stress(Loading::of_contact(&[]), &field.displacement, ErrorEstimation::Skip)
+        .expect("a stress");
     BodyField { stress, ..field }
 }
 
@@ -169,7 +167,7 @@ fn surfaces_carry_displacement_and_traction() {
     let mesh = quadratic_cube();
     let frame = ContactFrame::grid([0.75, 2.0], [2, 2], [0.0, 0.0], 0.0).expect("a frame");
     let body = AffineBody(mesh.points.clone());
-    let field = body.recover(&[]).expect("a field");
+    let field = body.recover(Loading::of_contact(&[])).expect("a field");
     let lowest = mesh.points.iter().map(|x| x[2]).fold(0.0, f64::min);
     // The contact surface is the top of body 1 and the base of body 2.
     for (side, sign, height) in [(Side::Lower, -1.0, 0.0), (Side::Upper, 1.0, lowest)] {
@@ -318,8 +316,12 @@ fn meshio_and_vtk_read_what_was_given() {
         let planes = &state.tractions;
         let tractions: Vec<[f64; 3]> = (0..6).map(|c| [0, 1, 2].map(|k| planes[6 * k + c])).collect();
         for body in &bodies {
-            let mut field = body.body.recover(planes).expect("a field");
-            let stress = body.body.recover_stress(planes, &field.displacement, ErrorEstimation::Estimate);
+            let mut field = body.body.recover(Loading::of_contact(planes)).expect("a field");
+            let stress = body.body.recover_stress(
+                Loading::of_contact(planes),
+                &field.displacement,
+                ErrorEstimation::Estimate,
+            );
             field.stress = stress.expect("a stress");
             let grid = surface_grid(body, &frame, &cells, &field, &tractions).expect("a grid");
             files.insert(format!("{}_000{}.vtu", body.side.key(), i + 1), json_grid(&grid, true));

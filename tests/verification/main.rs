@@ -2,6 +2,7 @@
 mod anisotropic;
 mod audit;
 mod bem;
+mod body_loads;
 mod bulk_stress;
 mod common;
 mod contact;

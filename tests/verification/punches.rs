@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
-use orthowear::body::{ElasticBody, HalfSpaceBody, RigidBody};
+use orthowear::body::{ElasticBody, HalfSpaceBody, Loading, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::evolution::Model;
@@ -104,8 +104,13 @@ fn a_circular_punch() {
             tractions[2 * wide.n_cells() + cell] = at(&frame, pressure, center.x, center.y);
         }
     }
-    let sunk: Vec<f64> =
-        body.recover(&tractions).expect("a field").displacement.iter().map(|u| -u[2]).collect();
+    let sunk: Vec<f64> = body
+        .recover(Loading::of_contact(&tractions))
+        .expect("a field")
+        .displacement
+        .iter()
+        .map(|u| -u[2])
+        .collect();
     for (r, wanted) in [(2.0 * a, 0.003_333_333_333), (1.1 * a, 0.007_264_446_963)] {
         let (low, high) = (at(&wide, &sunk, r - 0.05, 0.05), at(&wide, &sunk, r + 0.05, 0.05));
         assert!(relative(0.5 * (low + high), wanted) < 1e-2, "{r}: {low} {high} {wanted}");

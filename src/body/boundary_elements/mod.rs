@@ -18,7 +18,9 @@ use self::spec::{NodalConditions, build_face_map, refuse_crossing, refuse_held};
 use self::symmetrize::Symmetrization;
 use super::condensed_flexibility::CondensedFlexibility;
 use super::rigid_body_modes::{RigidBodyMode, UnconstrainedModes, relative_motion};
-use super::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, PointState, StressField};
+use super::{
+    BodyEquations, BodyField, BodyLoad, ElasticBody, ErrorEstimation, Loading, PointState, StressField,
+};
 use crate::bem::finite::{
     BodyForceSolution, BoundaryElements, BoundarySolution, BoundaryValueProblem, CompressionReport, Domain,
     Interpolation, SurfaceState,
@@ -47,7 +49,7 @@ pub struct BeBody {
     solution: BoundarySolution,
     areas: Vec<f64>,
     flexibility: Option<CondensedFlexibility>,
-    free_gap: Option<Vec<f64>>,
+    loads: Vec<BodyLoad>,
     rigid_body_modes: Option<UnconstrainedModes>,
     asymmetry: f64,
     kernel_error: f64,
@@ -116,7 +118,7 @@ impl BeBody {
                 solution,
                 areas,
                 flexibility: Some(flexibility),
-                free_gap: None,
+                loads: Vec::new(),
                 rigid_body_modes: None,
                 asymmetry,
                 kernel_error,
@@ -125,20 +127,33 @@ impl BeBody {
                 elements,
             };
             let at_rest = known.values.iter().all(|value| *value == 0.0) && known.weight.is_none();
-            body.free_gap = (!at_rest).then(|| body.own_gap());
+            if !at_rest {
+                body.loads = vec![BodyLoad { side, case: spec.load_case.clone(), gap: body.load_gap() }];
+            }
             body.rigid_body_modes = free.map(|free| body.modes_from_free_motions(&free, &known, frame));
+            body.ensure_balanced(spec, &known)?;
             Ok(body)
         };
         build().context(|| spec.name.clone())
     }
 
-    fn own_gap(&self) -> Vec<f64> {
+    /// Refuses a preload that is not in balance.
+    fn ensure_balanced(&self, spec: &BeSpec, known: &NodalConditions) -> Result<()> {
+        let Some(free) = &self.rigid_body_modes else { return Ok(()) };
+        let works: Vec<f64> = free.modes.iter().flat_map(|mode| mode.load_work.clone()).collect();
+        let areas = self.elements.areas();
+        let forces = known.values.iter().enumerate().filter(|(dof, _)| !known.held[*dof]);
+        let size = forces.map(|(dof, value)| value.abs() * areas[dof / 3]).sum();
+        spec.load_case.ensure_balanced(&works, &free.names, size)
+    }
+
+    fn load_gap(&self) -> Vec<f64> {
         let state = self.solution.state(1.0, &vec![0.0; 3 * self.areas.len()]);
         let positions = self.elements.positions();
-        let of_weight =
-            |node: usize| self.weight.as_ref().map_or(Point::zeros(), |w| w.displacement(&positions[node]));
-        let own = |node: usize| (Point::from(state.displacement[node]) + of_weight(node)).into();
-        self.map.gap_of_displacement(self.side, own)
+        let loaded = |node: usize| {
+            (Point::from(state.displacement[node]) + self.displacement_by_weight(&positions[node])).into()
+        };
+        self.map.gap_of_displacement(self.side, loaded)
     }
 
     fn modes_from_free_motions(
@@ -158,7 +173,7 @@ impl BeBody {
                 gap: self
                     .map
                     .gap_of_displacement(self.side, |node| free.displacement(&positions[node], j).into()),
-                load_work: loads.map(work).sum(),
+                load_work: vec![loads.map(work).sum()],
             }
         };
         let modes = (0..free.n_modes()).map(motion).collect();
@@ -221,7 +236,17 @@ impl BeBody {
         nodal
     }
 
-    fn at_points(&self, state: &SurfaceState) -> Vec<[f64; 3]> {
+    /// Displacement by the weight at its amplitude 1.
+    fn displacement_by_weight(&self, x: &Point) -> Point {
+        self.weight.as_ref().map_or(Point::zeros(), |weight| weight.displacement(x))
+    }
+
+    fn state(&self, loading: Loading) -> SurfaceState {
+        self.solution.state(loading.amplitude(0), &self.nodal_tractions(loading.tractions))
+    }
+
+    /// Displacement of the points of the mesh in `state`, with the weight times `amplitude`.
+    fn at_points(&self, state: &SurfaceState, amplitude: f64) -> Vec<[f64; 3]> {
         let mut sums = vec![(Point::zeros(), 0.0); self.surface.mesh.n_points()];
         for (i, face) in outer_faces(&self.surface.mesh).iter().enumerate() {
             let nodes = self.elements.reference_nodes_of(i);
@@ -238,8 +263,7 @@ impl BeBody {
                 sums[point].1 += weight;
             }
         }
-        let of_weight =
-            |x: &[f64; 3]| self.weight.as_ref().map_or(Point::zeros(), |w| w.displacement(&Point::from(*x)));
+        let of_weight = |x: &[f64; 3]| amplitude * self.displacement_by_weight(&Point::from(*x));
         let means = sums.into_iter().zip(&self.surface.mesh.points);
         means.map(|((sum, weight), x)| (sum / weight.max(f64::MIN_POSITIVE) + of_weight(x)).into()).collect()
     }
@@ -277,8 +301,8 @@ impl ElasticBody for BeBody {
         }
     }
 
-    fn free_gap(&self) -> Option<&[f64]> {
-        self.free_gap.as_deref()
+    fn loads(&self) -> &[BodyLoad] {
+        &self.loads
     }
 
     fn rigid_body_modes(&self) -> Option<&UnconstrainedModes> {
@@ -289,26 +313,26 @@ impl ElasticBody for BeBody {
         Some(&self.surface)
     }
 
-    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        let state = self.solution.state(1.0, &self.nodal_tractions(tractions));
-        Ok(BodyField { displacement: self.at_points(&state), stress: None })
+    fn recover(&self, loading: Loading) -> Result<BodyField> {
+        let displacement = self.at_points(&self.state(loading), loading.amplitude(0));
+        Ok(BodyField { displacement, stress: None })
     }
 
     fn recover_stress(
         &self,
-        tractions: &[f64],
+        loading: Loading,
         _displacement: &[[f64; 3]],
         _estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
-        Ok(Some(self.surface_stress(tractions)))
+        Ok(Some(self.surface_stress(loading)))
     }
 
     fn recover_at_points(
         &self,
         _frame: &ContactFrame,
-        tractions: &[f64],
+        loading: Loading,
         points: &[Point],
     ) -> Result<Option<Vec<PointState>>> {
-        self.inside_points(tractions, points).map(Some)
+        self.inside_points(loading, points).map(Some)
     }
 }

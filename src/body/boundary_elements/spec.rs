@@ -10,6 +10,7 @@ use crate::bem::finite::{
     SolutionMethod,
 };
 use crate::bem::full_space::FullSpaceField;
+use crate::body::LoadCase;
 use crate::cancel;
 use crate::error::{Context, Error, Result};
 use crate::fem::{RigidBodyModes, Support};
@@ -51,6 +52,8 @@ pub struct BeSpec {
     pub tractions: Vec<(String, [f64; 3])>,
     /// Force per volume, global axes, N/mm3.
     pub body_force: [f64; 3],
+    /// Amplitude of all loads and prescribed displacements.
+    pub load_case: LoadCase,
 }
 
 /// Fit of a body's mesh to a frame.

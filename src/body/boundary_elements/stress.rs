@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::BeBody;
 use crate::bem::finite::Domain;
-use crate::body::{PointState, StressField};
+use crate::body::{Loading, PointState, StressField};
 use crate::cancel;
 use crate::error::Result;
 use crate::fem::{FaceAverages, FaceContribution, RecoveryPoints, exposures};
@@ -16,11 +16,11 @@ use crate::mesh::faces::outer_faces;
 const POINTS_PER_CANCEL_CHECK: usize = 64;
 
 impl BeBody {
-    /// Stress at the points of the surface mesh due to the body's own loads and the `tractions` on body 2. A point has one value
-    /// for each smooth part of the surface around it: the mean over the elements of this part.
-    pub(super) fn surface_stress(&self, tractions: &[f64]) -> StressField {
-        let nodal = self.nodal_tractions(tractions);
-        let state = self.solution.state(1.0, &nodal);
+    /// Stress at the points of the surface mesh due to contact tractions and loads. A point has one value for each smooth part of
+    /// the surface around it: the mean over the elements of this part.
+    pub(super) fn surface_stress(&self, loading: Loading) -> StressField {
+        let (nodal, amplitude) = (self.nodal_tractions(loading.tractions), loading.amplitude(0));
+        let state = self.solution.state(amplitude, &nodal);
         let field = self.elements.surface_solution(&state);
         let mut of_contact = vec![[0.0; 3]; self.elements.n_nodes()];
         for (j, &node) in self.map.nodes().iter().enumerate() {
@@ -47,8 +47,9 @@ impl BeBody {
                 let mut own_traction = field.traction(i, *xi);
                 if let Some(of_weight) = &self.weight {
                     let x = panel.position(*xi);
-                    gradient += of_weight.gradient(&x);
-                    own_traction += of_weight.stress(&x) * area.try_normalize(0.0).unwrap_or_default();
+                    gradient += amplitude * of_weight.gradient(&x);
+                    let normal = area.try_normalize(0.0).unwrap_or_default();
+                    own_traction += amplitude * of_weight.stress(&x) * normal;
                 }
                 let sample = FaceContribution { area, weight, gradient, stiffness, own_traction };
                 whole.add(point, &sample);
@@ -66,14 +67,14 @@ impl BeBody {
         StressField { points: Arc::new(points), stress, exposures, contact: contact.points(), error: None }
     }
 
-    pub(super) fn inside_points(&self, tractions: &[f64], points: &[Point]) -> Result<Vec<PointState>> {
-        let state = self.solution.state(1.0, &self.nodal_tractions(tractions));
+    pub(super) fn inside_points(&self, loading: Loading, points: &[Point]) -> Result<Vec<PointState>> {
+        let (state, amplitude) = (self.state(loading), loading.amplitude(0));
         let field = self.elements.interior_solution(&state, Domain::Interior);
         let at = |x: &Point| {
             let mut found = field.at(x);
             if let Some(weight) = &self.weight {
-                found.displacement += weight.displacement(x);
-                found.stress += weight.stress(x);
+                found.displacement += amplitude * weight.displacement(x);
+                found.stress += amplitude * weight.stress(x);
             }
             found
         };

@@ -32,7 +32,7 @@ use crate::bem::half_space::SurfaceGreen;
 use crate::bem::half_space::integrals::polygon;
 use crate::cancel;
 use crate::error::Result;
-use crate::fem::{FeModel, RecoveryPoints};
+use crate::fem::{AppliedLoads, FeModel, RecoveryPoints};
 use crate::frame::Grid;
 use crate::geometry::{Point, Side, bounds};
 use crate::linalg::pseudo_inverse::pseudo_inverse;
@@ -80,6 +80,7 @@ pub(super) struct AppliedLoadDisplacement {
 
 /// Response to a body's own loads and prescribed displacements.
 pub(super) struct AppliedLoadResponse {
+    pub loads: AppliedLoads,
     /// Displacement of all nodes, global axes, mm, `[n_points]`.
     pub displacement: Vec<[f64; 3]>,
     /// Work of the loads and the prescribed displacements on u_c of each unit force, N mm per N, axes of the patch, `[3 n]`.
@@ -88,11 +89,11 @@ pub(super) struct AppliedLoadResponse {
 }
 
 impl PrescribedMotion {
-    /// Subtracts a fitted rigid motion from the displacements of the dofs `prescribed`, unless elastic foundations resist rigid
-    /// motions.
-    pub fn new(model: &FeModel, prescribed: &[usize]) -> Self {
+    /// Subtracts a fitted rigid motion from the displacements of the dofs `prescribed` by `loads`, unless elastic foundations resist
+    /// rigid motions.
+    pub fn new(model: &FeModel, loads: &AppliedLoads, prescribed: &[usize]) -> Self {
         let mesh = model.mesh();
-        let value = |&dof: &usize| model.prescribed_displacement(dof / 3, dof % 3).unwrap_or(0.0);
+        let value = |&dof: &usize| loads.prescribed_displacement(dof);
         let mut supports = Self {
             origin: Point::zeros(),
             translation: Point::zeros(),
@@ -163,7 +164,7 @@ impl AppliedLoadDisplacement {
         points: &RecoveryPoints,
         stress: &[[f64; 6]],
     ) -> Result<Self> {
-        let on_faces = FaceLoads::new(model, forces, field, &own.prescribed_motion, points, stress);
+        let on_faces = FaceLoads::new(model, forces, field, own, points, stress);
         let own_faces = forces.own_faces(model.mesh());
         let (mut loaded, mut others) = (Vec::new(), Vec::new());
         for face in outer_faces(model.mesh()) {
@@ -206,8 +207,7 @@ impl AppliedLoadDisplacement {
     pub fn gap(
         &self,
         far: &FarField,
-        grid: &Grid,
-        places: Option<&[usize]>,
+        (grid, places): (&Grid, Option<&[usize]>),
         field: &HalfSpaceField,
         side: Side,
     ) -> Result<Vec<f64>> {
@@ -276,18 +276,20 @@ impl<'a> FaceLoads<'a> {
         model: &'a FeModel,
         forces: &'a PatchForces,
         field: &HalfSpaceField,
-        supports: &PrescribedMotion,
+        own: &AppliedLoadResponse,
         points: &'a RecoveryPoints,
         stress: &'a [[f64; 6]],
     ) -> Self {
         let mut loads: HashMap<FaceId, (f64, Point)> = HashMap::new();
-        for (face, pressure, traction) in model.face_loads() {
+        for (face, pressure, traction) in own.loads.face_loads() {
             let sum = loads.entry(face).or_insert((0.0, Point::zeros()));
             sum.0 += pressure;
             sum.1 += traction;
         }
-        let moved = model.prescribed_dofs().into_iter().zip(supports.deformation.iter().copied());
-        let weight = field.normal_derivative(&forces.patch.axes.to_local(&Point::from(model.body_force())));
+        let moved =
+            model.prescribed_dofs().into_iter().zip(own.prescribed_motion.deformation.iter().copied());
+        let weight =
+            field.normal_derivative(&forces.patch.axes.to_local(&Point::from(own.loads.body_force())));
         let supports = moved.filter(|(_, u)| *u != 0.0).collect();
         Self { model, forces, loads, supports, weight, points, stress, rules: FaceRules::new() }
     }

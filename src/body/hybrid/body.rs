@@ -17,7 +17,10 @@ use super::patch::ContactPatch;
 use super::polynomial_order::{self, AppliedLoadError, PatchHalfSpace};
 use super::traction_tree::TractionTree;
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
-use crate::body::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, StressField};
+use crate::body::loads::applied_loads;
+use crate::body::{
+    BodyEquations, BodyField, BodyLoad, ElasticBody, ErrorEstimation, LoadCase, Loading, StressField,
+};
 use crate::error::{Context, Error, Result};
 use crate::fem::{CondensationResources, FeModel, FeSpec, StressRecovery, surface_stress_points};
 use crate::flexibility::Flexibility;
@@ -48,19 +51,21 @@ pub struct HybridBody {
     /// Strengths of the materials by name, for the exposures.
     pub limits: BTreeMap<String, MaterialStrength>,
     surface: MeshedSurface,
-    free_gap: Option<Vec<f64>>,
+    loads: Vec<BodyLoad>,
     applied_load_error: Option<AppliedLoadError>,
     /// Whether each mesh node lies on the plane of the patch, or on a curved face that counts as part of this plane.
     on_surface: Vec<bool>,
 }
 
 impl HybridBody {
-    /// Body of `spec` with the half-space of `site`, which was found for the same `frame`.
+    /// Body of `spec` with the half-space of `site`, which was found for the same `frame`. Each of `cases` has the loads of `spec`
+    /// that share an amplitude; without cases, all loads share one.
     ///
     /// # Errors
     /// If the group or the frame do not fit, or the body cannot be assembled or solved.
     pub fn new(
         spec: FeSpec,
+        cases: &[(LoadCase, FeSpec)],
         contact: &str,
         side: Side,
         frame: &ContactFrame,
@@ -69,38 +74,40 @@ impl HybridBody {
     ) -> Result<Self> {
         let name = spec.name.clone();
         let build = || {
-            let memory = &resources.memory;
             let grid =
                 frame.grid.ok_or_else(|| Error::input("a half-space under a mesh needs a grid frame"))?;
             let mesh = spec.mesh.clone();
             let faces = group_faces(&mesh, contact)?;
-            let map = FaceMap::new(frame, &mesh, &faces, side)?;
-            let mean_heights = map.mean_heights(frame, &mesh);
+            let mean_heights = FaceMap::new(frame, &mesh, &faces, side)?.mean_heights(frame, &mesh);
             let in_frame = site.stiffness.rotated(&frame.axes.0.transpose());
             let green = SurfaceGreen::new(&in_frame, side)?;
-            let model = FeModel::with_memory_limit(spec, memory)?;
+            let model = FeModel::with_memory_limit(spec, &resources.memory)?;
             let recovery = StressRecovery::new(&model)?;
             let (near, cache_warning) = PatchHalfSpace::new(site, resources)?;
+            let (cases, applied) = applied_loads(&model, cases)?;
             let (correction, indicators) =
-                polynomial_order::adaptive_correction(&model, &recovery, &near, memory)?;
+                polynomial_order::adaptive_correction(&model, &recovery, &near, &resources.memory, &applied)?;
             let far_field = FarField::new(&correction.matrix, indicators.nodes, &site.patch, side);
-            let (mut free_gap, mut applied_load_error) = (None, None);
-            if let Some(own) = &correction.applied_loads {
+            let mut loads = Vec::new();
+            let mut applied_load_error: Option<AppliedLoadError> = None;
+            for (case, own) in cases.into_iter().zip(&correction.applied_loads) {
                 let forces = near.forces(indicators.nodes);
                 let stress = recovery.stress(&model, &own.displacement)?;
                 let points = recovery.points();
                 let displacement =
                     AppliedLoadDisplacement::new(&model, &forces, &near.field, own, points, &stress)?;
-                let places = frame.grid_indices.as_deref();
-                free_gap = Some(displacement.gap(&far_field, &grid, places, &near.field, side)?);
-                applied_load_error = Some(polynomial_order::applied_load_error(
+                let places = (&grid, frame.grid_indices.as_deref());
+                let gap = displacement.gap(&far_field, places, &near.field, side)?;
+                loads.push(BodyLoad { side, case, gap });
+                let error = polynomial_order::applied_load_error(
                     &model,
                     &recovery,
                     &forces,
                     &correction,
                     &recovery.estimate_error(&model, &own.displacement, &stress)?,
                     displacement.support_work(),
-                )?);
+                )?;
+                applied_load_error = Some(applied_load_error.map_or(error, |sum| sum.plus(error)));
             }
             let on_surface = nodes_of(&mesh, near.forces(indicators.nodes).own_faces(&mesh));
             Ok(Self {
@@ -119,7 +126,7 @@ impl HybridBody {
                 model,
                 limits: BTreeMap::new(),
                 surface: MeshedSurface { mesh, faces, side, mean_heights, curved_gap: true },
-                free_gap,
+                loads,
                 applied_load_error,
                 on_surface,
             })
@@ -168,14 +175,14 @@ impl HybridBody {
     }
 
     /// Displacement of all nodes, less the half-space displacement due to the tractions on body 2.
-    fn corrections(&self, tractions: &[f64]) -> Vec<[f64; 3]> {
-        let n_points = self.model.mesh().n_points();
-        let mut displacement = self
-            .correction
-            .applied_loads
-            .as_ref()
-            .map_or_else(|| vec![[0.0; 3]; n_points], |own| own.displacement.clone());
-        let forces = self.far_field.forces(&self.grid, self.grid_indices.as_deref(), tractions);
+    fn corrections(&self, loading: Loading) -> Vec<[f64; 3]> {
+        let mut displacement = vec![[0.0; 3]; self.model.mesh().n_points()];
+        for (k, load) in self.correction.applied_loads.iter().enumerate() {
+            let sums = displacement.as_flattened_mut().iter_mut();
+            let of_load = load.displacement.as_flattened();
+            sums.zip(of_load).for_each(|(sum, u)| *sum += loading.amplitude(k) * u);
+        }
+        let forces = self.far_field.forces(&self.grid, self.grid_indices.as_deref(), loading.tractions);
         let own: Vec<f64> = forces.iter().map(|force| force * self.side.gap_sign()).collect();
         self.correction.superpose_fields(&own, &mut displacement);
         displacement
@@ -247,17 +254,17 @@ impl ElasticBody for HybridBody {
         Ok(Some(self.flexibility(cross)?))
     }
 
-    fn free_gap(&self) -> Option<&[f64]> {
-        self.free_gap.as_deref()
+    fn loads(&self) -> &[BodyLoad] {
+        &self.loads
     }
 
     fn surface(&self) -> Option<&MeshedSurface> {
         Some(&self.surface)
     }
 
-    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        let mut displacement = self.corrections(tractions);
-        let distribution = self.traction_tree(tractions);
+    fn recover(&self, loading: Loading) -> Result<BodyField> {
+        let mut displacement = self.corrections(loading);
+        let distribution = self.traction_tree(loading.tractions);
         displacement.par_iter_mut().enumerate().for_each(|(node, u)| {
             let local = self.distribution_point(node);
             let near = self.patch.axes.to_global(&distribution.at(&local, &self.field).displacement);
@@ -270,23 +277,23 @@ impl ElasticBody for HybridBody {
     /// the second part.
     fn recover_stress(
         &self,
-        tractions: &[f64],
+        loading: Loading,
         _displacement: &[[f64; 3]],
         estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
         let recovery = &self.recovery;
-        let correction = self.corrections(tractions);
+        let correction = self.corrections(loading);
         let mut stress = recovery.stress(&self.model, &correction)?;
         let error = match estimate {
             ErrorEstimation::Estimate => {
                 let mut error = recovery.estimate_error(&self.model, &correction, &stress)?;
                 // The error refers to the stress of the whole body, not of the correction.
-                error.stress_norm = error.stress_norm.max(self.energy_norm(tractions)?);
+                error.stress_norm = error.stress_norm.max(self.energy_norm(loading.tractions)?);
                 Some(error)
             }
             ErrorEstimation::Skip => None,
         };
-        let distribution = self.traction_tree(tractions);
+        let distribution = self.traction_tree(loading.tractions);
         let points = recovery.points();
         let axes = self.patch.axes.0;
         let near = |node: usize| {
@@ -296,7 +303,10 @@ impl ElasticBody for HybridBody {
             let near = self.stress(&near(node));
             (0..6).for_each(|k| stress[k] += near[k]);
         });
-        let mut contact = surface_stress_points(&self.model, points, &self.surface.faces, &correction);
+        let applied = self.correction.applied_loads.iter().enumerate();
+        let loads: Vec<_> = applied.map(|(k, load)| (loading.amplitude(k), &load.loads)).collect();
+        let mut contact =
+            surface_stress_points(&self.model, points, &self.surface.faces, &correction, &loads);
         contact
             .par_iter_mut()
             .for_each(|contact| contact.add_gradient(&near(points.mesh_nodes[contact.point])));

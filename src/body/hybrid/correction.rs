@@ -20,7 +20,7 @@ use super::half_space_fit::HalfSpaceFit;
 use super::inclusions;
 use super::locate::PatchFaceLocator;
 use crate::error::Result;
-use crate::fem::{ColumnSolver, FeModel};
+use crate::fem::{AppliedLoads, ColumnSolver, FeModel};
 use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::dot;
@@ -49,15 +49,21 @@ pub struct Correction {
     pub imbalance: f64,
     /// Asymmetry of the boundary terms, divided by the norm of the matrix.
     pub asymmetry: f64,
-    pub(super) applied_loads: Option<AppliedLoadResponse>,
+    /// Response to each load.
+    pub(super) applied_loads: Vec<AppliedLoadResponse>,
 }
 
 impl Correction {
-    /// Computes the correction for `forces` on the patch of the body.
+    /// Computes the correction for `forces` on the patch of the body, and the responses to its `loads`.
     ///
     /// # Errors
     /// If memory does not suffice, the equations cannot be solved, or the run is cancelled.
-    pub fn new(model: &FeModel, solver: &ColumnSolver, forces: &PatchForces) -> Result<Self> {
+    pub fn new(
+        model: &FeModel,
+        solver: &ColumnSolver,
+        forces: &PatchForces,
+        loads: &[AppliedLoads],
+    ) -> Result<Self> {
         let faces = BoundaryFaces::new(model, forces);
         let mut ratio = FACE_RATIO_RANGE[0];
         // Tractions on the curved surface are missing from the balance, so that the imbalance cannot control the subdivision.
@@ -78,7 +84,7 @@ impl Correction {
             ratio *= FACE_RATIO_FACTOR;
             boundary = BoundaryTerms::new(model, forces, &faces, ratio)?;
         }
-        let mut found = Self::of_terms(model, solver, forces, boundary)?;
+        let mut found = Self::of_terms(model, solver, forces, (boundary, loads))?;
         let transposed = found.matrix.transposed();
         found.matrix.add_scaled(1.0, &transposed);
         found.matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
@@ -97,14 +103,14 @@ impl Correction {
         ratio: f64,
     ) -> Result<Self> {
         let boundary = BoundaryTerms::new(model, forces, &BoundaryFaces::new(model, forces), ratio)?;
-        Self::of_terms(model, solver, forces, boundary)
+        Self::of_terms(model, solver, forces, (boundary, &[]))
     }
 
     fn of_terms(
         model: &FeModel,
         solver: &ColumnSolver,
         forces: &PatchForces,
-        mut boundary: BoundaryTerms,
+        (mut boundary, loads): (BoundaryTerms, &[AppliedLoads]),
     ) -> Result<Self> {
         inclusions::add_inclusions(model, forces, &mut boundary)?;
         let n = forces.n_columns();
@@ -119,20 +125,23 @@ impl Correction {
             .zip(&reactions.on_free_dofs)
             .for_each(|(load, reaction)| *load -= reaction);
         let mut columns = rhs.values().to_vec();
-        if model.has_own_loads() {
-            columns.extend(model.load_vector());
-        }
+        loads.iter().for_each(|loads| columns.extend(model.load_vector(loads)));
         solver.solve(&mut columns)?;
         let free = columns.split_off(n * model.n_free());
         let displacement = DenseMatrix::from_values(model.n_free(), n, columns);
-        let applied_loads = if free.is_empty() {
-            None
-        } else {
-            let prescribed_motion = PrescribedMotion::new(model, &prescribed);
-            let work =
-                work_of_own(model, &prescribed_motion, &prescribed, &displacement, &held, &held_loads)?;
-            Some(AppliedLoadResponse { displacement: model.expand(&free), work, prescribed_motion })
-        };
+        let mut applied_loads = Vec::with_capacity(loads.len());
+        for (loads, free) in loads.iter().zip(free.chunks_exact(model.n_free())) {
+            let prescribed_motion = PrescribedMotion::new(model, loads, &prescribed);
+            let works = WorksOfFields { free: &displacement, held: &held, held_loads: &held_loads };
+            let work = works.of_loads(model, loads, &prescribed_motion, &prescribed)?;
+            let displacement = model.expand(free, loads);
+            applied_loads.push(AppliedLoadResponse {
+                loads: loads.clone(),
+                displacement,
+                work,
+                prescribed_motion,
+            });
+        }
         let mut matrix = boundary.work;
         let defect = {
             let mut defect = matrix.transposed();
@@ -205,36 +214,44 @@ fn held_displacements(model: &FeModel, forces: &PatchForces, prescribed: &[usize
     Ok(held)
 }
 
-/// Work of the body's loads and of its prescribed displacements, less a rigid motion, on the correction of each force. The
-/// correction is `free` at the free dofs and `held` at the dofs `prescribed`. `held_loads` are the nodal loads of the correction on
-/// the dofs `prescribed`.
-fn work_of_own(
-    model: &FeModel,
-    supports: &PrescribedMotion,
-    prescribed: &[usize],
-    free: &DenseMatrix,
-    held: &DenseMatrix,
-    held_loads: &DenseMatrix,
-) -> Result<Vec<f64>> {
-    let forces = model.forces_of_prescribed_displacements(prescribed, &supports.deformation)?;
-    let external = model.external_forces();
-    let mut on_free: Vec<f64> = forces.on_free_dofs.iter().map(|force| -force).collect();
-    for dof in 0..3 * external.len() {
-        if let Some(row) = model.free_dof(dof / 3, dof % 3) {
-            on_free[row] += external[dof / 3][dof % 3];
+/// Corrections of all forces: `free` at the free dofs, `held` at the prescribed dofs. `held_loads` are their nodal loads on the
+/// prescribed dofs.
+struct WorksOfFields<'a> {
+    free: &'a DenseMatrix,
+    held: &'a DenseMatrix,
+    held_loads: &'a DenseMatrix,
+}
+
+impl WorksOfFields<'_> {
+    /// Work of `loads`, with the prescribed displacements `supports` at the dofs `prescribed`, on the correction of each force.
+    fn of_loads(
+        &self,
+        model: &FeModel,
+        loads: &AppliedLoads,
+        supports: &PrescribedMotion,
+        prescribed: &[usize],
+    ) -> Result<Vec<f64>> {
+        let Self { free, held, held_loads } = self;
+        let forces = model.forces_of_prescribed_displacements(prescribed, &supports.deformation)?;
+        let external = loads.forces();
+        let mut on_free: Vec<f64> = forces.on_free_dofs.iter().map(|force| -force).collect();
+        for dof in 0..3 * external.len() {
+            if let Some(row) = model.free_dof(dof / 3, dof % 3) {
+                on_free[row] += external[dof / 3][dof % 3];
+            }
         }
+        let on_held: Vec<f64> = prescribed
+            .iter()
+            .zip(&forces.on_prescribed_dofs)
+            .map(|(&dof, force)| external[dof / 3][dof % 3] - force)
+            .collect();
+        let work = |column: usize| {
+            dot(&on_free, free.column(column))
+                + dot(&on_held, held.column(column))
+                + dot(&supports.deformation, held_loads.column(column))
+        };
+        Ok((0..free.n_columns()).map(work).collect())
     }
-    let on_held: Vec<f64> = prescribed
-        .iter()
-        .zip(&forces.on_prescribed_dofs)
-        .map(|(&dof, force)| external[dof / 3][dof % 3] - force)
-        .collect();
-    let work = |column: usize| {
-        dot(&on_free, free.column(column))
-            + dot(&on_held, held.column(column))
-            + dot(&supports.deformation, held_loads.column(column))
-    };
-    Ok((0..free.n_columns()).map(work).collect())
 }
 
 fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(DenseMatrix, DenseMatrix)> {

@@ -8,7 +8,7 @@ use super::half_space_fit::HalfSpaceFit;
 use super::indicators::{Indicators, PatchCorrection, TARGET_TAIL};
 use crate::bem::half_space::{PointForceField, SurfaceGreen};
 use crate::error::Result;
-use crate::fem::{ColumnSolver, CondensationResources, ErrorEstimate, FeModel, StressRecovery};
+use crate::fem::{AppliedLoads, ColumnSolver, CondensationResources, ErrorEstimate, FeModel, StressRecovery};
 use crate::geometry::Side;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
@@ -48,13 +48,14 @@ impl<'a> PatchHalfSpace<'a> {
     }
 }
 
-/// Correction of the half-space `near`, and its quality indicators. Nodes are added while the highest polynomials are significant
+/// Correction of the half-space `near` with the responses to `loads`, and its quality indicators. Nodes are added while the highest polynomials are significant
 /// and memory suffices, up to [`MAX_NODES_PER_SIDE`].
 pub(super) fn adaptive_correction(
     model: &FeModel,
     recovery: &StressRecovery,
     near: &PatchHalfSpace,
     memory: &MemoryLimit,
+    loads: &[AppliedLoads],
 ) -> Result<(Correction, Indicators)> {
     let solver = ColumnSolver::new(model, memory)?;
     let mut m = near.fit.first_nodes();
@@ -63,7 +64,7 @@ pub(super) fn adaptive_correction(
         let (what, mend) = ("the far field of the half-space", "use a coarser mesh");
         memory.ensure_available(bytes(m), what, mend)?;
         let forces = near.forces(m);
-        let correction = Correction::new(model, &solver, &forces)?;
+        let correction = Correction::new(model, &solver, &forces, loads)?;
         let judged = PatchCorrection {
             matrix: &correction.matrix,
             direct: &correction.at_mesh_nodes(model, &forces)?,
@@ -90,6 +91,13 @@ pub struct AppliedLoadError {
     /// Error of tilt and curvature of the normal displacement over the patch, mm. It remains if body 2 can move freely along the
     /// normal.
     pub shape: f64,
+}
+
+impl AppliedLoadError {
+    /// Sum of the errors of two loads.
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self { mean: self.mean + other.mean, shape: self.shape + other.shape }
+    }
 }
 
 /// Product of the energy-norm errors of two fields: of the body's own loads (`by_own`), and of forces on the patch. The relative

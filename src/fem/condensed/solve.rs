@@ -2,6 +2,7 @@
 
 use super::{CondensedBody, solve_in_place};
 use crate::error::Result;
+use crate::fem::AppliedLoads;
 use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
@@ -16,10 +17,13 @@ impl CondensedBody {
     /// # Panics
     /// If the number of forces is not 3 n_c.
     pub fn solve(&self, contact_forces: &[f64]) -> Result<Vec<[f64; 3]>> {
-        self.solve_with_forces_on(&self.contact_nodes, contact_forces)
+        let mut displacement = self.solve_with_forces_on(&self.contact_nodes, contact_forces)?;
+        let loaded = self.contact_free_displacement.as_flattened();
+        displacement.as_flattened_mut().iter_mut().zip(loaded).for_each(|(u, by)| *u += by);
+        Ok(displacement)
     }
 
-    /// As [`Self::solve`], with forces `[3 n]` on any `n` mesh nodes.
+    /// As [`Self::solve`], with forces `[3 n]` on any `n` mesh nodes, and without the own loads and prescribed displacements.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -27,11 +31,22 @@ impl CondensedBody {
     /// # Panics
     /// If there are not three forces per node.
     pub fn solve_with_forces_on(&self, nodes: &[usize], forces: &[f64]) -> Result<Vec<[f64; 3]>> {
-        assert_eq!(forces.len(), 3 * nodes.len(), "three forces per node");
-        let mut rhs = self.model.load_vector();
-        self.add_forces(nodes, forces, &mut rhs);
+        let mut rhs = self.right_hand_side(nodes, forces);
         solve_in_place(&self.model, self.solver()?, &mut rhs)?;
-        Ok(self.model.expand(&rhs))
+        let at = |dof: usize| self.model.dof_map().row(dof).map_or(0.0, |row| rhs[row]);
+        let n_points = self.model.mesh().n_points();
+        Ok((0..n_points).map(|node| [0, 1, 2].map(|c| at(3 * node + c))).collect())
+    }
+
+    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to `loads` of the body alone. The cost is one solve with
+    /// the stiffness matrix.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn displacement_of_loads(&self, loads: &AppliedLoads) -> Result<Vec<[f64; 3]>> {
+        let mut rhs = self.model.load_vector(loads);
+        solve_in_place(&self.model, self.solver()?, &mut rhs)?;
+        Ok(self.model.expand(&rhs, loads))
     }
 
     /// Displacement of `nodes`, mm, `[3 n]`, due to `forces` on these nodes, N, `[3 n]`, global axes. Own loads and prescribed
@@ -73,11 +88,6 @@ impl CondensedBody {
     fn right_hand_side(&self, nodes: &[usize], forces: &[f64]) -> Vec<f64> {
         assert_eq!(forces.len(), 3 * nodes.len(), "three forces per node");
         let mut rhs = vec![0.0; self.model.n_free()];
-        self.add_forces(nodes, forces, &mut rhs);
-        rhs
-    }
-
-    fn add_forces(&self, nodes: &[usize], forces: &[f64], rhs: &mut [f64]) {
         for (force, &node) in forces.chunks_exact(3).zip(nodes) {
             for (component, value) in force.iter().enumerate() {
                 if let Some(row) = self.model.free_dof(node, component) {
@@ -85,6 +95,7 @@ impl CondensedBody {
                 }
             }
         }
+        rhs
     }
 
     fn at_nodes(&self, nodes: &[usize], displacement: &[f64]) -> Vec<f64> {

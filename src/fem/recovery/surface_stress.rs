@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::points::RecoveryPoints;
 use crate::fem::FeModel;
-use crate::fem::loads::{FaceLoad, face_tangents};
+use crate::fem::loads::{AppliedLoads, FaceLoad, face_tangents};
 use crate::material::{Stiffness, tensor_to_voigt};
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
@@ -113,7 +113,8 @@ impl FaceAverages {
     }
 }
 
-/// Points of the contact `faces`, in ascending order, with the surface strain of the displacement `u` of all mesh nodes.
+/// Points of the contact `faces`, in ascending order, with the surface strain of the displacement `u` of all mesh nodes under loads
+/// with their amplitudes.
 ///
 /// The faces at a point are weighted by their inverse areas. On a graded grid, this average interpolates between the face centres.
 pub(crate) fn surface_stress_points(
@@ -121,12 +122,16 @@ pub(crate) fn surface_stress_points(
     points: &RecoveryPoints,
     faces: &[SurfaceFace],
     u: &[[f64; 3]],
+    loads: &[(f64, &AppliedLoads)],
 ) -> Vec<SurfaceStressPoint> {
     let mesh = model.mesh();
     let mut sums = FaceAverages::new(points.n_points());
-    let mut loads: HashMap<(CellRef, usize), Vec<FaceLoad>> = HashMap::new();
-    for loaded in model.loaded_faces() {
-        loads.entry((loaded.owner, loaded.local_face)).or_default().push(loaded.load);
+    let applied =
+        loads.iter().flat_map(|(amplitude, loads)| loads.faces.iter().map(move |face| (*amplitude, face)));
+    let foundations = model.foundations().iter().map(|foundation| (1.0, &foundation.face));
+    let mut loads: HashMap<(CellRef, usize), Vec<(f64, FaceLoad)>> = HashMap::new();
+    for (factor, loaded) in applied.chain(foundations) {
+        loads.entry((loaded.owner, loaded.local_face)).or_default().push((factor, loaded.load));
     }
     for face in faces {
         let loads = loads.get(&face.id()).map_or(&[][..], Vec::as_slice);
@@ -138,7 +143,8 @@ pub(crate) fn surface_stress_points(
         for ((area_vector, gradient), &node) in at_nodes.into_iter().zip(local) {
             let displacement = Vector3::from(u[mesh.cell_nodes(face.owner)[node]]);
             let normal = area_vector.try_normalize(0.0).unwrap_or_default();
-            let own_traction = loads.iter().map(|load| load.traction(&normal, &displacement)).sum();
+            let traction = |(factor, load): &(f64, FaceLoad)| *factor * load.traction(&normal, &displacement);
+            let own_traction = loads.iter().map(traction).sum();
             let sample = FaceContribution {
                 area: area_vector,
                 weight: 1.0 / area,

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::bodies::{
-    check_contact, check_groups, check_quality, meshed_plan, prescribed_displacements, read_mesh,
-    report_rigid_body_modes, symmetry_supports,
+    check_contact, check_groups, check_load_names, check_quality, meshed_plan, prescribed_displacements,
+    read_mesh, report_rigid_body_modes, symmetry_supports,
 };
 use super::materials::{Materials, find_material};
 use super::resolver::Resolver;
@@ -30,6 +30,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Mat
     }
     let before = r.diagnostics.len();
     check_groups(r, key, &body, &mesh);
+    check_load_names(r, key, &body);
     check_surface_groups(r, key, &body, &mesh);
     check_contact(r, key, &body, &mesh);
     let groups_found = r.diagnostics.len() == before;
@@ -99,5 +100,13 @@ pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Opti
 
 fn check_rigid_body_modes(r: &mut Resolver, key: &str, be: &BeBodyPlan) {
     let help = "put each face into one support only, or prescribe the same value in both";
+    if be.meshed.load_cases().len() > 1 {
+        r.report(
+            key,
+            "the loads of a boundary-element body have one amplitude, but these have different names or treatments before contact",
+            "has these loads",
+            "give all loads and displacements of this body the same `name` and `preload`, or use kind = \"fe\"",
+        );
+    }
     report_rigid_body_modes(r, key, be.bem_spec(key).free_motions(), &be.meshed.supports, [key, help]);
 }

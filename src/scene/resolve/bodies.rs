@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::loads::refuse_empty_name;
 use super::materials::{ElasticMaterial, Materials, find_material};
 use super::resolver::Resolver;
 use super::{orientations, placements, support_conflicts};
+use crate::body::LoadCase;
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::{self, RigidBodyModes};
@@ -14,8 +16,8 @@ use crate::material::RegionMaterial;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, PhysicalGroup};
 use crate::scene::document::join_key;
-use crate::scene::plan::{BodyMaterial, BodyPlan, MeshedBodyPlan, PrescribedDisplacement};
-use crate::scene::spec::body::{Component, Displaced, Element, FeBody};
+use crate::scene::plan::{BodyMaterial, BodyPlan, GroupLoad, MeshedBodyPlan, PrescribedDisplacement};
+use crate::scene::spec::body::{BodyForce, Component, Displaced, Element, FeBody, NamedBodyForce};
 
 /// Resolves the finite-element body at `key`, with its mesh.
 pub(super) fn resolve_fe(
@@ -36,6 +38,7 @@ pub(super) fn resolve_fe(
     let regions = placements::resolve(r, key, body, &mesh, materials);
     let before = r.diagnostics.len();
     check_groups(r, key, body, &mesh);
+    check_load_names(r, key, body);
     let groups_found = r.diagnostics.len() == before;
     check_contact(r, key, body, &mesh);
     check_element(r, key, body.element, &mesh);
@@ -57,6 +60,10 @@ pub(super) fn meshed_plan(
     regions: Vec<(Option<String>, RegionMaterial)>,
     materials: &Materials,
 ) -> Option<MeshedBodyPlan> {
+    let (body_force, body_force_case) = match &body.body_force {
+        BodyForce::Value(value) => (*value, LoadCase::default()),
+        BodyForce::Load(NamedBodyForce { value, name, preload }) => (*value, load_case(name, *preload)),
+    };
     Some(MeshedBodyPlan {
         material: body_material(body, materials)?,
         has_fibre: has_fibre(body),
@@ -65,13 +72,50 @@ pub(super) fn meshed_plan(
         contact: body.contact.clone(),
         supports,
         foundations: body.foundation.clone(),
-        pressures: body.pressure.iter().map(|load| (load.group.clone(), load.value)).collect(),
-        tractions: body.traction.iter().map(|load| (load.group.clone(), load.value)).collect(),
-        body_force: body.body_force,
+        pressures: (body.pressure.iter())
+            .map(|load| GroupLoad {
+                group: load.group.clone(),
+                value: load.value,
+                case: load_case(&load.name, load.preload),
+            })
+            .collect(),
+        tractions: (body.traction.iter())
+            .map(|load| GroupLoad {
+                group: load.group.clone(),
+                value: load.value,
+                case: load_case(&load.name, load.preload),
+            })
+            .collect(),
+        body_force,
+        body_force_case,
         regions,
         element: body.element,
         near_field: body.near_field,
     })
+}
+
+/// Reports empty names of loads and prescribed displacements.
+pub(super) fn check_load_names(r: &mut Resolver, key: &str, body: &FeBody) {
+    let pressures = body.pressure.iter().map(|load| load.name.as_deref());
+    let tractions = body.traction.iter().map(|load| load.name.as_deref());
+    let displaced = body.displaced.iter().map(|load| load.name.as_deref());
+    let lists: [(&str, Vec<_>); 3] = [
+        ("pressure", pressures.collect()),
+        ("traction", tractions.collect()),
+        ("displaced", displaced.collect()),
+    ];
+    for (list, names) in lists {
+        for (i, name) in names.into_iter().enumerate() {
+            refuse_empty_name(r, &format!("{key}.{list}.{i}"), name);
+        }
+    }
+    if let BodyForce::Load(load) = &body.body_force {
+        refuse_empty_name(r, &format!("{key}.body_force"), load.name.as_deref());
+    }
+}
+
+fn load_case(name: &Option<String>, preload: bool) -> LoadCase {
+    LoadCase { name: name.clone(), preload }
 }
 
 /// The body's own material, with its fibre direction if uniform. Errors are reported elsewhere.
@@ -185,6 +229,7 @@ fn prescribed_displacement(
         sound = false;
     }
     let mut support = PrescribedDisplacement::free(key.to_owned(), &displaced.group);
+    support.case = load_case(&displaced.name, displaced.preload);
     for (component, value) in displaced.components.iter().zip(value) {
         support.values[*component as usize] = Some(*value);
     }

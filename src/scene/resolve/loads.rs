@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::resolver::Resolver;
+use crate::body::LoadCase;
 use crate::scene::document::join_key;
+use crate::scene::plan::BodyPlan;
 use crate::scene::spec::body::{Body, BulkStress};
 use crate::scene::spec::step::Step as Keys;
 
@@ -26,26 +28,33 @@ pub(super) fn bulk_stresses(r: &mut Resolver) -> [Option<BulkStress>; 2] {
     })
 }
 
-/// Reports bulk stresses and amplitudes in steps that are not admissible. `friction` states whether friction acts in any step.
-pub(super) fn check(r: &mut Resolver, stresses: &[Option<BulkStress>; 2], friction: bool) {
+/// Reports loads of bodies and amplitudes in steps that are not admissible. `friction` states whether friction acts in any step.
+pub(super) fn check(
+    r: &mut Resolver,
+    stresses: &[Option<BulkStress>; 2],
+    bodies: &[Option<BodyPlan>; 2],
+    friction: bool,
+) {
     let unread = |(key, stress): (&str, &Option<BulkStress>)| {
         stress.is_none() && r.document.get(&format!("{key}.bulk_stress")).is_some()
     };
     // Reported with the body.
-    if BODY_KEYS.into_iter().zip(stresses).any(unread) {
+    if bodies.iter().any(Option::is_none) || BODY_KEYS.into_iter().zip(stresses).any(unread) {
         return;
     }
     for (key, stress) in BODY_KEYS.into_iter().zip(stresses) {
-        let Some(stress) = stress else { continue };
-        if stress.name.as_deref() == Some("") {
-            let mend = "name it, or leave the key out";
-            r.report(&format!("{key}.bulk_stress.name"), "a load has an empty name", "empty", mend);
-        }
-        if !friction {
-            r.note(format!("{key}.bulk_stress does not change the pressures, because no step has friction"));
-        }
+        let name = stress.as_ref().and_then(|stress| stress.name.as_deref());
+        refuse_empty_name(r, &format!("{key}.bulk_stress"), name);
     }
-    let names: Vec<&str> = stresses.iter().flatten().filter_map(|stress| stress.name.as_deref()).collect();
+    let stressed = BODY_KEYS.into_iter().zip(stresses).filter(|(_, stress)| stress.is_some());
+    for (key, _) in stressed.filter(|_| !friction) {
+        r.note(format!("{key}.bulk_stress does not change the pressures, because no step has friction"));
+    }
+    let cases = load_cases(stresses, bodies);
+    check_cases(r, &cases);
+    let mut names: Vec<&str> = cases.iter().filter_map(|(_, case)| case.name.as_deref()).collect();
+    names.sort_unstable();
+    names.dedup();
     for i in 0..r.list_length("steps") {
         let key = format!("steps.{i}");
         let Some(keys) = r.section::<Keys>(&key) else { continue };
@@ -58,6 +67,51 @@ pub(super) fn check(r: &mut Resolver, stresses: &[Option<BulkStress>; 2], fricti
         }
         if !keys.loads.is_empty() {
             refuse_constant_amplitudes(r, &key, &keys);
+        }
+    }
+}
+
+/// Reports an empty `name` of the load at `key`.
+pub(super) fn refuse_empty_name(r: &mut Resolver, key: &str, name: Option<&str>) {
+    if name == Some("") {
+        r.report(
+            &format!("{key}.name"),
+            "a load has an empty name",
+            "empty",
+            "name it, or leave the key out",
+        );
+    }
+}
+
+/// Key of the body and case of each load.
+fn load_cases(
+    stresses: &[Option<BulkStress>; 2],
+    bodies: &[Option<BodyPlan>; 2],
+) -> Vec<(&'static str, LoadCase)> {
+    let mut cases = Vec::new();
+    for ((key, stress), body) in BODY_KEYS.into_iter().zip(stresses).zip(bodies) {
+        cases.extend(stress.iter().map(|BulkStress { name, preload, .. }| {
+            (key, LoadCase { name: name.clone(), preload: *preload })
+        }));
+        let meshed = body.as_ref().and_then(BodyPlan::as_meshed);
+        cases.extend(meshed.iter().flat_map(|meshed| meshed.load_cases()).map(|case| (key, case.clone())));
+    }
+    cases
+}
+
+/// Reports names of loads that are preloads in one place only.
+fn check_cases(r: &mut Resolver, cases: &[(&'static str, LoadCase)]) {
+    for (i, (key, case)) in cases.iter().enumerate() {
+        let Some(name) = &case.name else { continue };
+        let differs =
+            |(_, other): &&(&str, LoadCase)| other.name == case.name && other.preload != case.preload;
+        if cases[..i].iter().any(|other| differs(&other)) {
+            r.report(
+                key,
+                format!("the load \"{name}\" has `preload` in one place and not in another, but loads with one name have one amplitude"),
+                "has this load",
+                "set `preload` for all loads of this name, or choose another name",
+            );
         }
     }
 }
@@ -77,7 +131,7 @@ fn refuse_rolling(r: &mut Resolver, stresses: &[Option<BulkStress>; 2]) {
 fn check_names(r: &mut Resolver, place: &str, loads: &BTreeMap<String, f64>, names: &[&str]) {
     for name in loads.keys().filter(|name| !names.contains(&name.as_str())) {
         let known = if names.is_empty() {
-            "no load has a name: name it, as in bulk_stress = { name = \"bulk\", value = [100.0, 0.0, 0.0] }"
+            "no load has a name: name it, as in pressure = [{ group = \"top\", value = 50.0, name = \"clamp\" }]"
                 .to_owned()
         } else {
             format!("named loads: {}", names.join(", "))

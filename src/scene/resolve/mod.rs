@@ -7,7 +7,6 @@ mod compare;
 mod cycles;
 mod frame;
 mod friction_loads;
-mod initial_loads;
 mod interior_points;
 mod laws;
 mod load_points;
@@ -77,10 +76,7 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
     let friction = laws.as_ref().is_none_or(|laws| laws.friction != FrictionLaw::None)
         && steps.iter().flatten().any(|step| step.friction);
-    loads::check(r, &bulk_stresses, friction);
-    if let (Some(laws), Some(steps)) = (&laws, &steps) {
-        r.notes.extend(initial_loads::friction_warnings(&bodies, &laws.friction, steps));
-    }
+    loads::check(r, &bulk_stresses, &bodies, friction);
     rolling::check_model(r, frame.as_ref(), &bodies);
     let solver: Option<Solver> = r.section_or_default("solver");
     let memory = memory_limit(r, solver.as_ref());

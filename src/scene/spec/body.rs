@@ -48,6 +48,9 @@ pub struct BulkStress {
     /// Stresses xx, yy and xy at amplitude 1, in the frame's axes. Along a period of the frame the surface must not be strained: plane
     /// strain of an isotropic body needs yy = nu xx.
     pub value: [f64; 3],
+    /// Whether the load acts in full before the first step; by default it grows in the first step.
+    #[serde(default)]
+    pub preload: bool,
 }
 
 /// Body of finite elements.
@@ -86,7 +89,7 @@ pub struct FeBody {
     pub traction: Vec<Traction>,
     /// Body force per volume along x, y, z.
     #[serde(default)]
-    pub body_force: [f64; 3],
+    pub body_force: BodyForce,
     /// Volume groups with their own material, fibre or layup, by name of the group.
     #[serde(default)]
     pub regions: BTreeMap<String, Region>,
@@ -133,7 +136,7 @@ pub struct BeBody {
     pub traction: Vec<Traction>,
     /// Body force per volume along x, y, z.
     #[serde(default)]
-    pub body_force: [f64; 3],
+    pub body_force: BodyForce,
     /// Interpolation of displacement and traction on an element; default "linear".
     #[serde(default)]
     pub element: Interpolation,
@@ -190,6 +193,42 @@ pub struct Displaced {
     /// Gradient of a displacement that varies linearly: one row of derivatives along x, y, z for each of `components`.
     #[serde(default)]
     pub gradient: Vec<[f64; 3]>,
+    /// Name by which steps prescribe the amplitude (`steps.loads`). Loads with the same name have one amplitude.
+    #[schemars(length(min = 1))]
+    pub name: Option<String>,
+    /// Whether the group is displaced in full before the first step; by default it moves in the first step.
+    #[serde(default)]
+    pub preload: bool,
+}
+
+/// Body force per volume: three components, or a table.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum BodyForce {
+    /// Force per volume along x, y, z.
+    Value([f64; 3]),
+    /// Force per volume with a name.
+    Load(NamedBodyForce),
+}
+
+impl Default for BodyForce {
+    fn default() -> Self {
+        Self::Value([0.0; 3])
+    }
+}
+
+/// Body force per volume with a name.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NamedBodyForce {
+    /// Force per volume along x, y, z.
+    pub value: [f64; 3],
+    /// Name by which steps prescribe the amplitude (`steps.loads`). Loads with the same name have one amplitude.
+    #[schemars(length(min = 1))]
+    pub name: Option<String>,
+    /// Whether the load acts in full before the first step; by default it grows in the first step.
+    #[serde(default)]
+    pub preload: bool,
 }
 
 /// Surface group under pressure.
@@ -200,6 +239,12 @@ pub struct Pressure {
     pub group: String,
     /// Pressure, positive towards the body.
     pub value: f64,
+    /// Name by which steps prescribe the amplitude (`steps.loads`). Loads with the same name have one amplitude.
+    #[schemars(length(min = 1))]
+    pub name: Option<String>,
+    /// Whether the load acts in full before the first step; by default it grows in the first step.
+    #[serde(default)]
+    pub preload: bool,
 }
 
 /// Surface group under traction.
@@ -210,6 +255,12 @@ pub struct Traction {
     pub group: String,
     /// Traction (force per area) along x, y, z.
     pub value: [f64; 3],
+    /// Name by which steps prescribe the amplitude (`steps.loads`). Loads with the same name have one amplitude.
+    #[schemars(length(min = 1))]
+    pub name: Option<String>,
+    /// Whether the load acts in full before the first step; by default it grows in the first step.
+    #[serde(default)]
+    pub preload: bool,
 }
 
 /// Volume group with properties of its own.

@@ -136,8 +136,9 @@ fn build_fe(
     };
     let resources =
         CondensationResources { cache: plan.flexibility_cache.as_ref(), cache_contents, memory: left };
-    let (spec, side) = (fe.fem_spec(key), SIDES[index]);
-    let mut body = FeBody::with_worn_mesh(spec, &fe.contact, side, frame, &resources, worn).at(key)?;
+    let (spec, cases, side) = (fe.fem_spec(key), fe.load_specs(key), SIDES[index]);
+    let mut body =
+        FeBody::with_worn_mesh(spec, &cases, &fe.contact, side, frame, &resources, worn).at(key)?;
     let held = memory::resident_bytes(&body);
     body.limits.clone_from(&plan.strength_limits);
     let reason = match near {
@@ -168,8 +169,8 @@ fn build_hybrid(
         cache_contents: CacheContents::Flexibility,
         memory: left,
     };
-    let (spec, side) = (fe.fem_spec(key), SIDES[index]);
-    let mut body = HybridBody::new(spec, &fe.contact, side, frame, site, &resources).at(key)?;
+    let (spec, cases, side) = (fe.fem_spec(key), fe.load_specs(key), SIDES[index]);
+    let mut body = HybridBody::new(spec, &cases, &fe.contact, side, frame, site, &resources).at(key)?;
     let indicators = *body.indicators();
     if let Some(reason) = indicators.rejection_reason() {
         return Ok(Err(HybridRejected { reason, indicators }));

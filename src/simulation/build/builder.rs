@@ -184,14 +184,6 @@ impl<'p> Builder<'p, '_> {
             .at("frame")?;
         let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
         let initial_gap = coupled.initial_gap(&distance);
-        if let Some(approach) = plan.max_prescribed_approach() {
-            let gap = &initial_gap[2 * frame.n_cells()..];
-            let own = |record: &NearFieldRecord| {
-                let error = record.own_error.map(|error| error.mean);
-                flat_faces::own_load_warning(plan, BODY_KEYS[record.body - 1], error, gap, approach)
-            };
-            report.warnings.extend(report.near_fields.iter().filter_map(own));
-        }
         report.skipped = coupled.skipped;
         report.skipped.extend(omitted_by_plan(plan, &frame));
         let bodies = [body1, body2];
@@ -208,6 +200,14 @@ impl<'p> Builder<'p, '_> {
             wear: plan.wear,
             wear_share: plan.wear_share,
         };
+        if let Some(approach) = plan.max_prescribed_approach() {
+            let gap = &model.gap_of_full_loads()[2 * model.frame.n_cells()..];
+            let own = |record: &NearFieldRecord| {
+                let error = record.own_error.map(|error| error.mean);
+                flat_faces::own_load_warning(plan, BODY_KEYS[record.body - 1], error, gap, approach)
+            };
+            report.warnings.extend(report.near_fields.iter().filter_map(own));
+        }
         let contact_nodes = [contact_nodes(plan, 0)?, contact_nodes(plan, 1)?];
         Ok(Simulation { plan, model, bodies, contact_nodes, report })
     }

@@ -10,7 +10,7 @@ pub(crate) mod meshed_gap;
 pub(crate) mod near_field;
 pub(super) mod settings;
 
-use crate::body::{BodyEquations, ElasticBody, FeBody};
+use crate::body::{BodyEquations, BodyLoad, ElasticBody, FeBody};
 use crate::error::{Result, Warning};
 use crate::evolution::observer::Observer;
 use crate::evolution::{self, Model, RunCheckpoint, RunResult};
@@ -118,8 +118,9 @@ impl Simulation<'_> {
             evolution::run(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)?;
         if let Some(approach) = flat_faces::max_reached_approach(self.plan, &result.records) {
             let frame = &self.model.frame;
-            let gap = &self.model.initial_gap[2 * frame.n_cells()..];
-            if self.bodies.iter().all(|body| body.free_gap().is_none()) {
+            let gap = self.model.loaded_gap(&result.state.load_amplitudes);
+            let gap = &gap[2 * frame.n_cells()..];
+            if !self.model.loads.iter().any(BodyLoad::changes_normal_gap) {
                 let preload = flat_faces::reached_preload_warning(self.plan, frame, gap, approach);
                 result.warnings.extend(preload.map(String::from));
             }
@@ -144,10 +145,10 @@ impl Simulation<'_> {
     }
 
     /// Largest gap magnitude due to applied loads of bodies with half-space near fields, mm.
-    pub(super) fn max_gap_of_own_loads(&self) -> f64 {
+    pub(super) fn max_gap_of_applied_loads(&self) -> f64 {
         let half_spaces =
             self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
-        let gaps = half_spaces.filter_map(|(_, body)| body.free_gap()).flatten();
+        let gaps = half_spaces.flat_map(|(_, body)| body.loads()).flat_map(|load| &load.gap);
         gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use orthowear::bem::finite::Interpolation::{self, Constant, Linear};
 use orthowear::bem::half_space::CrossBlocks;
-use orthowear::body::{BeBody, BeSpec, ElasticBody, ErrorEstimation, HalfSpaceBody};
+use orthowear::body::{BeBody, BeSpec, ElasticBody, ErrorEstimation, HalfSpaceBody, LoadCase, Loading};
 use orthowear::coupling::{Coupling, couple};
 use orthowear::element::ElementKind::{Hex8, Hex27};
 use orthowear::fem::Support;
@@ -20,7 +20,7 @@ use crate::fem_bodies::clamp;
 use crate::fem_meshes::block;
 use crate::hybrid::blocks;
 
-pub(super) fn spec(
+pub fn spec(
     mesh: &Mesh,
     stiffness: &Stiffness,
     interpolation: Interpolation,
@@ -35,10 +35,11 @@ pub(super) fn spec(
         pressures: vec![],
         tractions: vec![],
         body_force: [0.0; 3],
+        load_case: LoadCase::default(),
     }
 }
 
-pub(super) fn body(spec: &BeSpec, contact: &str, side: Side, frame: &ContactFrame) -> BeBody {
+pub fn body(spec: &BeSpec, contact: &str, side: Side, frame: &ContactFrame) -> BeBody {
     BeBody::new(spec, contact, side, frame, None, &MemoryLimit::of_machine()).unwrap()
 }
 
@@ -62,7 +63,7 @@ fn work(tractions: &[f64], gap: &[f64]) -> f64 {
     tractions.iter().zip(gap).map(|(p, g)| p * g).sum()
 }
 
-pub(super) fn held(group: &str, component: usize) -> Support {
+pub fn held(group: &str, component: usize) -> Support {
     let components = std::array::from_fn(|c| c == component);
     Support { group: group.into(), components, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
 }
@@ -82,7 +83,7 @@ fn column_between_smooth_walls() {
     let body = body(&spec, "z1", Side::Lower, &frame);
     let modulus = steel().component(2, 2, 2, 2);
     let sinks = (pressure * height + 0.5 * weight * height * height) / modulus - lift;
-    let found = body.free_gap().unwrap();
+    let found = &body.loads()[0].gap;
     let n = frame.n_cells();
     for (cell, gap) in found[2 * n..].iter().enumerate() {
         assert!((gap - sinks).abs() < 1e-5 * sinks.abs(), "{gap} {sinks}");
@@ -90,7 +91,9 @@ fn column_between_smooth_walls() {
     }
     assert!(body.residual() < 1e-12);
     // All points move down by (p (z + H) + b ((z + H) H - (z + H)² / 2)) / C33, less the displacement of the base.
-    let field = body.recover(&vec![0.0; 3 * n]).unwrap();
+    let nothing = vec![0.0; 3 * n];
+    let loading = Loading { tractions: &nothing, amplitudes: &[1.0] };
+    let field = body.recover(loading).unwrap();
     for (x, u) in spec.mesh.points.iter().zip(&field.displacement) {
         let z = x[2] + height;
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;
@@ -99,9 +102,7 @@ fn column_between_smooth_walls() {
     // σ_z = -(p + b depth), and σ_x = σ_y because the sides do not move.
     let ratio = steel().component(0, 0, 2, 2) / modulus;
     let wanted = |z: f64| [ratio, ratio, 1.0, 0.0, 0.0, 0.0].map(|part| part * (weight * z - pressure));
-    let tractions = vec![0.0; 3 * n];
-    let stress =
-        body.recover_stress(&tractions, &field.displacement, ErrorEstimation::Skip).unwrap().unwrap();
+    let stress = body.recover_stress(loading, &field.displacement, ErrorEstimation::Skip).unwrap().unwrap();
     for (&node, found) in stress.points.mesh_nodes.iter().zip(&stress.stress) {
         let wanted = wanted(spec.mesh.points[node][2]);
         assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
@@ -112,8 +113,7 @@ fn column_between_smooth_walls() {
         assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
     }
     let points = [[0.5, 0.5, -1.0], [0.3, 0.9, -0.01], [0.3, 0.2, 0.0]].map(Point::from);
-    for (x, found) in points.iter().zip(body.recover_at_points(&frame, &tractions, &points).unwrap().unwrap())
-    {
+    for (x, found) in points.iter().zip(body.recover_at_points(&frame, loading, &points).unwrap().unwrap()) {
         let (z, stress, wanted) = (x.z + height, found.voigt(), wanted(x.z));
         assert!((0..6).all(|c| (stress[c] - wanted[c]).abs() < 1e-4 * pressure), "{stress:?} {wanted:?}");
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use orthowear::bem::half_space::{CompressedFlexibility, CrossBlocks, Side};
-use orthowear::body::{ElasticBody, HalfSpaceBody};
+use orthowear::body::{ElasticBody, HalfSpaceBody, Loading};
 use orthowear::error::ErrorKind;
 use orthowear::flexibility::Flexibility;
 use orthowear::laws::friction::FrictionLaw;
@@ -58,7 +58,8 @@ fn fields_are_those_of_the_operator_that_was_taken() {
     assert!(n > 1000);
     let tractions = Random(8).vector(3 * n);
     let body = || HalfSpaceBody::new(&steel(), Side::Upper, &frame).expect("a body").with_tolerance(1e-3);
-    let field = |body: &HalfSpaceBody| body.recover(&tractions).expect("a field").displacement;
+    let field =
+        |body: &HalfSpaceBody| body.recover(Loading::of_contact(&tractions)).expect("a field").displacement;
     let mut exact = vec![0.0; 3 * n];
     cells.dense(&green(&steel(), Side::Upper)).apply(&tractions, &mut exact);
     let is = |field: &[[f64; 3]], gap: &[f64]| {

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Matrix3, Matrix6};
 use orthowear::bem::finite::{BoundaryElements, Domain, Interpolation, SurfaceState};
-use orthowear::body::{ElasticBody, ErrorEstimation, FeBody, HalfSpaceBody};
+use orthowear::body::{ElasticBody, ErrorEstimation, FeBody, HalfSpaceBody, Loading};
 use orthowear::element::ElementKind::{Hex8, Hex20};
 use orthowear::fem::{HexFormulation, Support};
 use orthowear::frame::{ContactFrame, Side};
@@ -138,7 +138,8 @@ fn below_a_circular_contact() {
     for side in [Side::Lower, Side::Upper] {
         let body = HalfSpaceBody::new(&steel(), side, &frame).unwrap();
         let points = depths.map(|depth| frame.origin + Point::new(0.0, 0.0, depth * -side.outward()));
-        let found = body.recover_at_points(&frame, &tractions, &points).unwrap().unwrap();
+        let found =
+            body.recover_at_points(&frame, Loading::of_contact(&tractions), &points).unwrap().unwrap();
         for (zeta, found) in depths.into_iter().zip(&found) {
             let inverse = 1.0 / (1.0 + zeta * zeta);
             let radial = -1.3 * (1.0 - zeta * (1.0 / zeta).atan()) + 0.5 * inverse;
@@ -153,8 +154,11 @@ fn below_a_circular_contact() {
         // The displacement points away from the other body and tends to 0 at depth. In the middle of the surface it is a π p0 / (2
         // E*).
         let modulus = 210e3 / (1.0 - 0.09);
-        let middle =
-            body.recover_at_points(&frame, &tractions, &[frame.origin]).unwrap().unwrap()[0].displacement;
+        let middle = body
+            .recover_at_points(&frame, Loading::of_contact(&tractions), &[frame.origin])
+            .unwrap()
+            .unwrap()[0]
+            .displacement;
         assert!((middle.z * -side.outward() / (FRAC_PI_2 / modulus) - 1.0).abs() < 0.02, "{middle}");
     }
 }
@@ -170,7 +174,8 @@ fn tractions_below_the_surface() {
     {
         let body = HalfSpaceBody::new(&stiffness, side, &frame).unwrap();
         let x = Point::new(0.0, 0.0, -0.02 * side.outward());
-        let found = body.recover_at_points(&frame, &tractions, &[x]).unwrap().unwrap()[0].stress;
+        let found =
+            body.recover_at_points(&frame, Loading::of_contact(&tractions), &[x]).unwrap().unwrap()[0].stress;
         let global = frame.axes.to_global(&Point::from(tractions)) * side.gap_sign();
         let wrong = found * frame.axes.normal() * side.outward() - global;
         assert!(wrong.norm() < 0.05, "{side:?} {found} {wrong}");
@@ -191,8 +196,10 @@ fn a_large_block_beside_the_half_space() {
         let half_space = HalfSpaceBody::new(&steel(), side, &frame).unwrap();
         let points =
             [[0.1, 0.2, 0.3], [0.6, -0.3, 0.5], [-0.2, 0.1, 1.5]].map(|[x, y, z]| Point::new(x, y, up * z));
-        let found = block.recover_at_points(&frame, &tractions, &points).unwrap().unwrap();
-        let wanted = half_space.recover_at_points(&frame, &tractions, &points).unwrap().unwrap();
+        let found =
+            block.recover_at_points(&frame, Loading::of_contact(&tractions), &points).unwrap().unwrap();
+        let wanted =
+            half_space.recover_at_points(&frame, Loading::of_contact(&tractions), &points).unwrap().unwrap();
         for (found, wanted) in found.iter().zip(&wanted) {
             assert!(
                 (found.stress - wanted.stress).amax() < 0.05,
@@ -219,8 +226,11 @@ fn a_block_of_finite_elements() {
     let mesh = block(Hex20, [n; 3], [1.0; 3], place);
     let finite = fem_bodies::spec(mesh.clone(), steel(), HexFormulation::Standard, vec![clamp("z0")]);
     let finite = FeBody::new(finite, "z1", Side::Lower, &frame).unwrap();
-    let moved = finite.recover(&tractions).unwrap().displacement;
-    let wanted = finite.recover_stress(&tractions, &moved, ErrorEstimation::Skip).unwrap().unwrap();
+    let moved = finite.recover(Loading::of_contact(&tractions)).unwrap().displacement;
+    let wanted = finite
+        .recover_stress(Loading::of_contact(&tractions), &moved, ErrorEstimation::Skip)
+        .unwrap()
+        .unwrap();
     let wanted = |x: Point| {
         let node = mesh.points.iter().position(|y| (Point::from(*y) - x).norm() < 1e-9).unwrap();
         wanted.stress[wanted.points.mesh_nodes.iter().position(|other| *other == node).unwrap()]
@@ -234,9 +244,13 @@ fn a_block_of_finite_elements() {
     };
     let points = [[0.0, 0.0, -2.0], [1.0, -2.0, -1.0], [2.0, 1.0, -3.0], [-1.0, 1.0, -2.0]]
         .map(|x| Point::from(x) / 3.0);
-    let inside = boundary.recover_at_points(&frame, &tractions, &points).unwrap().unwrap();
+    let inside =
+        boundary.recover_at_points(&frame, Loading::of_contact(&tractions), &points).unwrap().unwrap();
     points.iter().zip(&inside).for_each(|(x, found)| near(found.voigt(), wanted(*x), x));
-    let stress = boundary.recover_stress(&tractions, &[], ErrorEstimation::Skip).unwrap().unwrap();
+    let stress = boundary
+        .recover_stress(Loading::of_contact(&tractions), &[], ErrorEstimation::Skip)
+        .unwrap()
+        .unwrap();
     for x in [[3.0, 0.0, -3.0], [0.0, -3.0, -2.0], [-3.0, 1.0, -3.0]].map(|x| Point::from(x) / 3.0) {
         let at = |node: &usize| (Point::from(by_surface.mesh.points[*node]) - x).norm() < 1e-9;
         let point = stress.points.mesh_nodes.iter().position(at).unwrap();
@@ -263,7 +277,8 @@ fn below_a_cubic_crystal() {
         let body = HalfSpaceBody::new(&crystal, Side::Lower, &frame).unwrap();
         let n = cells * cells;
         let tractions: Vec<f64> = (0..3 * n).map(|k| if k < 2 * n { 0.0 } else { 100.0 }).collect();
-        let states = body.recover_at_points(&frame, &tractions, &depths).unwrap().unwrap();
+        let states =
+            body.recover_at_points(&frame, Loading::of_contact(&tractions), &depths).unwrap().unwrap();
         states.into_iter().map(|state| state.voigt()).collect::<Vec<_>>()
     };
     let (whole, parts) = (stress(1), stress(8));

@@ -6,7 +6,7 @@ use super::random;
 use crate::common::steel;
 use nalgebra::{Vector3, Vector6};
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
-use orthowear::body::{ElasticBody, ErrorEstimation, FeBody, HalfSpaceBody, RigidBody};
+use orthowear::body::{ElasticBody, ErrorEstimation, FeBody, HalfSpaceBody, Loading, RigidBody};
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::material::Stiffness;
@@ -71,9 +71,11 @@ fn constant_pressure_passes_from_body_to_body() {
         let mut tractions = vec![0.0; 3 * n];
         tractions[2 * n..].fill(pressure);
         for body in [&lower, &upper] {
-            let displacement = body.recover(&tractions).unwrap().displacement;
-            let field =
-                body.recover_stress(&tractions, &displacement, ErrorEstimation::Estimate).unwrap().unwrap();
+            let displacement = body.recover(Loading::of_contact(&tractions)).unwrap().displacement;
+            let field = body
+                .recover_stress(Loading::of_contact(&tractions), &displacement, ErrorEstimation::Estimate)
+                .unwrap()
+                .unwrap();
             assert!(field.error.unwrap().relative_error() < 1e-10);
             for stress in field.stress {
                 let error = Vector6::from(stress) - Vector6::new(0.0, 0.0, -pressure, 0.0, 0.0, 0.0);
@@ -115,7 +117,7 @@ fn forces_on_both_bodies_balance() {
 fn condensed_flexibility_is_symmetric_and_consistent() {
     let frame = ContactFrame::grid([1.1, 0.9], [4, 5], [0.1, -0.2], 0.3).unwrap();
     let [mut lower, _] = bodies(&pair(false), &frame, [&cfrp(30.0, 40.0), &steel()]);
-    let recovered = lower.recover(&random(60)).unwrap().displacement;
+    let recovered = lower.recover(Loading::of_contact(&random(60))).unwrap().displacement;
     let map = lower.map().clone();
     let coupled = couple(&mut lower, &mut RigidBody, &frame, Coupling::Schur, SkipVanishing).unwrap();
     let n = frame.n_cells();
@@ -161,10 +163,10 @@ fn moved_supports_open_the_gap() {
         FeBody::new(spec, "contact", side, &frame).unwrap()
     };
     let (mut lower, mut upper) = (body(&lower, Side::Lower, [0.0; 3]), body(&upper, Side::Upper, motion));
-    assert!(lower.free_gap().is_none());
+    assert!(lower.loads().is_empty());
     let coupled = couple(&mut lower, &mut upper, &frame, Coupling::Schur, SkipVanishing).unwrap();
     let local = frame.triads[0].to_local(&Vector3::from(motion));
-    for (i, gap) in coupled.free_gap.iter().enumerate() {
+    for (i, gap) in coupled.loads[0].gap.iter().enumerate() {
         assert!((gap - local[i / 20]).abs() < 1e-11 * 0.03, "{gap} {local}");
     }
 }

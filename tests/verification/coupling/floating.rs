@@ -4,7 +4,7 @@ use super::bricks::{Brick, rollers, spec, straight, support, wavy};
 use crate::common::{Silent, step};
 use nalgebra::{DMatrix, Vector3};
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
-use orthowear::body::{ElasticBody, FeBody, RigidBody};
+use orthowear::body::{ElasticBody, FeBody, Loading, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::evolution::records::{Divergence, Outcome};
@@ -135,7 +135,7 @@ fn a_free_body_has_six_zero_modes() {
     let u = body.solve(any.as_slice()).expect("a displacement");
     let mut rest = model.internal_forces(&u).expect("sound elements");
     for (node, force) in rest.iter_mut().enumerate() {
-        (0..3).for_each(|c| force[c] -= model.external_forces()[node][c]);
+        (0..3).for_each(|c| force[c] -= model.loads().forces()[node][c]);
     }
     outer.iter().zip(any.iter()).for_each(|(dof, f)| rest[dof / 3][dof % 3] -= f);
     // The residual balances the resultant of the forces. It is distributed like the mass of the body, not at single nodes.
@@ -201,7 +201,9 @@ fn a_floating_block_on_another() {
         }
         let mean = p * (l1 / e1 + 0.5 * l2 / e2);
         assert!((record.approach / mean - 1.0).abs() < 1e-9, "{} {mean}", record.approach);
-        let u = body2.recover(&result.state.tractions).expect("fields").displacement;
+        let loading =
+            Loading { tractions: &result.state.tractions, amplitudes: &result.state.load_amplitudes };
+        let u = body2.recover(loading).expect("fields").displacement;
         let top = body2.condensed().model().mesh().group_nodes("base").expect("a group");
         for node in top {
             let lowering = record.approach - u[node][2];
@@ -257,7 +259,7 @@ fn a_block_on_an_incline() {
 fn balances(body: &FeBody, result: &RunResult) {
     let model = body.condensed().model();
     let points = &model.mesh().points;
-    let mut forces = model.external_forces().to_vec();
+    let mut forces = model.loads().forces().to_vec();
     let contact = body.contact_forces(&result.state.tractions);
     for (f, &node) in contact.chunks_exact(3).zip(body.map().nodes()) {
         (0..3).for_each(|c| forces[node][c] += f[c]);

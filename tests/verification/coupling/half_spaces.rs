@@ -4,7 +4,7 @@ use super::random;
 use crate::common::{im7, steel};
 use nalgebra::Vector3;
 use orthowear::bem::half_space::CrossBlocks::{self, SkipVanishing};
-use orthowear::body::{ElasticBody, HalfSpaceBody, RigidBody};
+use orthowear::body::{ElasticBody, HalfSpaceBody, Loading, RigidBody};
 use orthowear::coupling::{CoupledBodies, Coupling, couple};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::geometry::Triad;
@@ -104,7 +104,10 @@ fn recovered_displacements_make_the_gap() {
     let mut upper = half_space(&steel(), Side::Upper, &frame);
     let tractions = random(3 * 48);
     let gap = gaps(&tied(&mut lower, &mut upper, &frame), &tractions);
-    let (u1, u2) = (lower.recover(&tractions).unwrap(), upper.recover(&tractions).unwrap());
+    let (u1, u2) = (
+        lower.recover(Loading::of_contact(&tractions)).unwrap(),
+        upper.recover(Loading::of_contact(&tractions)).unwrap(),
+    );
     let mut found = vec![0.0; 3 * 48];
     for cell in 0..48 {
         let apart = Vector3::from(u2.displacement[cell]) - Vector3::from(u1.displacement[cell]);

@@ -50,7 +50,7 @@ pub fn body(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Sti
 
 pub fn hybrid(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> HybridBody {
     let site = HalfSpaceFit::find(&spec, contact, side, frame).unwrap().expect("a place for a half-space");
-    HybridBody::new(spec, contact, side, frame, &site, &CondensationResources::default()).unwrap()
+    HybridBody::new(spec, &[], contact, side, frame, &site, &CondensationResources::default()).unwrap()
 }
 
 pub fn frame(cells: usize) -> ContactFrame {

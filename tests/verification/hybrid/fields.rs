@@ -1,6 +1,6 @@
 //! Fields of bodies with the near field of a half-space.
 
-use orthowear::body::{ElasticBody, ErrorEstimation, FeBody};
+use orthowear::body::{ElasticBody, ErrorEstimation, FeBody, Loading};
 use orthowear::element::ElementKind::{Hex8, Hex27};
 use orthowear::frame::{ContactFrame, Side};
 
@@ -28,9 +28,11 @@ fn supports_and_balance() {
     let tractions = bump(&frame);
     let mut body = hybrid(body(Hex27, (w, n, 1.0), &cfrp()), "z1", Side::Lower, &frame);
     let operator = body.take_flexibility(orthowear::bem::half_space::CrossBlocks::Keep).unwrap().unwrap();
-    let field = body.recover(&tractions).unwrap();
-    let stress =
-        body.recover_stress(&tractions, &field.displacement, ErrorEstimation::Estimate).unwrap().unwrap();
+    let field = body.recover(Loading::of_contact(&tractions)).unwrap();
+    let stress = body
+        .recover_stress(Loading::of_contact(&tractions), &field.displacement, ErrorEstimation::Estimate)
+        .unwrap()
+        .unwrap();
     let surface = body.surface().unwrap();
     let points = &surface.mesh.points;
     let largest = field.displacement.iter().flatten().fold(0.0, |m: f64, u| m.max(u.abs()));
@@ -86,9 +88,12 @@ fn displacement_of_a_condensed_mesh() {
     let frame = frame(8);
     let tractions = bump(&frame);
     let spec = || body(Hex8, (3.0, 20, 1.0), &cfrp());
-    let near = hybrid(spec(), "z1", Side::Lower, &frame).recover(&tractions).unwrap().displacement;
+    let near = hybrid(spec(), "z1", Side::Lower, &frame)
+        .recover(Loading::of_contact(&tractions))
+        .unwrap()
+        .displacement;
     let condensed = FeBody::new(spec(), "z1", Side::Lower, &frame).unwrap();
-    let meshed = condensed.recover(&tractions).unwrap().displacement;
+    let meshed = condensed.recover(Loading::of_contact(&tractions)).unwrap().displacement;
     let largest = near.iter().flatten().fold(0.0, |m: f64, u| m.max(u.abs()));
     let points = &condensed.surface().unwrap().mesh.points;
     let mut compared = 0;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use orthowear::body::{ElasticBody, ErrorEstimation, FeBody};
+use orthowear::body::{ElasticBody, ErrorEstimation, FeBody, Loading};
 use orthowear::element::ElementKind::{Hex8, Hex20};
 use orthowear::fem::{FeSpec, Foundation, FoundationStiffness, HexFormulation, Support};
 use orthowear::frame::ContactFrame;
@@ -58,8 +58,10 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     let body = FeBody::new(spec, "z1", Side::Lower, &frame).unwrap();
     let cells: Vec<[f64; 3]> = frame.centers.iter().map(|c| cell_mean([c.x, c.y], &traction)).collect();
     let planes: Vec<f64> = (0..3).flat_map(|k| cells.iter().map(move |t| t[k])).collect();
-    let mut field = body.recover(&planes).unwrap();
-    field.stress = body.recover_stress(&planes, &field.displacement, ErrorEstimation::Skip).unwrap();
+    let mut field = body.recover(Loading::of_contact(&planes)).unwrap();
+    field.stress = body
+        .recover_stress(Loading::of_contact(&planes), &field.displacement, ErrorEstimation::Skip)
+        .unwrap();
     let contact_nodes = mesh.group_nodes("z1").unwrap();
     let location = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact_nodes };
     let output = BodyOutput { side: Side::Lower, body: &body, location };
@@ -110,8 +112,9 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     change(&mut spec);
     let frame = ContactFrame::grid([1.5, 1.0], [3, 2], [1.5, 1.0], 0.0).unwrap();
     let body = FeBody::new(spec, "z1", Side::Lower, &frame).unwrap();
-    let displacement = body.recover(&[0.0; 18]).unwrap().displacement;
-    let field = body.recover_stress(&[0.0; 18], &displacement, ErrorEstimation::Skip).unwrap().unwrap();
+    let loading = Loading { tractions: &[0.0; 18], amplitudes: &[1.0] };
+    let displacement = body.recover(loading).unwrap().displacement;
+    let field = body.recover_stress(loading, &displacement, ErrorEstimation::Skip).unwrap().unwrap();
     let on_top = body.condensed().model().mesh().group_nodes("z1").unwrap();
     assert_eq!(field.contact.len(), on_top.len());
     field.contact.iter().map(|point| point.stress(&[0.0; 3])).collect()

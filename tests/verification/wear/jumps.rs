@@ -1,7 +1,7 @@
 //! Jumps in unusual states: contact at zero approach, no contact, tolerances that cannot be met, weight of a body.
 
-use orthowear::body::UnconstrainedModes;
 use orthowear::body::rigid_body_modes::RigidBodyMode;
+use orthowear::body::{BodyLoad, LoadCase, UnconstrainedModes};
 use orthowear::contact::SolverOptions;
 use orthowear::error::{Error, Result};
 use orthowear::evolution::observer::{CheckpointEvent, Observer};
@@ -156,7 +156,12 @@ fn own_loads_and_prescribed_forces_take_the_same_jumps() {
         if floats {
             let gap = (0..3 * n).map(|k| f64::from(u8::from(k >= 2 * n))).collect();
             let relative_motion = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-            let modes = vec![RigidBodyMode { relative_motion, gap, load_work: -force }];
+            let modes = vec![RigidBodyMode { relative_motion, gap, load_work: vec![-force] }];
+            model.loads.push(BodyLoad {
+                side: Side::Upper,
+                case: LoadCase::default(),
+                gap: vec![0.0; 3 * n],
+            });
             model.floating.push(UnconstrainedModes {
                 side: Side::Upper,
                 modes,

@@ -147,9 +147,16 @@ fn even_wear_gives_the_thinner_layer() {
                 assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-13), "{name} {side:?}: {a:?} {b:?}");
             }
             let resources = CondensationResources::default();
-            let moved =
-                FeBody::with_worn_mesh(spec, contact(side), side, &frame, &resources, Some(Arc::new(after)));
-            let made = FeBody::with_worn_mesh(thin, contact(side), side, &frame, &resources, None);
+            let moved = FeBody::with_worn_mesh(
+                spec,
+                &[],
+                contact(side),
+                side,
+                &frame,
+                &resources,
+                Some(Arc::new(after)),
+            );
+            let made = FeBody::with_worn_mesh(thin, &[], contact(side), side, &frame, &resources, None);
             let apart = difference([moved, made].map(|body| body.expect("a body")), frame.n_cells());
             assert!(apart < 1e-10, "{name} {side:?}: {apart:e}");
         }
@@ -260,7 +267,7 @@ fn model(mesh: Option<Mesh>, frame: &ContactFrame) -> Model {
     let spec = spec(unworn, steel, HexFormulation::Enhanced, vec![clamp("low2")]);
     let mesh = mesh.map(Arc::new);
     let resources = CondensationResources::default();
-    let body = FeBody::with_worn_mesh(spec, contact(Side::Lower), Side::Lower, frame, &resources, mesh);
+    let body = FeBody::with_worn_mesh(spec, &[], contact(Side::Lower), Side::Lower, frame, &resources, mesh);
     let coupled = couple(
         &mut body.expect("a body"),
         &mut RigidBody,

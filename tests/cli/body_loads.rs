@@ -1,0 +1,67 @@
+//! Loads of meshed bodies in scenes: names, preloads, refusals, the table of `check`, and continued runs.
+
+use crate::materials::{folder, orthowear};
+
+const LOADS: &str = "pressure = [{ group = \"top\", value = 50.0, name = \"clamp\" }]";
+
+fn check(keys: &str, overrides: &[&str]) -> (Option<i32>, String) {
+    let folder = folder(&format!("fibre = {{ tilt = 0.0 }}\n{keys}"), "", &[]);
+    let mut arguments = vec!["check", "scene.toml"];
+    overrides.iter().for_each(|line| arguments.extend(["--set", line]));
+    let (code, text, errors) = orthowear(folder.path(), &arguments);
+    (code, (text + &errors).split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+/// Truth: docs/scene.md: names and preloads that contradict one another are refused at their key.
+#[test]
+fn what_is_refused() {
+    let preloaded = LOADS.replace("\"clamp\"", "\"clamp\", preload = true");
+    let traction = "traction = [{ group = \"top\", value = [1.0, 0.0, 0.0], name = \"clamp\" }]";
+    for (keys, overrides, words) in [
+        (LOADS.to_owned(), &["steps.0.loads.clam=1.0"][..], ["steps.0.loads.clam", "named loads: clamp"]),
+        (LOADS.replace("clamp", ""), &[], ["body1.pressure.0.name", "empty name"]),
+        (format!("{preloaded}\n{traction}"), &[], ["\"clamp\" has `preload` in one place", "body1"]),
+        (
+            LOADS.replace(", name = \"clamp\"", ""),
+            &["steps.0.loads.clamp=1.0"],
+            ["no load has a name", "clamp"],
+        ),
+        (LOADS.to_owned(), &["steps.0.loads.interference=1.0"], ["interference", "named loads: clamp"]),
+        ("body_force = { name = \"weight\" }".to_owned(), &[], ["body1.body_force", "lacks `value`"]),
+        ("body_force = 3.0".to_owned(), &[], ["body1.body_force", "a list or a table"]),
+    ] {
+        let (code, text) = check(&keys, overrides);
+        assert_eq!(code, Some(2), "{keys} {overrides:?}: {text}");
+        assert!(words.iter().all(|word| text.contains(word)), "{keys}: {words:?} in\n{text}");
+    }
+}
+
+/// Truth: the amplitudes that docs/scene.md states: from 0 to 1 in the first step unless it names the load, then kept. Preloads have
+/// the amplitude 1 from the start.
+#[test]
+fn amplitudes_in_the_table() {
+    let two =
+        format!("{LOADS}\nbody_force = {{ value = [0.0, 0.0, -0.1], name = \"weight\", preload = true }}");
+    let (code, text) = check(&two, &["steps.0.loads={ clamp = 0.25 }", "steps.1.loads={ weight = 0.0 }"]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("clamp 0.25 weight 1") && text.contains("clamp 0.25 weight 0"), "{text}");
+    let (_, text) = check(&LOADS.replace(", name = \"clamp\"", ""), &[]);
+    assert!(text.contains("loads of body1 1"), "{text}");
+}
+
+/// Truth: a load that grows in the first step, while the contact closes, gives a WARNING; a preload does not, and neither does a load
+/// that grows when the bodies touch.
+#[test]
+fn loads_that_grow_with_the_contact() {
+    let said = |keys: &str, overrides: &[&str]| {
+        let folder = folder(&format!("fibre = {{ tilt = 0.0 }}\nnear_field = \"mesh\"\n{keys}"), "", &[]);
+        let mut arguments = vec!["run", "scene.toml"];
+        overrides.iter().for_each(|line| arguments.extend(["--set", line]));
+        let (code, text, errors) = orthowear(folder.path(), &arguments);
+        assert_eq!(code, Some(0), "{text} {errors}");
+        (text + &errors).contains("loads of the bodies change while the contact grows")
+    };
+    assert!(said(LOADS, &[]));
+    assert!(!said(&LOADS.replace("\"clamp\"", "\"clamp\", preload = true"), &[]));
+    assert!(!said(LOADS, &["steps.0.loads={ clamp = 0.0 }", "steps.1.loads={ clamp = 1.0 }"]));
+}
