@@ -78,7 +78,7 @@ impl BulkStress {
                 ));
             }
         }
-        Ok(BodyLoad { side, case, gap })
+        Ok(BodyLoad { side: Some(side), case, gap })
     }
 
     fn displacement(&self, point: &Point) -> Point {

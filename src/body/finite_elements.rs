@@ -80,7 +80,7 @@ impl FeBody {
             let (cases, applied) = applied_loads(condensed.model(), cases)?;
             let applied = with_displacements(&condensed, applied)?;
             let load = |(case, (_, u)): (&LoadCase, &(AppliedLoads, Vec<[f64; 3]>))| BodyLoad {
-                side,
+                side: Some(side),
                 case: case.clone(),
                 gap: map.gap_of_displacement(side, |node| u[node]),
             };

@@ -4,6 +4,9 @@ use crate::error::{Error, Result};
 use crate::fem::{AppliedLoads, FeModel, FeSpec};
 use crate::geometry::Side;
 
+/// Name of the load that removes the overlap of bodies as meshed.
+pub const INTERFERENCE: &str = "interference";
+
 /// Largest work of a balanced load on a rigid-body mode, divided by the sum of the magnitudes of its forces, mm per mm of amplitude.
 const BALANCE_TOLERANCE: f64 = 1e-6;
 
@@ -17,6 +20,11 @@ pub struct LoadCase {
 }
 
 impl LoadCase {
+    /// The overlap of bodies as meshed.
+    pub fn interference() -> Self {
+        Self { name: Some(INTERFERENCE.to_owned()), preload: false }
+    }
+
     /// Refuses a preload that is not in balance. `works` are its works on the rigid-body modes `names`, `size` the sum of the
     /// magnitudes of its forces.
     ///
@@ -27,7 +35,8 @@ impl LoadCase {
         match works.iter().zip(names).find(moves).filter(|_| self.preload) {
             None => Ok(()),
             Some((_, mode)) => Err(Error::input(format!(
-                "a preload drives the body along its unconstrained motion ({mode}), where nothing balances it before contact: remove `preload`, so that the load grows in the first step, or support the body"
+                "the preload{} drives the body along its unconstrained motion ({mode}), where nothing balances it before contact: remove `preload`, so that the load grows in the first step, or support the body",
+                self.name.as_ref().map_or_else(String::new, |name| format!(" \"{name}\""))
             ))),
         }
     }
@@ -36,8 +45,8 @@ impl LoadCase {
 /// Load of a body. Loads of both bodies with the same name have one amplitude.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyLoad {
-    /// Side of the body.
-    pub side: Side,
+    /// Side of the body; `None` for the interference of two bodies.
+    pub side: Option<Side>,
     /// Name and start of the amplitude.
     pub case: LoadCase,
     /// Change of the gap at amplitude 1, `[3, N]` by components, mm.

@@ -29,7 +29,7 @@ pub use boundary_elements::{BeBody, BeSpec, FrameFit};
 pub use finite_elements::FeBody;
 pub use half_space::HalfSpaceBody;
 pub use hybrid::HybridBody;
-pub use loads::{BodyLoad, LoadCase, Loading};
+pub use loads::{BodyLoad, INTERFERENCE, LoadCase, Loading};
 pub use rigid::RigidBody;
 pub use rigid_body_modes::{RigidBodyMode, UnconstrainedModes};
 pub use stress::{ErrorEstimation, StressField};

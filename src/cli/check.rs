@@ -218,13 +218,16 @@ fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
 
 /// Loads of the bodies with amplitudes: one row per step, one column per load; empty without loads.
 fn load_rows(plan: &Plan) -> Vec<Vec<String>> {
+    let of_bodies = BODY_KEYS.into_iter().enumerate();
+    let mut all: Vec<(&str, LoadCase)> = of_bodies
+        .flat_map(|(index, key)| plan.load_cases(index).into_iter().map(move |case| (key, case)))
+        .collect();
+    all.extend(plan.gap.as_meshed.then(|| ("gap", LoadCase::interference())));
     let mut loads: Vec<(String, LoadCase)> = Vec::new();
-    for (index, key) in BODY_KEYS.into_iter().enumerate() {
-        for case in plan.load_cases(index) {
-            let label = case.name.clone().unwrap_or_else(|| format!("loads of {key}"));
-            if !loads.iter().any(|(other, _)| *other == label) {
-                loads.push((label, case));
-            }
+    for (key, case) in all {
+        let label = case.name.clone().unwrap_or_else(|| format!("loads of {key}"));
+        if !loads.iter().any(|(other, _)| *other == label) {
+            loads.push((label, case));
         }
     }
     if loads.is_empty() {

@@ -153,6 +153,11 @@ fn boundary_elements(
             "{body} has foundations, which boundary elements do not support: use a variant with FE or HS for {body}"
         )));
     }
+    if fe.load_cases().len() > 1 {
+        return Err(Error::input(format!(
+            "the loads of {body} have several names or treatments before contact, but those of a boundary-element body have one amplitude: use a variant with FE or HS for {body}, or give the loads one name"
+        )));
+    }
     let material =
         single(mean_material_of_body(fe)?, body, "in it", "a boundary-element body", ROUNDING_SPREAD_DEG)?;
     let inner = || format!("{body} as a boundary-element body can be fixed and loaded on surfaces only");

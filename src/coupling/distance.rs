@@ -21,6 +21,9 @@ const CURVED_SHAPE_ERROR: f64 = 0.01;
 
 const SHAPE_ERROR_MARGIN: f64 = 3.0;
 
+/// Largest error of the gap by straight faces, as a share of the largest overlap of bodies as meshed.
+const MAX_INTERFERENCE_ERROR: f64 = 0.05;
+
 /// Rounding error of overlaps, as a share of the mean cell side.
 const ROUNDING_SHARE: f64 = 1e-6;
 
@@ -31,6 +34,32 @@ pub struct MeshedGap {
     pub distance: Vec<f64>,
     /// Motion of body 2 against n from its meshed position to the first touch, mm. Negative if body 2 moves away from body 1.
     pub closing_motion: f64,
+}
+
+/// Distance of the surfaces as meshed, with body 2 in its meshed position; negative where they overlap. A surface `None` is as in
+/// [`mesh_distance`].
+///
+/// # Errors
+/// If straight faces deviate too much from curved surfaces that overlap. If a plane is opposite to cells that do not face it.
+pub fn as_meshed_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]) -> Result<MeshedGap> {
+    let n = frame.axes.normal();
+    let cosines = frame.triads.map(|triad| triad.normal().dot(&n)).into_vec();
+    if surfaces.iter().any(Option::is_none) {
+        refuse_steep(frame, &cosines)?;
+    }
+    let of_heights =
+        |heights: [Option<Vec<f64>>; 2]| distances(frame, &cosines, heights.each_ref().map(Option::as_deref));
+    let distance = of_heights(surfaces.map(|surface| surface.map(|surface| surface.gap_heights(frame))));
+    let curved = of_heights(surfaces.map(|surface| surface.map(|surface| surface.curved_heights(frame))));
+    let overlap = deepest(&curved).max(deepest(&distance)).max(0.0);
+    let error = distance.iter().zip(&curved).map(|(flat, curved)| (flat - curved).abs()).fold(0.0, f64::max);
+    if error > MAX_INTERFERENCE_ERROR * overlap && overlap > ROUNDING_SHARE * frame.mean_cell_side() {
+        return Err(Error::input(format!(
+            "straight faces change the gap by up to {error:.6}, which is {:.0} % of the largest overlap {overlap:.6}: mesh the contact surfaces with faces of second order, or with matching nodes",
+            100.0 * error / overlap
+        )));
+    }
+    Ok(MeshedGap { distance, closing_motion: 0.0 })
 }
 
 /// Distance of the undeformed surfaces with body 2 at the first touch. A surface `None` is the plane through the global origin
@@ -52,11 +81,7 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
     if surfaces.iter().any(Option::is_none) {
         refuse_steep(frame, &cosines)?;
     }
-    let heights = surfaces.map(|surface| {
-        surface.map(|surface| {
-            if surface.curved_gap { surface.curved_heights(frame) } else { surface.mean_heights.clone() }
-        })
-    });
+    let heights = surfaces.map(|surface| surface.map(|surface| surface.gap_heights(frame)));
     let distance = distances(frame, &cosines, heights.each_ref().map(Option::as_deref));
     let moved =
         |by: f64| -> Vec<f64> { distance.iter().zip(&cosines).map(|(d, cosine)| d - by * cosine).collect() };
@@ -138,7 +163,7 @@ fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     }
     let CurvedOverlap { meshed, left, cells: [count, n], .. } = overlap;
     Err(Error::input(format!(
-        "the contact surfaces overlap by up to {meshed:.6} in {count} of {n} cells. This is an interference fit, which is not available: a motion of body 2 by {:.6} along n still leaves an overlap of {left:.6}. Mesh body 2 smaller, or at a distance from body 1 along n",
+        "the contact surfaces overlap by up to {meshed:.6} in {count} of {n} cells. A motion of body 2 by {:.6} along n still leaves an overlap of {left:.6}. For an interference fit, set gap.reference = \"as-meshed\". Otherwise mesh body 2 smaller, or at a distance from body 1 along n",
         -first
     )))
 }
@@ -198,7 +223,7 @@ fn refuse_overlap(frame: &ContactFrame, distance: &[f64], depth: f64, when: Over
             "move the mesh of body 2 away from body 1 by at least {depth:.6} along the frame's n, and check that body1 is the lower body (`approach` presses the bodies together)"
         ),
         Overlap::EveryPosition => {
-            "no motion along the frame's n separates them (an interference fit is not available): make body 2 smaller or rotate frame.normal"
+            "no motion along the frame's n separates them: set gap.reference = \"as-meshed\" for an interference fit, make body 2 smaller, or rotate frame.normal"
                 .to_owned()
         }
     };

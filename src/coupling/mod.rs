@@ -19,16 +19,16 @@ use crate::body::BodyEquations::{FiniteElements, Hybrid};
 use crate::body::half_space::half_space_flexibility;
 use crate::body::hybrid::FarField;
 use crate::body::hybrid::corrected_flexibility::build_corrected_flexibility;
-use crate::body::{BodyLoad, ElasticBody, UnconstrainedModes};
+use crate::body::{BodyLoad, ElasticBody, LoadCase, UnconstrainedModes};
 use crate::error::{Error, Result};
 use crate::flexibility::Flexibility;
 use crate::flexibility::composed::SumFlexibility;
 use crate::flexibility::constrained::ConstrainedFlexibility;
-use crate::frame::{ContactFrame, GapShape, InitialGap};
+use crate::frame::{ContactFrame, GapShape, InitialGap, MeshedSurface, Side};
 use crate::omitted::{OmittableWork, OmittedWork};
 
 pub use block::BlockSystem;
-pub use distance::{MIN_STEEP_COSINE, MeshedGap, mesh_distance};
+pub use distance::{MIN_STEEP_COSINE, MeshedGap, as_meshed_distance, mesh_distance};
 
 /// Coupling of finite-element bodies to the contact frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
@@ -139,10 +139,10 @@ fn block_of_bodies(
     }
     let system = BlockSystem::new(body1, body2, frame)?;
     let mut loads = Vec::new();
-    for body in [body1, body2] {
+    for (side, body) in [(Side::Lower, body1), (Side::Upper, body2)] {
         let meshed = matches!(body.equations(), FiniteElements(_));
         loads.extend(body.loads().iter().enumerate().map(|(k, load)| match meshed {
-            true => BodyLoad { gap: system.load_gap(load.side, k), ..load.clone() },
+            true => BodyLoad { gap: system.load_gap(side, k), ..load.clone() },
             false => load.clone(),
         }));
     }
@@ -234,11 +234,32 @@ pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Omitte
     skipped
 }
 
-/// Normal gap of the undeformed surfaces at each cell, `[N]`, mm. For the shape "mesh", body 2 is at the first touch (see
-/// [`mesh_distance`]).
+/// Gap of the shape "mesh": [`as_meshed_distance`] or [`mesh_distance`].
 ///
 /// # Errors
-/// If the shape is not admissible. If it is "mesh", and neither body has a mesh or [`mesh_distance`] fails.
+/// If the distance cannot be computed or is not admissible.
+pub fn meshed_gap(
+    gap: &InitialGap,
+    frame: &ContactFrame,
+    surfaces: [Option<&MeshedSurface>; 2],
+) -> Result<MeshedGap> {
+    if gap.as_meshed { as_meshed_distance(frame, surfaces) } else { mesh_distance(frame, surfaces) }
+}
+
+/// Splits the `distance` of bodies as meshed, `[N]`, into the clearance of cells that do not overlap, and the interference of those
+/// that do. The interference is a load: at amplitude a, the gap is max(distance, 0) + a min(distance, 0) cell by cell.
+pub fn clearance_and_interference(distance: &[f64]) -> (Vec<f64>, BodyLoad) {
+    let n = distance.len();
+    let mut gap = vec![0.0; 3 * n];
+    gap[2 * n..].iter_mut().zip(distance).for_each(|(gap, distance)| *gap = distance.min(0.0));
+    let clearance = distance.iter().map(|distance| distance.max(0.0)).collect();
+    (clearance, BodyLoad { side: None, case: LoadCase::interference(), gap })
+}
+
+/// Normal gap of the undeformed surfaces at each cell, `[N]`, mm. For the shape "mesh" see [`meshed_gap`].
+///
+/// # Errors
+/// If the shape is not admissible. If it is "mesh", and neither body has a mesh or [`meshed_gap`] fails.
 pub fn surface_distance(
     gap: &InitialGap,
     frame: &ContactFrame,
@@ -249,5 +270,5 @@ pub fn surface_distance(
     if gap.shape != GapShape::Mesh || surfaces.iter().all(Option::is_none) {
         return gap.evaluate(frame);
     }
-    Ok(mesh_distance(frame, surfaces)?.distance)
+    Ok(meshed_gap(gap, frame, surfaces)?.distance)
 }

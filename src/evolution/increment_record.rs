@@ -153,9 +153,17 @@ impl Run<'_> {
         ))
     }
 
+    /// Amplitudes of the loads at a point of a cycle with the phase `phase`.
+    pub(super) fn amplitudes_at_phase(&self, phase: f64) -> Vec<f64> {
+        let cyclic = self.prepared.cyclic_amplitudes.iter().map(|amplitude| phase * amplitude);
+        self.state.load_amplitudes.iter().zip(cyclic).map(|(mean, by)| mean + by).collect()
+    }
+
     pub(super) fn deliver(&mut self, record: IncrementRecord, mut fields: FrameState) -> Result<()> {
         fields.wear_depth_error.clone_from(&self.state.depth_errors);
-        fields.load_amplitudes.clone_from(&self.state.load_amplitudes);
+        if fields.load_amplitudes.is_empty() {
+            fields.load_amplitudes.clone_from(&self.state.load_amplitudes);
+        }
         self.observer.increment_done(&record, &fields)?;
         if record.converged
             && let Some(note) = large_sliding_warning(&self.prepared.model.frame, &record, &fields)

@@ -78,6 +78,8 @@ pub(super) struct PreparedModel<'a> {
     pub initial_gap: Vec<f64>,
     /// Initial gap with the loads at their present amplitudes, `[3, N]`, mm.
     pub loaded_gap: Vec<f64>,
+    /// Amplitudes of the loads that vary in phase with the strokes of a step, at the + reversal point; 0 for other loads.
+    pub cyclic_amplitudes: Vec<f64>,
     /// Change of the gap by loads that vary in phase with the strokes of a step, at the + reversal point, `[3, N]`, mm.
     pub cyclic_gap: Option<Vec<f64>>,
     /// Approach at which the first cell closes, mm; 0 unless all cells have the same axes.
@@ -111,7 +113,7 @@ fn check_sizes(model: &Model) -> Result<()> {
         )));
     }
     let misfit = |body: &UnconstrainedModes| {
-        let loads = model.loads.iter().filter(|load| load.side == body.side).count();
+        let loads = model.loads.iter().filter(|load| load.side == Some(body.side)).count();
         body.modes.iter().any(|mode| mode.load_work.len() != loads)
     };
     if model.loads.iter().any(|load| load.gap.len() != 3 * n) || model.floating.iter().any(misfit) {
@@ -209,6 +211,7 @@ impl<'a> PreparedModel<'a> {
             edge: model.frame.edge_cells(),
             rigid_axes,
             loaded_gap: initial_gap.clone(),
+            cyclic_amplitudes: vec![0.0; model.loads.len()],
             cyclic_gap: None,
             initial_gap,
             first_touch,
@@ -217,10 +220,12 @@ impl<'a> PreparedModel<'a> {
         Ok(prepared)
     }
 
-    /// Whether the undeformed surfaces have the same distance in all cells.
+    /// Whether the undeformed surfaces close in all cells at once.
     pub fn starts_level(&self) -> bool {
         let [least, largest] = bounds(self.initial_gap[2 * self.n()..].iter().copied());
-        self.model.frame.has_uniform_axes() && largest - least <= LEVEL_TOLERANCE * self.model.frame.size()
+        let tolerance = LEVEL_TOLERANCE * self.model.frame.size();
+        let closed = largest <= tolerance;
+        largest - least <= tolerance && (closed || self.model.frame.has_uniform_axes())
     }
 
     /// Sets the amplitudes of the loads: the gap is g_0 + Σ_k a_k g_k.
@@ -251,6 +256,7 @@ impl<'a> PreparedModel<'a> {
             gap
         });
         self.cyclic_mode_loads = mode_loads(model, &amplitudes);
+        self.cyclic_amplitudes = amplitudes;
     }
 
     /// Motion of body 2 relative to body 1 at the frame's origin along x, y, n, including the additional modes.
@@ -351,7 +357,7 @@ fn add_load_gaps(model: &Model, amplitudes: &[f64], gap: &mut [f64]) {
 fn mode_loads(model: &Model, amplitudes: &[f64]) -> Vec<f64> {
     let mut sums = Vec::new();
     for body in &model.floating {
-        let loads = model.loads.iter().zip(amplitudes).filter(|(load, _)| load.side == body.side);
+        let loads = model.loads.iter().zip(amplitudes).filter(|(load, _)| load.side == Some(body.side));
         let own: Vec<f64> = loads.map(|(_, amplitude)| *amplitude).collect();
         let work = |work: &Vec<f64>| work.iter().zip(&own).map(|(work, amplitude)| work * amplitude).sum();
         sums.extend(body.modes.iter().map(|mode| -> f64 { work(&mode.load_work) }));

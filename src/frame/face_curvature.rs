@@ -137,6 +137,11 @@ pub struct MeshedSurface {
 }
 
 impl MeshedSurface {
+    /// Heights that give the gap, `[N]`, mm: [`Self::curved_heights`] or the mean heights.
+    pub fn gap_heights(&self, frame: &ContactFrame) -> Vec<f64> {
+        if self.curved_gap { self.curved_heights(frame) } else { self.mean_heights.clone() }
+    }
+
     /// Mean heights of the curvature-corrected faces over the cells, along the cell normals, `[N]`, mm.
     pub fn curved_heights(&self, frame: &ContactFrame) -> Vec<f64> {
         let bows = edge_midpoint_offsets(&self.mesh, &self.faces);

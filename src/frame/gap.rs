@@ -65,11 +65,13 @@ pub struct InitialGap {
     pub offset: [f64; 2],
     /// Whether the exact surface replaces the osculating paraboloid.
     pub exact: bool,
+    /// Whether [`GapShape::Mesh`] is the distance of the surfaces as meshed. Otherwise body 2 is moved to the first touch.
+    pub as_meshed: bool,
 }
 
 impl From<GapShape> for InitialGap {
     fn from(shape: GapShape) -> Self {
-        Self { shape, offset: [0.0, 0.0], exact: false }
+        Self { shape, offset: [0.0, 0.0], exact: false, as_meshed: false }
     }
 }
 
@@ -212,7 +214,7 @@ mod tests {
     }
 
     fn gap_of(shape: GapShape, offset: [f64; 2], exact: bool) -> Vec<f64> {
-        InitialGap { shape, offset, exact }.evaluate(&frame()).expect("an admissible gap")
+        InitialGap { offset, exact, ..shape.into() }.evaluate(&frame()).expect("an admissible gap")
     }
 
     /// Truth: the closed form of each shape at the centre (-1, -1) of cell 0.
@@ -284,7 +286,7 @@ mod tests {
         let table =
             HeightTable { values: vec![0.0; 4], shape: [2, 2], spacing: Some([1.0, 1.0]), angle: 0.0 };
         for shape in [ball, egg, GapShape::Heights(table)] {
-            let gap = InitialGap { shape, offset: [0.0; 2], exact: true };
+            let gap = InitialGap { exact: true, ..shape.into() };
             let error = gap.evaluate(&frame()).expect_err("a frame that is too wide");
             assert!(!error.message().contains(" mm"), "{error}");
         }
@@ -293,8 +295,7 @@ mod tests {
     #[test]
     fn nonsense_is_refused() {
         let refused = |shape: GapShape, exact: bool, word: &str| {
-            let error =
-                InitialGap { shape, offset: [0.0; 2], exact }.evaluate(&frame()).expect_err("refused");
+            let error = InitialGap { exact, ..shape.into() }.evaluate(&frame()).expect_err("refused");
             assert!(error.message().contains(word), "{error}");
         };
         refused(GapShape::Sphere { radius: -1.0 }, false, "gap.radius");

@@ -26,14 +26,14 @@ pub struct BodyOutput<'a> {
     pub body: &'a dyn ElasticBody,
     /// Points at which the body recovers its fields.
     pub location: RecoveryLocation<'a>,
+    /// Index of the body's first load in [`FrameState::load_amplitudes`].
+    pub first_load: usize,
 }
 
 impl BodyOutput<'_> {
-    /// Contact tractions and load amplitudes of the body in `state`, whose amplitudes are those of body 1, then of body 2.
+    /// Contact tractions and load amplitudes of the body in `state`.
     pub fn loading<'s>(&self, state: &'s FrameState) -> Loading<'s> {
-        let all = &state.load_amplitudes;
-        let own = self.body.loads().len().min(all.len());
-        let amplitudes = if self.side == Side::Lower { &all[..own] } else { &all[all.len() - own..] };
+        let amplitudes = state.load_amplitudes.get(self.first_load..).unwrap_or(&[]);
         Loading { tractions: &state.tractions, amplitudes }
     }
 

@@ -380,8 +380,10 @@ impl MeshedBodyPlan {
 
     /// Load cases of the body, in the order of their first loads: pressures, tractions, body force, prescribed displacements.
     pub fn load_cases(&self) -> Vec<&LoadCase> {
-        let forced = (self.body_force != [0.0; 3]).then_some(&self.body_force_case);
-        let moving = self.supports.iter().filter(|support| support.is_moving());
+        let forced = self.body_force != [0.0; 3] || self.body_force_case.name.is_some();
+        let forced = forced.then_some(&self.body_force_case);
+        let moving =
+            self.supports.iter().filter(|support| support.is_moving() || support.case.name.is_some());
         let pressures = self.pressures.iter().map(|load| &load.case);
         let tractions = self.tractions.iter().map(|load| &load.case);
         let all = pressures.chain(tractions).chain(forced).chain(moving.map(|support| &support.case));

@@ -29,6 +29,11 @@ fn what_is_refused() {
         (LOADS.to_owned(), &["steps.0.loads.interference=1.0"], ["interference", "named loads: clamp"]),
         ("body_force = { name = \"weight\" }".to_owned(), &[], ["body1.body_force", "lacks `value`"]),
         ("body_force = 3.0".to_owned(), &[], ["body1.body_force", "a list or a table"]),
+        (
+            "displaced = [{ group = \"base\", value = [1e-3, 0.0, 0.0], name = \"one\" }, { group = \"base\", value = [1e-3, 0.0, 0.0], name = \"two\" }]".to_owned(),
+            &["body1.fixed=[]"],
+            ["body1.displaced.1", "different loads"],
+        ),
     ] {
         let (code, text) = check(&keys, overrides);
         assert_eq!(code, Some(2), "{keys} {overrides:?}: {text}");

@@ -129,6 +129,11 @@ fn a_block_that_floats() {
     let step = &summary["steps"][0];
     let [load, peak] = ["normal_force", "peak_pressure"].map(|key| step[key].as_f64().unwrap());
     assert!((load - 160.0).abs() < 1e-3 && (peak - 40.0).abs() < 1e-3, "{load} {peak}");
+    // A force by a step, without loads of the body.
+    let pressed = ["friction={law=\"none\"}", "body1.pressure=[]", "steps.0.normal_force=160.0"];
+    let other = run(folder.path(), &[&sets[..], &pressed].concat());
+    let load = other["steps"][0]["normal_force"].as_f64().unwrap();
+    assert!((load - 160.0).abs() < 1e-3, "{load}");
     let said = summary["warnings"].to_string();
     assert!(said.contains("unconstrained rigid-body modes (translation z)"), "{said}");
 }

@@ -82,6 +82,18 @@ fn cylinder_on_a_strained_body() {
     stick.for_each(|stick| assert!((stick - wanted).abs() < 1.2 / 256.0, "{stick} {wanted}"));
 }
 
+/// Truth: Lamé (values in the scene file): pressure to 0.5 %, torque of the sliding shaft to 0.5 %. No cell sticks when it slides.
+#[test]
+fn shaft_in_a_hub() {
+    let summary = run(&scene("press-fit.toml"), &[]);
+    certified(&summary);
+    let (fit, last) = (&steps(&summary)[0], steps(&summary).last().unwrap());
+    assert!((number(fit, "peak_pressure") / 36.31 - 1.0).abs() < 5e-3, "{fit}");
+    let torque = last["moment"][1].as_f64().unwrap();
+    assert!((torque / 28514.0 - 1.0).abs() < 5e-3 && number(last, "stick_area") == 0.0, "{last}");
+    assert_eq!(last["loads"]["interference"].as_f64(), Some(1.0));
+}
+
 /// Truth: Hertz's line contact and NAFEMS benchmark 1 (values in the scene file): area to one cell, peak pressure to 3 %.
 #[test]
 fn roller_on_block() {

@@ -173,7 +173,7 @@ fn surfaces_carry_displacement_and_traction() {
     for (side, sign, height) in [(Side::Lower, -1.0, 0.0), (Side::Upper, 1.0, lowest)] {
         let contact: Vec<usize> = (0..mesh.n_points()).filter(|&i| mesh.points[i][2] == height).collect();
         let location = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact };
-        let output = BodyOutput { side, body: &body, location };
+        let output = BodyOutput { side, body: &body, location, first_load: 0 };
         let tractions = [[1.0, 2.0, 3.0]; 4];
         let grid =
             surface_grid(&output, &frame, &FrameMesh::new(&frame), &field, &tractions).expect("a grid");
@@ -293,8 +293,9 @@ fn meshio_and_vtk_read_what_was_given() {
             side: Side::Lower,
             body: &lower,
             location: RecoveryLocation::MeshNodes { mesh: &cube, contact_nodes: &[4, 5, 6, 7] },
+            first_load: 0,
         },
-        BodyOutput { side: Side::Upper, body: &upper, location: RecoveryLocation::FrameCells },
+        BodyOutput { side: Side::Upper, body: &upper, location: RecoveryLocation::FrameCells, first_load: 0 },
     ];
 
     let writer = FieldWriter::new(&frame, bodies.clone(), &[FieldKind::Vtu, FieldKind::Volume]);

@@ -110,7 +110,7 @@ fn a_turned_height_map_is_its_surface() {
     let map = HeightTable { values, shape: [n, n], spacing: Some([spacing; 2]), angle };
     let grid = (0.5, 40);
     let [smooth, sampled] = [ellipsoid, GapShape::Heights(map)].map(|shape| {
-        let gap = InitialGap { shape, offset, exact: false };
+        let gap = InitialGap { offset, ..shape.into() };
         let model = pressed_by(&gap, grid);
         let frame: &ContactFrame = &model.frame;
         assert!(frame.n_cells() == 1600);

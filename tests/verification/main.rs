@@ -27,6 +27,7 @@ mod mirror;
 mod normal;
 mod observed;
 mod periodic;
+mod press_fit;
 mod pressures;
 mod punches;
 mod recovery;

@@ -128,7 +128,8 @@ impl BeBody {
             };
             let at_rest = known.values.iter().all(|value| *value == 0.0) && known.weight.is_none();
             if !at_rest {
-                body.loads = vec![BodyLoad { side, case: spec.load_case.clone(), gap: body.load_gap() }];
+                body.loads =
+                    vec![BodyLoad { side: Some(side), case: spec.load_case.clone(), gap: body.load_gap() }];
             }
             body.rigid_body_modes = free.map(|free| body.modes_from_free_motions(&free, &known, frame));
             body.ensure_balanced(spec, &known)?;
@@ -173,7 +174,7 @@ impl BeBody {
                 gap: self
                     .map
                     .gap_of_displacement(self.side, |node| free.displacement(&positions[node], j).into()),
-                load_work: vec![loads.map(work).sum()],
+                load_work: vec![loads.map(work).sum(); self.loads.len()],
             }
         };
         let modes = (0..free.n_modes()).map(motion).collect();

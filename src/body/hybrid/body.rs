@@ -98,7 +98,7 @@ impl HybridBody {
                     AppliedLoadDisplacement::new(&model, &forces, &near.field, own, points, &stress)?;
                 let places = (&grid, frame.grid_indices.as_deref());
                 let gap = displacement.gap(&far_field, places, &near.field, side)?;
-                loads.push(BodyLoad { side, case, gap });
+                loads.push(BodyLoad { side: Some(side), case, gap });
                 let error = polynomial_order::applied_load_error(
                     &model,
                     &recovery,

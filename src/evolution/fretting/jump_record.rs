@@ -151,7 +151,9 @@ impl Run<'_> {
         // The jump may have been repeated after its end was resolved, which changes the depth a little.
         let at_depth = |fields: &FrameState| FrameState { wear_depth: worn.clone(), ..fields.clone() };
         let resolved = resolved.and_then(|resolved| resolved.fields.as_ref()).map(at_depth);
-        let fields = resolved.unwrap_or_else(|| state::frame_state(&problem, it, 0, &worn));
+        let mut fields = resolved.unwrap_or_else(|| state::frame_state(&problem, it, 0, &worn));
+        // Fields show the + reversal point.
+        fields.load_amplitudes = self.amplitudes_at_phase(1.0);
         drop(problem);
         self.state.set_from(it, half);
         let certificate = state::certificate(&jump.checks, approach, balance);

@@ -178,7 +178,8 @@ impl Run<'_> {
             solve_and_check(&self.prepared, &mut problem, &mut it, &options, self.observer, &progress)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
-        let fields = state::frame_state(&problem, &it, 0, &worn);
+        let mut fields = state::frame_state(&problem, &it, 0, &worn);
+        fields.load_amplitudes = self.amplitudes_at_phase(loads.phase);
         self.state.set_from(&it, 0);
         let approach = self.prepared.approach(&it, 0);
         let certificate = state::certificate(&checks, approach, balance);

@@ -4,7 +4,7 @@ use crate::frame::height_table::HeightTable;
 use crate::frame::{self, ContactFrame, GapShape, InitialGap, Side, height_file};
 use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
-use crate::scene::spec::frame::{Frame, FramePoints, Gap, Outline};
+use crate::scene::spec::frame::{Frame, FramePoints, Gap, GapReference, Outline};
 
 use super::resolver::Resolver;
 
@@ -133,7 +133,7 @@ pub(super) fn resolve_gap(
     bodies: &[Option<BodyPlan>; 2],
 ) -> Option<InitialGap> {
     let turned = |angle: f64| angle.to_radians() - frame.map_or(0.0, FramePlan::azimuth);
-    let plain = |shape: GapShape, offset: [f64; 2]| InitialGap { shape, offset, exact: false };
+    let plain = |shape: GapShape, offset: [f64; 2]| InitialGap { offset, ..shape.into() };
     Some(match r.section("gap")? {
         Gap::Sphere { radius, exact, offset } => {
             InitialGap { exact, ..plain(GapShape::Sphere { radius: radius.0 }, offset) }
@@ -156,14 +156,14 @@ pub(super) fn resolve_gap(
             let heights = heights(r, &file, spacing.map(|s| s.map(|x| x.0)), angle, frame)?;
             plain(GapShape::Heights(heights), offset)
         }
-        Gap::Mesh {} => {
+        Gap::Mesh { reference } => {
             let meshed = bodies.iter().flatten().any(|body| body.as_meshed().is_some());
             if !meshed && bodies.iter().all(Option::is_some) {
                 let message = "the gap comes from the meshes, but neither body has one";
                 let mend = "name a shape, e.g. kind = \"sphere\" with radius";
                 return r.refuse("gap.kind", message, "no mesh", mend);
             }
-            GapShape::Mesh.into()
+            InitialGap { as_meshed: reference == GapReference::AsMeshed, ..GapShape::Mesh.into() }
         }
     })
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::resolver::Resolver;
-use crate::body::LoadCase;
+use crate::body::{INTERFERENCE, LoadCase};
 use crate::scene::document::join_key;
 use crate::scene::plan::BodyPlan;
 use crate::scene::spec::body::{Body, BulkStress};
@@ -28,11 +28,12 @@ pub(super) fn bulk_stresses(r: &mut Resolver) -> [Option<BulkStress>; 2] {
     })
 }
 
-/// Reports loads of bodies and amplitudes in steps that are not admissible. `friction` states whether friction acts in any step.
+/// Reports loads of bodies and amplitudes in steps that are not admissible. `as_meshed` states
+/// whether overlap is a load, `friction` whether friction acts in any step.
 pub(super) fn check(
     r: &mut Resolver,
     stresses: &[Option<BulkStress>; 2],
-    bodies: &[Option<BodyPlan>; 2],
+    (bodies, as_meshed): (&[Option<BodyPlan>; 2], bool),
     friction: bool,
 ) {
     let unread = |(key, stress): (&str, &Option<BulkStress>)| {
@@ -50,8 +51,17 @@ pub(super) fn check(
     for (key, _) in stressed.filter(|_| !friction) {
         r.note(format!("{key}.bulk_stress does not change the pressures, because no step has friction"));
     }
-    let cases = load_cases(stresses, bodies);
+    let mut cases = load_cases(stresses, bodies);
+    cases.extend(as_meshed.then(|| ("gap", LoadCase::interference())));
     check_cases(r, &cases);
+    if as_meshed && cases.iter().filter(|(_, case)| *case == LoadCase::interference()).count() > 1 {
+        r.report(
+            "gap.reference",
+            format!("a load of a body has the name \"{INTERFERENCE}\", which the overlap of the meshes has"),
+            "names the overlap",
+            "choose another name for the load",
+        );
+    }
     let mut names: Vec<&str> = cases.iter().filter_map(|(_, case)| case.name.as_deref()).collect();
     names.sort_unstable();
     names.dedup();
@@ -64,6 +74,14 @@ pub(super) fn check(
         check_names(r, &format!("{key}.loads"), &keys.loads, &names);
         if let Some(cycles) = &keys.cycles {
             check_names(r, &format!("{key}.cycles.loads"), &cycles.loads, &names);
+            if !cycles.loads.is_empty() && r.document.get("wear.move_mesh").is_some() {
+                r.report(
+                    &format!("{key}.cycles.loads"),
+                    "loads cannot vary in phase with the strokes while meshes follow the wear",
+                    "with `wear.move_mesh`",
+                    "keep the amplitudes in the cycles, or remove wear.move_mesh",
+                );
+            }
         }
         if !keys.loads.is_empty() {
             refuse_constant_amplitudes(r, &key, &keys);

@@ -75,8 +75,9 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let bulk_stresses = loads::bulk_stresses(r);
     let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
     let friction = laws.as_ref().is_none_or(|laws| laws.friction != FrictionLaw::None)
-        && steps.iter().flatten().any(|step| step.friction);
-    loads::check(r, &bulk_stresses, &bodies, friction);
+        && steps.as_ref().is_none_or(|steps| steps.iter().any(|step| step.friction));
+    let as_meshed = gap.as_ref().is_some_and(|gap| gap.as_meshed);
+    loads::check(r, &bulk_stresses, (&bodies, as_meshed), friction);
     rolling::check_model(r, frame.as_ref(), &bodies);
     let solver: Option<Solver> = r.section_or_default("solver");
     let memory = memory_limit(r, solver.as_ref());

@@ -19,7 +19,8 @@ pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize
                     continue;
                 };
                 let (earlier, before) = *known.entry((node, component)).or_insert((index, value));
-                if before != value && found.is_none() {
+                let other_load = value != 0.0 && spec.supports[earlier].case != support.case;
+                if (before != value || other_load) && found.is_none() {
                     found = Some((earlier, node, component, [before, value]));
                 }
             }
@@ -31,13 +32,16 @@ pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize
             } else {
                 format!("(groups \"{}\" and \"{}\") share nodes", other.group, support.group)
             };
+            let what = if values[0] == values[1] {
+                "different loads".to_owned()
+            } else {
+                format!("{} and {}", format_number(values[0]), format_number(values[1]))
+            };
             let message = format!(
-                "{} and {} {groups} but prescribe different displacements along {}: {} and {} at {}",
+                "{} and {} {groups} but prescribe different displacements along {}: {what} at {}",
                 other.key,
                 support.key,
                 AXIS_NAMES[component],
-                format_number(values[0]),
-                format_number(values[1]),
                 format_point(&spec.mesh.points[node])
             );
             let mend = format!("remove {} from `components` of one of them", AXIS_NAMES[component]);

@@ -188,8 +188,23 @@ pub enum Gap {
         /// Angle of the height map's x from +x towards +y, degrees; needs `spacing`. Default: the frame's azimuth.
         angle: Option<f64>,
     },
-    /// Distance of the meshed surfaces along the normal at the first touch; a body without a mesh is the plane z = 0.
-    Mesh {},
+    /// Distance of the meshed surfaces along the normal; a body without a mesh is the plane z = 0.
+    Mesh {
+        /// Position of body 2 at approach 0: "first-touch" (default) or "as-meshed".
+        #[serde(default)]
+        reference: GapReference,
+    },
+}
+
+/// Position of body 2 at approach 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum GapReference {
+    /// Body 2 is moved along n until the surfaces first touch.
+    #[default]
+    FirstTouch,
+    /// Body 2 stays where it is meshed. Overlap is interference, a load named "interference".
+    AsMeshed,
 }
 
 /// Number above zero.

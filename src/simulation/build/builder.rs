@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::body::ElasticBody;
 use crate::body::hybrid::indicators::MESH_ERROR_WARNING;
-use crate::coupling::{couple, surface_distance};
+use crate::coupling::{clearance_and_interference, couple, surface_distance};
 use crate::error::{Error, Warning};
 use crate::evolution::Model;
 use crate::frame::ContactFrame;
@@ -183,7 +183,13 @@ impl<'p> Builder<'p, '_> {
             })
             .at("frame")?;
         let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
-        let initial_gap = coupled.initial_gap(&distance);
+        let (clearance, interference) = if plan.gap.as_meshed {
+            let (clearance, load) = clearance_and_interference(&distance);
+            (clearance, Some(load))
+        } else {
+            (distance, None)
+        };
+        let initial_gap = coupled.initial_gap(&clearance);
         report.skipped = coupled.skipped;
         report.skipped.extend(omitted_by_plan(plan, &frame));
         let bodies = [body1, body2];
@@ -194,7 +200,7 @@ impl<'p> Builder<'p, '_> {
             frame,
             flexibility: coupled.flexibility,
             initial_gap,
-            loads: coupled.loads,
+            loads: coupled.loads.into_iter().chain(interference).collect(),
             floating: coupled.floating,
             friction: plan.friction,
             wear: plan.wear,

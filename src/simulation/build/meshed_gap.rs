@@ -1,6 +1,6 @@
 //! Initial gap between meshed surfaces.
 
-use crate::coupling::{MeshedGap, mesh_distance};
+use crate::coupling::{MeshedGap, meshed_gap};
 use crate::frame::{ContactFrame, MeshedSurface};
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::Plan;
@@ -26,5 +26,5 @@ pub(crate) fn surface_distances(
             curved_gap: near[index].corrects_face_curvature(),
         });
     }
-    mesh_distance(frame, surfaces.each_ref().map(Option::as_ref)).at("gap")
+    meshed_gap(&plan.gap, frame, surfaces.each_ref().map(Option::as_ref)).at("gap")
 }

@@ -120,11 +120,12 @@ impl Simulation<'_> {
             let frame = &self.model.frame;
             let gap = self.model.loaded_gap(&result.state.load_amplitudes);
             let gap = &gap[2 * frame.n_cells()..];
-            if !self.model.loads.iter().any(BodyLoad::changes_normal_gap) {
+            let as_meshed = self.plan.gap.as_meshed;
+            if !as_meshed && !self.model.loads.iter().any(BodyLoad::changes_normal_gap) {
                 let preload = flat_faces::reached_preload_warning(self.plan, frame, gap, approach);
                 result.warnings.extend(preload.map(String::from));
             }
-            if approach > 0.0 {
+            if approach > 0.0 && !as_meshed {
                 let bowed = [1, 2].map(|body| self.has_half_space_near_field(body));
                 let doubts = flat_faces::check(self.plan, frame, gap, approach, bowed);
                 let doubts = doubts.map_err(|failure| failure.error)?;
@@ -144,12 +145,12 @@ impl Simulation<'_> {
         self.report.near_fields.iter().any(|record| record.body == body && record.reason.is_none())
     }
 
-    /// Largest gap magnitude due to applied loads of bodies with half-space near fields, mm.
+    /// Sum of the largest gap magnitudes due to each load of bodies with half-space near fields, mm.
     pub(super) fn max_gap_of_applied_loads(&self) -> f64 {
         let half_spaces =
             self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
-        let gaps = half_spaces.flat_map(|(_, body)| body.loads()).flat_map(|load| &load.gap);
-        gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
+        let largest = |load: &BodyLoad| load.gap.iter().fold(0.0, |largest: f64, gap| largest.max(gap.abs()));
+        half_spaces.flat_map(|(_, body)| body.loads()).map(largest).sum()
     }
 
     pub(super) fn fe_body(&self, index: usize) -> Option<&FeBody> {
@@ -204,7 +205,8 @@ impl Simulation<'_> {
                         RecoveryLocation::MeshNodes { mesh: now.unwrap_or(&fe.mesh), contact_nodes }
                     }
                 };
-                Some(BodyOutput { side, body: body.as_ref(), location })
+                let first_load = if side == Side::Lower { 0 } else { self.bodies[0].loads().len() };
+                Some(BodyOutput { side, body: body.as_ref(), location, first_load })
             })
             .collect()
     }

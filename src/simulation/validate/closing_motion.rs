@@ -1,9 +1,13 @@
 //! Checks the motion along n that brings body 2 from its meshed position to the first touch.
 
+use crate::body::INTERFERENCE;
 use crate::error::Warning;
 use crate::frame::ContactFrame;
 use crate::geometry::{format_direction, format_number, format_short};
 use crate::scene::plan::Plan;
+
+/// Largest usual overlap of bodies as meshed, divided by the size of the frame.
+const MAX_INTERFERENCE: f64 = 0.01;
 
 /// Maximum uncertainty of distances due to the motion to the first touch, relative to the approach.
 const MAX_MOTION_ERROR_SHARE: f64 = 0.02;
@@ -44,4 +48,28 @@ pub(super) fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion
         "gap.kind = \"mesh\": body 2 is moved by {} {unit} {direction} n = {normal} {reason}; `approach` is measured from there",
         format_number(format!("{:.3e}", closing_motion.abs()).parse().unwrap_or(closing_motion.abs()))
     ))
+}
+
+/// States the overlap of bodies as meshed. Large overlap is a WARNING.
+pub(super) fn interference_note(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Warning {
+    let unit = &plan.units.length;
+    let least = gap.iter().copied().fold(f64::INFINITY, f64::min);
+    let (cells, n) = (gap.iter().filter(|gap| **gap < 0.0).count(), gap.len());
+    if cells == 0 {
+        return Warning::note(format!(
+            "gap.reference = \"as-meshed\": the meshes do not overlap; the smallest gap of a cell is {} {unit}",
+            format_short(least.max(0.0))
+        ));
+    }
+    let text = format!(
+        "gap.reference = \"as-meshed\": the meshes overlap by up to {} {unit} in {cells} of {n} cells. The load \"{INTERFERENCE}\" removes the overlap",
+        format_short(-least)
+    );
+    if -least > MAX_INTERFERENCE * frame.size() {
+        return Warning::uncertain(&format!(
+            "{text}. This is more than {} % of the size of the frame: check the positions of the meshes",
+            100.0 * MAX_INTERFERENCE
+        ));
+    }
+    Warning::note(text)
 }

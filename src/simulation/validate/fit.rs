@@ -14,7 +14,7 @@ use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, face_map};
 use crate::simulation::validate::cell_size::{area_per_node, check_cell_size};
-use crate::simulation::validate::closing_motion::{first_touch_note, long_motion_warning};
+use crate::simulation::validate::closing_motion::{first_touch_note, interference_note, long_motion_warning};
 use crate::simulation::validate::fixed_contact_nodes::refuse_fixed_contact_nodes;
 use crate::simulation::validate::flat_faces;
 use crate::simulation::validate::height_map;
@@ -90,16 +90,7 @@ pub(crate) fn check(
         heights[index] = Some(over_cells);
     }
     if plan.gap.shape == GapShape::Mesh && heights.iter().any(Option::is_some) {
-        let MeshedGap { distance: gap, closing_motion } = surface_distances(plan, frame, heights, near)?;
-        let moves = closing_motion.abs() > MIN_REPORTED_MOTION * frame.size();
-        symmetry_planes::refuse_closed_contact(plan, frame, moves)?;
-        notes.extend(moves.then(|| first_touch_note(plan, frame, closing_motion)));
-        notes.extend(long_motion_warning(plan, frame, closing_motion));
-        notes.extend(flat_faces::preload_warning(plan, frame, &gap));
-        if let Some(approach) = plan.max_prescribed_approach() {
-            let bowed = near.each_ref().map(NearFieldModel::corrects_face_curvature);
-            notes.extend(flat_faces::check(plan, frame, &gap, approach, bowed)?);
-        }
+        notes.extend(check_meshed_gap(plan, frame, heights, near)?);
     }
     if plan.gap.shape != GapShape::Mesh {
         symmetry_planes::refuse_closed_contact(plan, frame, false)?;
@@ -109,6 +100,31 @@ pub(crate) fn check(
         }
     }
     notes.extend(check_cell_size(plan, frame, near, per_node, aligned)?);
+    Ok(notes)
+}
+
+/// Checks the gap between meshed surfaces, whose mean heights in the cells are `heights`.
+fn check_meshed_gap(
+    plan: &Plan,
+    frame: &ContactFrame,
+    heights: [Option<Vec<f64>>; 2],
+    near: &[NearFieldModel; 2],
+) -> Result<Vec<Warning>, SceneError> {
+    let mut notes = Vec::new();
+    let MeshedGap { distance: gap, closing_motion } = surface_distances(plan, frame, heights, near)?;
+    let moves = closing_motion.abs() > MIN_REPORTED_MOTION * frame.size();
+    symmetry_planes::refuse_closed_contact(plan, frame, moves)?;
+    notes.extend(moves.then(|| first_touch_note(plan, frame, closing_motion)));
+    if plan.gap.as_meshed {
+        notes.push(interference_note(plan, frame, &gap));
+    } else {
+        notes.extend(long_motion_warning(plan, frame, closing_motion));
+        notes.extend(flat_faces::preload_warning(plan, frame, &gap));
+    }
+    if let Some(approach) = plan.max_prescribed_approach().filter(|_| !plan.gap.as_meshed) {
+        let bowed = near.each_ref().map(NearFieldModel::corrects_face_curvature);
+        notes.extend(flat_faces::check(plan, frame, &gap, approach, bowed)?);
+    }
     Ok(notes)
 }
 

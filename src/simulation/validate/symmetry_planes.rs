@@ -212,7 +212,7 @@ pub(super) fn refuse_closed_contact(
         None => return Ok(()),
     };
     let error = Error::input(format!(
-        "{what} body 2 along n = {}, across the symmetry plane {} at which the contact ends. The mirrored contact closes around body 2, and an interference or clearance all around is not available; use a model without this plane and set frame.normal",
+        "{what} body 2 along n = {}, across the symmetry plane {} at which the contact ends. The mirrored contact closes around body 2. For a press fit, set gap.reference = \"as-meshed\" and prescribe no motion along n. Otherwise use a model without this plane and set frame.normal",
         format_direction(&n),
         plane.name()
     ));

@@ -26,7 +26,7 @@ fn the_gap_of_a_meshed_sphere() {
     let body = cap(&frame);
     let mesh = InitialGap::from(GapShape::Mesh);
     let found = surface_distance(&mesh, &frame, &RigidBody, &body).unwrap();
-    let sphere = InitialGap { shape: GapShape::Sphere { radius: 50.0 }, offset: [0.0; 2], exact: true };
+    let sphere = InitialGap { exact: true, ..GapShape::Sphere { radius: 50.0 }.into() };
     let expected = sphere.evaluate(&frame).unwrap();
     let [h, side] = [0.1875f64, 0.2].map(|length| length * length / 50.0);
     for (f, e) in found.iter().zip(&expected) {

@@ -100,7 +100,7 @@ fn the_gap_of_a_half_space_under_a_mesh() {
     let spec = spec(curved(Hex8, 8, sphere), steel(), HexFormulation::Enhanced, vec![clamp("z0")]);
     let body = hybrid(spec, "z1", Side::Lower, &frame);
     let found = surface_distance(&InitialGap::from(GapShape::Mesh), &frame, &body, &RigidBody).unwrap();
-    let exact = InitialGap { shape: GapShape::Sphere { radius: R }, offset: [0.0; 2], exact: true };
+    let exact = InitialGap { exact: true, ..GapShape::Sphere { radius: R }.into() };
     let exact = exact.evaluate(&frame).unwrap();
     let largest = found.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let cut_off = 0.5 * 0.5 / (4.0 * R);

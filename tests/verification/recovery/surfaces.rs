@@ -64,7 +64,7 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
         .unwrap();
     let contact_nodes = mesh.group_nodes("z1").unwrap();
     let location = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact_nodes };
-    let output = BodyOutput { side: Side::Lower, body: &body, location };
+    let output = BodyOutput { side: Side::Lower, body: &body, location, first_load: 0 };
     surface_grid(&output, &frame, &FrameMesh::new(&frame), &field, &cells).unwrap()
 }
 

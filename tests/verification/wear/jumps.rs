@@ -158,7 +158,7 @@ fn own_loads_and_prescribed_forces_take_the_same_jumps() {
             let relative_motion = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
             let modes = vec![RigidBodyMode { relative_motion, gap, load_work: vec![-force] }];
             model.loads.push(BodyLoad {
-                side: Side::Upper,
+                side: Some(Side::Upper),
                 case: LoadCase::default(),
                 gap: vec![0.0; 3 * n],
             });
