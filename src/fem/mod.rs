@@ -27,6 +27,7 @@ mod loads;
 mod mean_dilatation;
 mod mesh_motion;
 mod model;
+mod prescribed_motion;
 mod recovery;
 mod rigid_body_modes;
 mod spec;
@@ -42,6 +43,7 @@ pub use loads::AppliedLoads;
 pub(crate) use loads::nodal_area_vectors;
 pub(crate) use mesh_motion::move_mesh;
 pub use model::FeModel;
+pub(crate) use prescribed_motion::PrescribedMotion;
 pub use recovery::{
     ErrorEstimate, ExposureField, MIN_RELATIVE_ERROR, RecoveryPoints, SIZE_RATIO_BOUNDS, StressRecovery,
     SurfaceStressPoint, size_ratios,

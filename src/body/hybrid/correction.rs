@@ -13,14 +13,14 @@
 //! b mark free and prescribed dofs. Ĉ is symmetric, and its order of convergence is that of the strain energy, twice the order of
 //! the energy norm.
 
-use super::applied_loads::{AppliedLoadResponse, PrescribedMotion};
+use super::applied_loads::AppliedLoadResponse;
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
 use super::forces::PatchForces;
 use super::half_space_fit::HalfSpaceFit;
 use super::inclusions;
 use super::locate::PatchFaceLocator;
 use crate::error::Result;
-use crate::fem::{AppliedLoads, ColumnSolver, FeModel};
+use crate::fem::{AppliedLoads, ColumnSolver, FeModel, PrescribedMotion};
 use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::dot;
