@@ -90,6 +90,13 @@ impl GeneralisedInverse {
         Ok(())
     }
 
+    /// Adds the mean rigid-body motion of the displacement `of` to `displacement`, `[n_free]` each.
+    pub fn add_mean_motion(&self, of: &[f64], displacement: &mut [f64]) {
+        for (mode, mean) in self.modes_on_dofs.iter().zip(self.mean_motions(of)) {
+            displacement.iter_mut().zip(mode).for_each(|(u, r)| *u += mean * r);
+        }
+    }
+
     /// Replaces `flexibility`, a block of K⁺, by the corresponding block of Π K⁺ Πᵀ. `rows` are the rows of the dofs of the block
     /// in the system, `None` for prescribed dofs. `inverse` applies K⁺.
     pub fn project_flexibility(

@@ -144,6 +144,25 @@ fn plate_with_a_moved_side() {
     }
 }
 
+/// Truth: a block whose top is moved by 0.1 mm along x, without friction and free to rotate and to move along z, moves as a whole. It
+/// does not rotate, and its pressure stays uniform.
+#[test]
+fn a_moved_face_of_a_free_block() {
+    let top = Support { components: [true, true, false], value: [0.1, 0.0, 0.0], ..held("z1", 0) };
+    let mesh = block(ElementKind::Hex8, [4, 4, 4], [10.0; 3], |x| x);
+    let material = Stiffness::isotropic(100e3, 0.0).expect("a material");
+    let mut spec = spec(mesh, material, HexFormulation::Enhanced, vec![top]);
+    spec.pressures = vec![("z1".into(), 50.0)];
+    let (body, model) = on_rigid_plane(spec, &[], FrictionLaw::None);
+    let result = loaded(&model, 1);
+    let end = &result.records[0];
+    assert!(end.rotation.iter().all(|angle| angle.abs() < 1e-9), "{:?}", end.rotation);
+    assert!(relative(end.peak_pressure, 50.0) < 1e-9, "{}", end.peak_pressure);
+    let loading = Loading { tractions: &result.state.tractions, amplitudes: &result.state.load_amplitudes };
+    let moved = body.recover(loading).expect("a field").displacement;
+    assert!(moved.iter().all(|u| (u[0] - 0.1).abs() < 1e-9), "{moved:?}");
+}
+
 /// Truth: superposition. The loads of several cases at amplitude 1 are those of the body. The near field of a half-space and the
 /// block system have the same loads.
 #[test]

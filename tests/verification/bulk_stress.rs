@@ -267,6 +267,12 @@ fn ratcheting_in_phase() {
     let [before, last] = &found.records[found.records.len() - 2..] else { panic!("two records") };
     assert!(relative(last.dissipation - before.dissipation, wanted) < 1e-4, "{wanted} {last:?}");
     assert!(last.iterations < 2000, "{}", last.iterations);
+    // Fields show the + reversal point.
+    assert!(
+        (found.state.load_amplitudes[0] - (0.3 + stress)).abs() < 1e-15,
+        "{:?}",
+        found.state.load_amplitudes
+    );
     // The marched body has moved on by twelve cycles, the other one by the first strokes.
     assert!(last.shift[0] < 0.0 && last.shift[0] > end(0).shift[0], "{:?} {:?}", last.shift, end(0).shift);
 }

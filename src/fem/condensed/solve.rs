@@ -2,7 +2,7 @@
 
 use super::{CondensedBody, solve_in_place};
 use crate::error::Result;
-use crate::fem::AppliedLoads;
+use crate::fem::{AppliedLoads, PrescribedMotion};
 use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
@@ -38,14 +38,21 @@ impl CondensedBody {
         Ok((0..n_points).map(|node| [0, 1, 2].map(|c| at(3 * node + c))).collect())
     }
 
-    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to `loads` of the body alone. The cost is one solve with
-    /// the stiffness matrix.
+    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to `loads` of the body alone. An unconstrained body has the
+    /// mean rigid-body motion that its prescribed displacements suggest. The cost is one solve with the stiffness matrix.
     ///
     /// # Errors
     /// As [`Self::solve`].
     pub fn displacement_of_loads(&self, loads: &AppliedLoads) -> Result<Vec<[f64; 3]>> {
         let mut rhs = self.model.load_vector(loads);
         solve_in_place(&self.model, self.solver()?, &mut rhs)?;
+        if let Some(floating) = self.model.generalised_inverse() {
+            let motion = PrescribedMotion::new(&self.model, loads, &self.model.prescribed_dofs());
+            let points = &self.model.mesh().points;
+            let rigid = |&dof: &usize| motion.rigid(&points[dof / 3].into())[dof % 3];
+            let rigid: Vec<f64> = self.model.dof_map().dofs_of_rows().iter().map(rigid).collect();
+            floating.add_mean_motion(&rigid, &mut rhs);
+        }
         Ok(self.model.expand(&rhs, loads))
     }
 
