@@ -91,7 +91,7 @@ impl AppliedLoads {
     }
 }
 
-/// Loads of `spec` without those of its prescribed displacements.
+/// Loads of `spec`, without its prescribed displacements.
 ///
 /// # Errors
 /// If a group is missing or is no outer surface, or a value is not finite.
