@@ -83,6 +83,7 @@ fn block(
         pressures: Vec::new(),
         tractions: Vec::new(),
         body_force: [0.0; 3],
+        temperature_change: 0.0,
     };
     FeBody::new(spec, "contact", Side::Lower, frame)
 }

@@ -61,6 +61,7 @@ impl Case {
             pressures: vec![],
             tractions: vec![],
             body_force: [0.0; 3],
+            temperature_change: 0.0,
         })?;
         Ok(Self { model, graph, contact })
     }

@@ -238,6 +238,7 @@ fn block(path: &Path) -> Outcome<FeSpec> {
         pressures: Vec::new(),
         tractions: Vec::new(),
         body_force: [0.0; 3],
+        temperature_change: 0.0,
     })
 }
 

@@ -1,24 +1,27 @@
-//! Uniform stress of a half-space parallel to its surface.
+//! Uniform stress of a half-space parallel to its surface, and its uniform thermal strain.
 
-use nalgebra::{Matrix2, Matrix3, Vector2};
+use nalgebra::{Matrix2, Matrix3, Matrix6, Vector2, Vector6};
 
 use super::{BodyLoad, LoadCase, PointState};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, format_short};
-use crate::material::{Stiffness, tensor_to_voigt};
+use crate::material::{Stiffness, strain_of_gradient, tensor_to_voigt};
 
 /// Strain along a period, relative to the largest strain, that counts as zero. Users give stresses with some digits.
 const PERIODIC_STRAIN_TOLERANCE: f64 = 1e-6;
 
+const PERIOD_NAMES: [&str; 2] = ["x", "y"];
+
 /// Largest distance between the unit normals of the frame and of its cells.
 const NORMAL_TOLERANCE: f64 = 1e-6;
 
-/// Uniform stress σ_xx, σ_yy, σ_xy of a half-space. The surface stays plane and does not spin about its normal:
+/// Uniform stress σ_xx, σ_yy, σ_xy of a half-space, or its uniform thermal strain. The surface stays plane and does not spin about its
+/// normal:
 ///
 ///     u_x = ε_xx x + ½γ_xy y + γ_xz z,   u_y = ½γ_xy x + ε_yy y + γ_yz z,   u_z = ε_zz z
 ///
-/// with the strains ε = S σ, the compliance S, and z = 0 on the surface.
+/// with z = 0 on the surface. The strains are ε = S σ with the compliance S, or the thermal strains.
 pub(super) struct BulkStress {
     origin: Point,
     /// Displacement gradient at amplitude 1, global axes.
@@ -44,17 +47,35 @@ impl BulkStress {
             )));
         }
         let stress = turn * Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0) * turn.transpose();
-        let strain = stiffness.compliance() * nalgebra::Vector6::from(tensor_to_voigt(&stress));
-        let [x, y, z, yz, xz, xy]: [f64; 6] = strain.into();
-        let gradient = Matrix3::new(x, 0.5 * xy, xz, 0.5 * xy, y, yz, 0.0, 0.0, z);
+        let strain = stiffness.compliance() * Vector6::from(tensor_to_voigt(&stress));
+        let gradient = gradient_without_spin(&strain);
         if let Some(grid) = frame.grid {
-            let of_frame = turn.transpose() * gradient * turn;
-            let in_plane = [of_frame[(0, 0)], of_frame[(1, 1)], 2.0 * of_frame[(0, 1)]];
-            let compliance = stiffness.rotated(&turn.transpose()).compliance();
-            refuse_periodic_strain(value, in_plane, &compliance, grid.periodic)?;
+            let in_plane = in_plane_strain(&gradient, &turn);
+            if let Some(along) = strained_period(in_plane, grid.periodic) {
+                let compliance = stiffness.rotated(&turn.transpose()).compliance();
+                return Err(periodic_strain_error(value, in_plane, along, &compliance, grid.periodic));
+            }
         }
         let to_global = |local: &Matrix3<f64>| axes.0 * local * axes.0.transpose();
         Ok(Self { origin: frame.origin, gradient: to_global(&gradient), stress: to_global(&stress) })
+    }
+
+    /// Uniform thermal strain, a tensor in global axes. The third of `axes` is the normal of the surface.
+    ///
+    /// # Errors
+    /// If the surface would be strained along a period of the frame.
+    pub fn of_thermal_strain(strain: &Matrix3<f64>, axes: &Triad, frame: &ContactFrame) -> Result<Self> {
+        let gradient = gradient_without_spin(&strain_of_gradient(&(axes.0.transpose() * strain * axes.0)));
+        let in_plane = in_plane_strain(&gradient, &(axes.0.transpose() * frame.axes.0));
+        let strained = frame.grid.and_then(|grid| strained_period(in_plane, grid.periodic));
+        if let Some(along) = strained {
+            return Err(Error::input(format!(
+                "the change of temperature strains the surface along the periodic direction {}: make the frame non-periodic along it, or replace the temperature by a bulk stress with the strain across the period",
+                PERIOD_NAMES[along]
+            )));
+        }
+        let gradient = axes.0 * gradient * axes.0.transpose();
+        Ok(Self { origin: frame.origin, gradient, stress: Matrix3::zeros() })
     }
 
     /// The load of the body on `side` of `frame`.
@@ -74,7 +95,7 @@ impl BulkStress {
             let local = Point::new(gap[cell], gap[n + cell], 0.0);
             if (projector * local - local).norm() > PERIODIC_STRAIN_TOLERANCE * largest {
                 return Err(Error::input(
-                    "a bulk stress moves the surface across a plane of symmetry: shear stress in the axes of this plane must vanish, and the centre of the frame must lie in the plane",
+                    "this load moves the surface across a plane of symmetry: shear in the axes of this plane must vanish, and the centre of the frame must lie in the plane",
                 ));
             }
         }
@@ -90,22 +111,38 @@ impl BulkStress {
     }
 }
 
-/// Refuses strain of the surface along a periodic direction. `strain` is ε_xx, ε_yy, γ_xy in the axes of the frame.
-fn refuse_periodic_strain(
-    value: [f64; 3],
-    strain: [f64; 3],
-    compliance: &nalgebra::Matrix6<f64>,
-    periodic: [bool; 2],
-) -> Result<()> {
+/// Displacement gradient of a strain (Voigt, third axis normal to the surface) without rotation of the surface.
+fn gradient_without_spin(strain: &Vector6<f64>) -> Matrix3<f64> {
+    let [x, y, z, yz, xz, xy]: [f64; 6] = (*strain).into();
+    Matrix3::new(x, 0.5 * xy, xz, 0.5 * xy, y, yz, 0.0, 0.0, z)
+}
+
+/// Strains ε_xx, ε_yy, γ_xy of the surface in the axes of the frame, the columns of `turn`.
+fn in_plane_strain(gradient: &Matrix3<f64>, turn: &Matrix3<f64>) -> [f64; 3] {
+    let of_frame = turn.transpose() * gradient * turn;
+    [of_frame[(0, 0)], of_frame[(1, 1)], 2.0 * of_frame[(0, 1)]]
+}
+
+/// First periodic direction along which the strains ε_xx, ε_yy, γ_xy strain the surface.
+fn strained_period(strain: [f64; 3], periodic: [bool; 2]) -> Option<usize> {
     let [xx, yy, xy] = strain.map(f64::abs);
     let limit = PERIODIC_STRAIN_TOLERANCE * xx.max(yy).max(xy);
     let strained = [xx, yy].map(|along| along > limit || xy > limit);
-    let Some(along) = (0..2).find(|&axis| periodic[axis] && strained[axis]) else { return Ok(()) };
-    let name = ["x", "y"][along];
+    (0..2).find(|&axis| periodic[axis] && strained[axis])
+}
+
+/// Error of the bulk stress `value`, which strains the surface along the periodic direction `along`.
+fn periodic_strain_error(
+    value: [f64; 3],
+    strain: [f64; 3],
+    along: usize,
+    compliance: &Matrix6<f64>,
+    periodic: [bool; 2],
+) -> Error {
     if periodic == [true; 2] {
-        return Err(Error::input(
+        return Error::input(
             "on a frame that is periodic along x and y, a bulk stress would strain the periods: make the frame non-periodic along the direction of the stress",
-        ));
+        );
     }
     // The stresses that vanish the strains along the period, for the given stress across it.
     const PLACES: [usize; 3] = [0, 1, 5];
@@ -118,12 +155,13 @@ fn refuse_periodic_strain(
     (instead[along], instead[2]) = (found.x, found.y);
     // Ten digits, and no "-0".
     let rounded = |stress: f64| format!("{stress:.9e}").parse().unwrap_or(stress) + 0.0;
-    Err(Error::input(format!(
-        "the bulk stress strains the surface by {} along the periodic direction {name}, and by {} in shear; both must vanish. The stress [{}] does that",
+    Error::input(format!(
+        "the bulk stress strains the surface by {} along the periodic direction {}, and by {} in shear; both must vanish. The stress [{}] does that",
         format_short(strain[along]),
+        PERIOD_NAMES[along],
         format_short(strain[2]),
         instead.map(|stress| rounded(stress).to_string()).join(", ")
-    )))
+    ))
 }
 
 #[cfg(test)]
@@ -131,7 +169,6 @@ mod tests {
     use super::*;
     use crate::geometry::fibre_axes;
     use crate::material::Orthotropic;
-    use crate::material::strain_of_gradient;
 
     fn im7(tilt: f64, azimuth: f64) -> Stiffness {
         let constants = Orthotropic {

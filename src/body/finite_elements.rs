@@ -12,7 +12,7 @@ use super::{
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
 use crate::fem::{
-    AppliedLoads, CondensationResources, CondensedBody, FeModel, FeSpec, StressRecovery,
+    AppliedLoads, CondensationResources, CondensedBody, FeModel, FeSpec, StressRecovery, ThermoelasticState,
     surface_stress_points,
 };
 use crate::flexibility::Flexibility;
@@ -233,14 +233,17 @@ impl ElasticBody for FeBody {
     ) -> Result<Option<StressField>> {
         let model = self.condensed.model();
         let recovery = self.stress_recovery()?;
-        let stress = recovery.stress(model, displacement)?;
+        let applied = self.applied.iter().enumerate();
+        let loads: Vec<_> = applied.map(|(k, (loads, _))| (loading.amplitude(k), loads)).collect();
+        let temperature_change =
+            loads.iter().map(|(amplitude, loads)| amplitude * loads.temperature_change()).sum();
+        let state = ThermoelasticState { displacement, temperature_change };
+        let stress = recovery.stress(model, state)?;
         let error = match estimate {
-            ErrorEstimation::Estimate => Some(recovery.estimate_error(model, displacement, &stress)?),
+            ErrorEstimation::Estimate => Some(recovery.estimate_error(model, state, &stress)?),
             ErrorEstimation::Skip => None,
         };
         let points = recovery.points();
-        let applied = self.applied.iter().enumerate();
-        let loads: Vec<_> = applied.map(|(k, (loads, _))| (loading.amplitude(k), loads)).collect();
         let contact = surface_stress_points(model, points, &self.surface.faces, displacement, &loads);
         Ok(Some(StressField::new(model, points, stress, error, contact, &self.limits)))
     }

@@ -54,7 +54,8 @@ pub struct HalfSpaceBody {
     pub cache: Option<Cache>,
     point_force: OnceLock<PointForceField>,
     operator: OnceLock<Arc<dyn Flexibility>>,
-    bulk: Option<BulkStress>,
+    /// Uniform deformations by the loads, in the order of `loads`.
+    bulk: Vec<BulkStress>,
     loads: Vec<BodyLoad>,
 }
 
@@ -81,7 +82,7 @@ impl HalfSpaceBody {
             cache: None,
             point_force: OnceLock::new(),
             operator: OnceLock::new(),
-            bulk: None,
+            bulk: Vec::new(),
             loads: Vec::new(),
         })
     }
@@ -93,8 +94,24 @@ impl HalfSpaceBody {
     pub fn with_bulk_stress(mut self, value: [f64; 3], case: LoadCase, frame: &ContactFrame) -> Result<Self> {
         let local = self.stiffness.rotated(&outward_rotation(self.side).transpose());
         let bulk = BulkStress::new(value, &local, &self.axes, frame)?;
-        self.loads = vec![bulk.load(case, self.side, frame)?];
-        self.bulk = Some(bulk);
+        self.loads.push(bulk.load(case, self.side, frame)?);
+        self.bulk.push(bulk);
+        Ok(self)
+    }
+
+    /// Adds the uniform thermal strain `strain` (tensor, global axes) as a load.
+    ///
+    /// # Errors
+    /// As [`Self::with_bulk_stress`].
+    pub fn with_thermal_strain(
+        mut self,
+        strain: &Matrix3<f64>,
+        case: LoadCase,
+        frame: &ContactFrame,
+    ) -> Result<Self> {
+        let bulk = BulkStress::of_thermal_strain(strain, &self.axes, frame)?;
+        self.loads.push(bulk.load(case, self.side, frame)?);
+        self.bulk.push(bulk);
         Ok(self)
     }
 
@@ -414,8 +431,8 @@ impl ElasticBody for HalfSpaceBody {
             let mut local = axes.transpose() * (x - frame.origin);
             local.z = (local.z - height).min(least);
             let mut state = below.at(&local).rotated(&axes);
-            if let Some(bulk) = &self.bulk {
-                let of_bulk = bulk.state(loading.amplitude(0), x);
+            for (k, bulk) in self.bulk.iter().enumerate() {
+                let of_bulk = bulk.state(loading.amplitude(k), x);
                 state.displacement += of_bulk.displacement;
                 state.stress += of_bulk.stress;
             }

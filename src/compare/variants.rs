@@ -122,6 +122,7 @@ fn half_space(
         !meshed.pressures.is_empty() || !meshed.tractions.is_empty() || meshed.body_force != [0.0; 3];
     let lost = [
         (loaded, "loads"),
+        (meshed.temperature.is_some(), "change of temperature"),
         (!meshed.foundations.is_empty(), "foundations"),
         (meshed.supports.iter().any(moved), "prescribed displacements"),
     ];
@@ -237,6 +238,7 @@ fn finite_elements(plan: &Plan, be: &BeBodyPlan, index: usize, notes: &mut Vec<W
     let placed = PlacedMaterial {
         name: elastic.name.clone(),
         stiffness: elastic.stiffness.clone(),
+        expansion: elastic.expansion,
         orientation: Orientation::Uniform(elastic.material_axes(0.0)),
     };
     Ok(BodyPlan::Fe(Box::new(MeshedBodyPlan {

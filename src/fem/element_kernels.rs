@@ -127,15 +127,51 @@ fn state_of_strains<const N: usize>(
     for ((sample, point), strain) in rule.iter().zip(mapped).zip(strains) {
         let stress = c * strain;
         state.energy += 0.5 * point.volume * stress.dot(strain);
-        for (force, g) in state.forces.iter_mut().zip(&point.gradients) {
-            for (component, sum) in force.iter_mut().enumerate() {
-                *sum += unit_strain(g, component).iter().map(|&(row, v)| v * stress[row]).sum::<f64>()
-                    * point.volume;
-            }
-        }
+        add_stress_forces(point, &stress, &mut state.forces);
         state.points.push(PointStress { values: sample.values.to_vec(), volume: point.volume, stress });
     }
     state
+}
+
+/// Nodal forces ∫ Bᵀ σ dV of a uniform stress in an element, `[n_nodes]`. B maps nodal displacements to the strain of the
+/// displacement interpolation. Mean dilatation has the same forces, and enhanced modes have none, because the means of their strains
+/// vanish.
+pub(super) fn forces_of_uniform_stress(
+    kind: ElementKind,
+    nodes: &[[f64; 3]],
+    stress: &Vector6<f64>,
+    rules: &RuleSet,
+) -> Result<Vec<[f64; 3]>, ElementDefect> {
+    visit_element(kind, UniformStressKernel { nodes, stress, rules })
+}
+
+struct UniformStressKernel<'a> {
+    nodes: &'a [[f64; 3]],
+    stress: &'a Vector6<f64>,
+    rules: &'a RuleSet,
+}
+
+impl ElementVisitor for UniformStressKernel<'_> {
+    type Output = Result<Vec<[f64; 3]>, ElementDefect>;
+
+    fn visit_element<S: SolidElement<N>, const N: usize>(self) -> Self::Output {
+        let nodes = as_node_array::<N>(self.nodes);
+        let mut forces = vec![[0.0; 3]; N];
+        for sample in &S::rules(self.rules).stiffness {
+            add_stress_forces(&map_point(nodes, sample)?, self.stress, &mut forces);
+        }
+        Ok(forces)
+    }
+}
+
+/// Adds the nodal forces Bᵀ σ of the stress at one point, times its volume.
+fn add_stress_forces<const N: usize>(point: &MappedPoint<N>, stress: &Vector6<f64>, forces: &mut [[f64; 3]]) {
+    for (force, g) in forces.iter_mut().zip(&point.gradients) {
+        for (component, sum) in force.iter_mut().enumerate() {
+            *sum +=
+                unit_strain(g, component).iter().map(|&(row, v)| v * stress[row]).sum::<f64>() * point.volume;
+        }
+    }
 }
 
 /// Stress, energy and nodal forces of an element for the nodal displacements `u`.

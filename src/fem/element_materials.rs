@@ -98,24 +98,39 @@ impl ElementMaterials {
         *self.materials[*material].stiffness.rotated(axes).voigt()
     }
 
+    /// Coefficients of thermal expansion of the element `i`, a symmetric tensor in global axes, 1/K; `None` if they are unknown.
+    pub fn expansion(&self, i: usize) -> Option<Matrix3<f64>> {
+        let (material, axes) = &self.material_states[self.state_of_cell[i] as usize];
+        let along_axes = self.materials[*material].expansion?;
+        Some(axes * Matrix3::from_diagonal(&along_axes.into()) * axes.transpose())
+    }
+
     /// Material axes of the element `i`, columns in global axes.
     pub fn axes(&self, i: usize) -> &Matrix3<f64> {
         &self.material_states[self.state_of_cell[i] as usize].1
     }
 
-    /// Whether the material is continuous across the face between the elements `i` and `j`: their stiffnesses are equal up to
-    /// rounding, or they have one material, whose axes turn by at most [`MAX_SMOOTH_TURN_RAD`]. Plies count as different materials.
+    /// Whether the material is continuous across the face between the elements `i` and `j`: their stiffnesses and their thermal
+    /// expansions are equal up to rounding, or they have one material, whose axes turn by at most [`MAX_SMOOTH_TURN_RAD`]. Plies
+    /// count as different materials.
     pub(super) fn is_continuous(&self, i: usize, j: usize) -> bool {
         if self.state_of_cell[i] == self.state_of_cell[j] {
             return true;
         }
         let (a, b) = (self.stiffness(i), self.stiffness(j));
-        if (a - b).amax() <= 1e-9 * a.amax() {
+        let [expansion_i, expansion_j] = [i, j].map(|i| self.expansion(i).unwrap_or_default());
+        let equal_expansion = (expansion_i - expansion_j).amax() <= 1e-9 * expansion_i.amax();
+        if equal_expansion && (a - b).amax() <= 1e-9 * a.amax() {
             return true;
         }
         let material = |i: usize| self.material_states[self.state_of_cell[i] as usize].0;
         let cosine = 0.5 * ((self.axes(i).transpose() * self.axes(j)).trace() - 1.0);
         material(i) == material(j) && cosine >= MAX_SMOOTH_TURN_RAD.cos()
+    }
+
+    /// Materials of which at least one element consists. A material with several directions occurs several times.
+    pub fn materials_in_use(&self) -> impl Iterator<Item = &PlacedMaterial> {
+        self.material_states.iter().map(|(material, _)| &self.materials[*material])
     }
 
     /// Material of the element `i`, with the stiffness in material axes.

@@ -49,12 +49,14 @@ pub(super) struct LoadedFace {
 /// Loads and prescribed displacements of a body. Foundations are no loads, because their forces depend on the displacement.
 #[derive(Debug, Clone)]
 pub struct AppliedLoads {
-    /// Nodal forces of pressure, tractions and body forces, global axes, N, `[n_points]`.
+    /// Nodal forces of pressure, tractions, body forces and thermal strain, global axes, N, `[n_points]`.
     pub(super) forces: NodalForces,
     /// Loaded faces; a face with several loads is listed once per load.
     pub(super) faces: Vec<LoadedFace>,
     /// Uniform force per volume, global axes, N/mm3.
     pub(super) body_force: [f64; 3],
+    /// Uniform change of temperature, K.
+    pub(super) temperature_change: f64,
     /// Displacement of each dof if it is prescribed, 0 otherwise, mm.
     pub(super) prescribed: Vec<f64>,
     /// Forces -K_fc ū_c on the free dofs f, for the prescribed displacements ū_c, N, `[n_free]`.
@@ -62,7 +64,7 @@ pub struct AppliedLoads {
 }
 
 impl AppliedLoads {
-    /// Nodal forces of pressure, tractions and body forces, global axes, N, `[n_points]`.
+    /// Nodal forces of pressure, tractions, body forces and thermal strain, global axes, N, `[n_points]`.
     pub fn forces(&self) -> &[[f64; 3]] {
         &self.forces
     }
@@ -70,6 +72,11 @@ impl AppliedLoads {
     /// Uniform force per volume, global axes, N/mm3.
     pub fn body_force(&self) -> [f64; 3] {
         self.body_force
+    }
+
+    /// Uniform change of temperature, K.
+    pub fn temperature_change(&self) -> f64 {
+        self.temperature_change
     }
 
     /// Displacement of `dof`, mm, if it is prescribed; 0 otherwise. Component c of node i is dof 3 i + c.
@@ -91,7 +98,7 @@ impl AppliedLoads {
     }
 }
 
-/// Loads of `spec`, without its prescribed displacements.
+/// Loads of `spec`, without its prescribed displacements and its thermal strain.
 ///
 /// # Errors
 /// If a group is missing or is no outer surface, or a value is not finite.
@@ -100,6 +107,7 @@ pub(super) fn loads(spec: &FeSpec, regions: &ElementMaterials, rules: &RuleSet) 
         forces: vec![[0.0; 3]; spec.mesh.n_points()],
         faces: Vec::new(),
         body_force: spec.body_force,
+        temperature_change: spec.temperature_change,
         prescribed: Vec::new(),
         prescribed_dof_forces: Vec::new(),
     };

@@ -32,6 +32,7 @@ mod recovery;
 mod rigid_body_modes;
 mod spec;
 mod symmetry;
+mod thermal;
 
 pub use analysis::{SymbolicAnalysis, flexibility_bytes};
 pub use column_solver::{ColumnSolver, PrescribedDisplacementForces};
@@ -53,3 +54,4 @@ pub use rigid_body_modes::{RigidBodyModes, find_rigid_body_modes};
 pub(crate) use rigid_body_modes::{SUBSPACE_TOLERANCE, translations_in};
 pub use spec::{FeSpec, Foundation, FoundationStiffness, HexFormulation, Support};
 pub use symmetry::symmetry_component;
+pub use thermal::ThermoelasticState;

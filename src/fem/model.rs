@@ -11,6 +11,7 @@ use super::generalised_inverse::GeneralisedInverse;
 use super::loads::{AppliedLoads, add_body_force, loads};
 use super::rigid_body_modes::{self, RigidBodyModes};
 use super::spec::{FeSpec, HexFormulation};
+use super::thermal::add_thermal_forces;
 use crate::error::{Context, Error, Result};
 use crate::geometry::{AXIS_NAMES, format_point};
 use crate::linalg::memory::MemoryLimit;
@@ -72,9 +73,10 @@ impl FeModel {
             memory.ensure_available(bytes as u128, &what, "use a coarser mesh")?;
             let free = rigid_body_modes::rigid_body_modes_of_dofs(&spec, &dof_map, &graph)?;
             let rules = RuleSet::new();
-            let mut loads = loads(&spec, &regions, &rules)?;
             let elements =
                 ElementContext { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
+            let mut loads = loads(&spec, &regions, &rules)?;
+            add_thermal_forces(elements, spec.temperature_change, &mut loads.forces)?;
             let foundations = foundation::foundation_faces(&spec)?;
             let mut stiffness;
             (stiffness, loads.prescribed_dof_forces) = assemble(elements, &foundations, &dof_map, &graph)?;
@@ -163,6 +165,7 @@ impl FeModel {
     /// If a group is missing, a value is not admissible, or supports contradict one another. If memory does not suffice.
     pub fn loads_of(&self, spec: &FeSpec) -> Result<AppliedLoads> {
         let mut loads = loads(spec, &self.regions, &self.rules)?;
+        add_thermal_forces(self.elements(), spec.temperature_change, &mut loads.forces)?;
         loads.prescribed = DofMap::new(spec, &self.regions)?.prescribed_displacements().to_vec();
         let dofs = self.prescribed_dofs();
         let displacement: Vec<f64> = dofs.iter().map(|&dof| loads.prescribed[dof]).collect();

@@ -108,4 +108,6 @@ pub struct FeSpec {
     pub tractions: Vec<(String, [f64; 3])>,
     /// Force per volume, global axes, N/mm3.
     pub body_force: [f64; 3],
+    /// Uniform change of temperature, K.
+    pub temperature_change: f64,
 }

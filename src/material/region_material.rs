@@ -11,6 +11,8 @@ pub struct PlacedMaterial {
     pub name: String,
     /// Stiffness in material axes.
     pub stiffness: Stiffness,
+    /// Coefficients of thermal expansion along the material axes, 1/K; `None` if they are unknown.
+    pub expansion: Option<[f64; 3]>,
     /// Orientation of the material axes.
     pub orientation: Orientation,
 }
@@ -133,6 +135,11 @@ impl RegionMaterial {
 impl From<Stiffness> for RegionMaterial {
     fn from(stiffness: Stiffness) -> Self {
         let orientation = Orientation::Uniform(Matrix3::identity());
-        Self::Single(Box::new(PlacedMaterial { name: String::new(), stiffness, orientation }))
+        Self::Single(Box::new(PlacedMaterial {
+            name: String::new(),
+            stiffness,
+            expansion: None,
+            orientation,
+        }))
     }
 }

@@ -86,6 +86,7 @@ fn weighted_mean_material(
     let material = BodyMaterial {
         name: first.name.clone(),
         stiffness: first.stiffness.clone(),
+        expansion: first.expansion,
         isotropic,
         fibre: fe.has_fibre.then_some(fibre),
     };

@@ -25,7 +25,7 @@ use crate::output::summary::Units;
 
 pub use bodies::{
     BeBodyPlan, BodyMaterial, BodyPlan, FibreAngles, GroupLoad, MeshedBodyPlan, PrescribedDisplacement,
-    TruncatedHalfSpacePlan,
+    TemperaturePlan, TruncatedHalfSpacePlan,
 };
 
 /// A scene, validated as far as possible without solving anything.
@@ -37,8 +37,8 @@ pub struct Plan {
     pub units: Units,
     /// Body 1 (below) and body 2 (above).
     pub bodies: [BodyPlan; 2],
-    /// Bulk stresses of body 1 and body 2.
-    pub bulk_stresses: [Option<BulkStress>; 2],
+    /// Loads of half-spaces, of body 1 and body 2.
+    pub half_space_loads: [HalfSpaceLoads; 2],
     /// Strengths of the materials by name, where the scene gives them.
     pub strength_limits: BTreeMap<String, MaterialStrength>,
     /// The contact frame.
@@ -125,6 +125,25 @@ pub struct AccuracyPlan {
     pub fixed_parameters: Vec<RefinementParameter>,
 }
 
+/// Loads of a half-space; none for other bodies.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct HalfSpaceLoads {
+    /// Uniform stress parallel to the surface.
+    pub bulk_stress: Option<BulkStress>,
+    /// Uniform change of temperature.
+    pub temperature: Option<TemperaturePlan>,
+}
+
+impl HalfSpaceLoads {
+    /// Load cases of the bulk stress and of the temperature.
+    pub fn cases(&self) -> Vec<LoadCase> {
+        let stress = self.bulk_stress.iter();
+        let stress =
+            stress.map(|BulkStress { name, preload, .. }| LoadCase { name: name.clone(), preload: *preload });
+        stress.chain(self.temperature.iter().map(|temperature| temperature.case.clone())).collect()
+    }
+}
+
 /// The contact frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FramePlan {
@@ -172,10 +191,9 @@ impl FramePlan {
 impl Plan {
     /// Load cases of body `index`.
     pub fn load_cases(&self, index: usize) -> Vec<LoadCase> {
-        if let Some(BulkStress { name, preload, .. }) = &self.bulk_stresses[index] {
-            return vec![LoadCase { name: name.clone(), preload: *preload }];
+        match self.bodies[index].as_meshed() {
+            Some(meshed) => meshed.load_cases().into_iter().cloned().collect(),
+            None => self.half_space_loads[index].cases(),
         }
-        let meshed = self.bodies[index].as_meshed();
-        meshed.map_or_else(Vec::new, |meshed| meshed.load_cases().into_iter().cloned().collect())
     }
 }

@@ -7,7 +7,7 @@ use super::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
 use crate::error::Warning;
 use crate::evolution::step::{Normal, Tangential};
 use crate::frame::GapShape;
-use crate::geometry::{Point, bounds};
+use crate::geometry::{Point, bounds, format_short};
 use crate::material::{PlacedMaterial, Stiffness};
 
 /// Values that moduli of stiff solids have in GPa, but not in MPa.
@@ -19,6 +19,9 @@ const STIFF_POISSON_RATIOS: [f64; 2] = [0.15, 0.42];
 /// Upper limit of Young's modulus, above diamond (1.2e6 MPa).
 const MAX_MODULUS_MPA: f64 = 5e6;
 
+/// Thermal strain above those of solids: rubber with 2e-4 per kelvin reaches 0.1 at 500 K.
+const MAX_THERMAL_STRAIN: f64 = 0.1;
+
 /// Ratio of moduli above which the deformation of the stiffer body is negligible.
 const MAX_MODULUS_RATIO: f64 = 1e4;
 
@@ -28,6 +31,7 @@ pub(super) fn unit_warnings(plan: &Plan) -> Vec<Warning> {
     check_modulus_ratio(plan, &mut notes);
     check_contact_size(plan, &mut notes);
     check_mesh_sizes(plan, &mut notes);
+    check_thermal_strains(plan, &mut notes);
     notes.iter().map(|note| Warning::unit_error(note)).collect()
 }
 
@@ -90,6 +94,31 @@ fn check_moduli(plan: &Plan, notes: &mut Vec<String>) {
             plan.units.force,
             plan.units.length
         ));
+    }
+}
+
+fn check_thermal_strains(plan: &Plan, notes: &mut Vec<String>) {
+    for (index, body) in plan.bodies.iter().enumerate() {
+        let temperature = match body.as_meshed() {
+            Some(meshed) => &meshed.temperature,
+            None => &plan.half_space_loads[index].temperature,
+        };
+        let Some(temperature) = temperature else { continue };
+        for (name, expansion) in body.expansions() {
+            let alpha = largest(expansion.unwrap_or_default().map(f64::abs));
+            let strain = alpha * temperature.change.abs();
+            if strain <= MAX_THERMAL_STRAIN {
+                continue;
+            }
+            notes.push(format!(
+                "the thermal strain of body{} is {}: coefficients of thermal expansion are per kelvin, 12e-6 \
+                 for steel, but `{name}` has {}, and the temperature changes by {}",
+                index + 1,
+                format_short(strain),
+                format_short(alpha),
+                format_short(temperature.change)
+            ));
+        }
     }
 }
 

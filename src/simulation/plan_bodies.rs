@@ -34,10 +34,16 @@ pub(crate) fn configured_half_space(
     let stiffness = elastic.stiffness_in_frame(0.0);
     let mut body = HalfSpaceBody::new(&stiffness, SIDES[index], frame).at(BODY_KEYS[index])?;
     body.cache.clone_from(&plan.flexibility_cache);
-    if let Some(BulkStress { name, value, preload }) = &plan.bulk_stresses[index] {
+    let loads = &plan.half_space_loads[index];
+    if let Some(BulkStress { name, value, preload }) = &loads.bulk_stress {
         let key = format!("{}.bulk_stress", BODY_KEYS[index]);
         let case = LoadCase { name: name.clone(), preload: *preload };
         body = body.with_bulk_stress(*value, case, frame).at(&key)?;
+    }
+    if let Some(temperature) = &loads.temperature {
+        let key = format!("{}.temperature_change", BODY_KEYS[index]);
+        let strain = elastic.thermal_strain(temperature.change);
+        body = body.with_thermal_strain(&strain, temperature.case.clone(), frame).at(&key)?;
     }
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }

@@ -32,6 +32,7 @@ mod run;
 mod study;
 mod study_orientations;
 mod study_parts;
+mod temperature;
 mod tools;
 mod mesh_mistakes;
 mod misleading;

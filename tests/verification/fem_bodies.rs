@@ -42,6 +42,7 @@ pub fn spec(mesh: Mesh, stiffness: Stiffness, formulation: HexFormulation, suppo
         pressures: vec![],
         tractions: vec![],
         body_force: [0.0; 3],
+        temperature_change: 0.0,
     }
 }
 

@@ -18,7 +18,7 @@ use super::fem_bodies::{clamp, largest_difference, spec};
 use super::fem_meshes::{block, rough};
 
 fn placed(orientation: Orientation) -> PlacedMaterial {
-    PlacedMaterial { name: "cfrp".into(), stiffness: cfrp_of_tables(), orientation }
+    PlacedMaterial { name: "cfrp".into(), stiffness: cfrp_of_tables(), expansion: None, orientation }
 }
 
 fn single(orientation: Orientation) -> RegionMaterial {

@@ -38,6 +38,7 @@ mod stability;
 mod structured;
 mod structures;
 mod tangential;
+mod temperature;
 mod turns;
 mod wear;
 mod windows;

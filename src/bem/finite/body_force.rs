@@ -1,4 +1,4 @@
-//! Uniform body force, as a particular displacement field; the remaining problem has surface loads only.
+//! Uniform body force and thermal strain, as a particular displacement field; the remaining problem has surface loads only.
 
 use nalgebra::Matrix3;
 
@@ -6,7 +6,8 @@ use crate::geometry::Point;
 use crate::material::Stiffness;
 
 /// Particular displacement u_p = -½ ((x - x0)·n)² T⁻¹ b for a uniform force per volume b with the unit direction n. Here T_ik =
-/// C_ijkl n_j n_l and x0 is any point. Its stress σ_p satisfies div σ_p + b = 0.
+/// C_ijkl n_j n_l and x0 is any point. Its stress σ_p satisfies div σ_p + b = 0. A uniform thermal strain ε_T adds ε_T (x - x0), without
+/// stress.
 ///
 /// # Source
 /// By substitution: σ_ij = -C_ijkl n_l ((x - x0)·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
@@ -18,6 +19,7 @@ pub struct BodyForceSolution {
     curvature: Point,
     /// Stress σ_p divided by (x - x0)·n.
     stress: Matrix3<f64>,
+    thermal_strain: Matrix3<f64>,
 }
 
 /// Inverse of the acoustic tensor T_ik = C_ijkl n_j n_l.
@@ -32,8 +34,8 @@ pub(super) fn inverse_acoustic_tensor(stiffness: &Stiffness, n: &Point) -> Matri
 }
 
 impl BodyForceSolution {
-    /// Solution for the force per volume `force` (N/mm³), with x0 = `origin`.
-    pub fn new(stiffness: &Stiffness, force: &Point, origin: Point) -> Self {
+    /// Solution for the force per volume `force` (N/mm³) and the tensor `thermal_strain`, with x0 = `origin`.
+    pub fn new(stiffness: &Stiffness, force: &Point, thermal_strain: Matrix3<f64>, origin: Point) -> Self {
         // The square of a very large or small force would overflow or underflow.
         let direction =
             (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
@@ -42,7 +44,7 @@ impl BodyForceSolution {
             let pairs = (0..3).flat_map(|k| (0..3).map(move |l| (k, l)));
             -pairs.map(|(k, l)| stiffness.component(i, j, k, l) * curvature[k] * direction[l]).sum::<f64>()
         });
-        Self { origin, direction, curvature, stress }
+        Self { origin, direction, curvature, stress, thermal_strain }
     }
 
     fn height(&self, x: &Point) -> f64 {
@@ -51,10 +53,10 @@ impl BodyForceSolution {
 
     /// Displacement u_p, mm.
     pub fn displacement(&self, x: &Point) -> Point {
-        -0.5 * self.height(x).powi(2) * self.curvature
+        -0.5 * self.height(x).powi(2) * self.curvature + self.thermal_strain * (x - self.origin)
     }
 
-    /// Gradient of u_p; rows are components, columns are directions.
+    /// Gradient of u_p without the thermal strain; rows are components, columns are directions.
     pub fn gradient(&self, x: &Point) -> Matrix3<f64> {
         -self.height(x) * self.curvature * self.direction.transpose()
     }
@@ -75,7 +77,12 @@ mod tests {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();
         let c33 = stiffness.voigt()[(2, 2)];
         for b in [-2.0, 1e-300, 1e300] {
-            let weight = BodyForceSolution::new(&stiffness, &Point::new(0.0, 0.0, b), Point::zeros());
+            let weight = BodyForceSolution::new(
+                &stiffness,
+                &Point::new(0.0, 0.0, b),
+                Matrix3::zeros(),
+                Point::zeros(),
+            );
             let x = Point::new(0.3, -0.2, 1.5);
             let (u, stress) = (weight.displacement(&x), weight.stress(&x));
             assert!((u.z / (-1.5 * 1.5 * b / (2.0 * c33)) - 1.0).abs() < 1e-12, "{b:e}: {u}");

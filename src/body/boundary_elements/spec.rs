@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::bem::finite::{
@@ -52,6 +53,8 @@ pub struct BeSpec {
     pub tractions: Vec<(String, [f64; 3])>,
     /// Force per volume, global axes, N/mm3.
     pub body_force: [f64; 3],
+    /// Uniform thermal strain, a symmetric tensor in global axes.
+    pub thermal_strain: Matrix3<f64>,
     /// Amplitude of all loads and prescribed displacements.
     pub load_case: LoadCase,
 }
@@ -73,13 +76,13 @@ pub(super) struct NodalConditions {
     pub(super) held: Vec<bool>,
     /// Displacement (mm) of fixed dofs and traction (MPa) of the other dofs, less the contribution of `weight`.
     pub(super) values: Vec<f64>,
-    /// Particular solution for the body force.
+    /// Particular solution for the body force and the thermal strain.
     pub(super) weight: Option<BodyForceSolution>,
 }
 
 impl NodalConditions {
     /// Negative mean of u·m over the surface, for the particular solution u and each unconstrained mode m. Prescribed dofs do not
-    /// contribute. Empty without a body force.
+    /// contribute. Empty without a particular solution.
     pub(super) fn counter_mean(&self, free: &RigidBodyModes, elements: &BoundaryElements) -> Vec<f64> {
         let Some(weight) = &self.weight else { return Vec::new() };
         let (positions, areas) = (elements.positions(), elements.areas());
@@ -156,9 +159,10 @@ impl BeSpec {
             nodes.into_iter().for_each(|node| tractions[node] += Point::from(*traction));
         }
         let force = Point::from(self.body_force);
-        let weight = (force != Point::zeros()).then(|| {
+        let acts = force != Point::zeros() || self.thermal_strain != Matrix3::zeros();
+        let weight = acts.then(|| {
             let middle = positions.iter().sum::<Point>() / positions.len().max(1) as f64;
-            BodyForceSolution::new(&self.stiffness, &force, middle)
+            BodyForceSolution::new(&self.stiffness, &force, self.thermal_strain, middle)
         });
         let value = |dof: usize, held: &Option<f64>| {
             let (node, c) = (dof / 3, dof % 3);

@@ -80,6 +80,9 @@ impl HalfSpaceFit {
         if grid.periodic != [false; 2] {
             return unsuited("the frame is periodic");
         }
+        if spec.temperature_change != 0.0 {
+            return unsuited("the temperature of the body changes");
+        }
         if find_rigid_body_modes(spec)?.is_some() {
             return unsuited("the body has unconstrained rigid-body modes");
         }

@@ -13,6 +13,7 @@ use super::samples::energy_points;
 use super::superconvergent::StressRecovery;
 use crate::error::Result;
 use crate::fem::FeModel;
+use crate::fem::thermal::ThermoelasticState;
 
 /// Estimated error of the stress of a body. Norms are energy norms: the squared norm is ∫ σ : C⁻¹ : σ dV, twice the strain energy.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -72,20 +73,22 @@ impl ErrorEstimate {
 }
 
 impl StressRecovery {
-    /// Estimates the error of the element stress, for a displacement of all mesh nodes and the recovered `stress`.
+    /// Estimates the error of the element stress, for a displacement of all mesh nodes, a change of temperature, and the recovered
+    /// `stress`.
     ///
     /// # Errors
     /// If the Jacobian of an element is not positive at a point where the stress is evaluated.
-    pub fn estimate_error(
+    pub fn estimate_error<'a>(
         &self,
         model: &FeModel,
-        displacement: &[[f64; 3]],
+        state: impl Into<ThermoelasticState<'a>>,
         stress: &[[f64; 6]],
     ) -> Result<ErrorEstimate> {
+        let state = state.into();
         let n = model.elements().n_elements();
         let cells: Vec<CellError> = (0..n)
             .into_par_iter()
-            .map(|i| self.cell_error(model, i, displacement, stress))
+            .map(|i| self.cell_error(model, i, state, stress))
             .collect::<Result<_>>()?;
         Ok(ErrorEstimate {
             stress_norm: cells.iter().map(|cell| cell.norm).sum::<f64>().sqrt(),
@@ -99,14 +102,14 @@ impl StressRecovery {
         &self,
         model: &FeModel,
         i: usize,
-        displacement: &[[f64; 3]],
+        state: ThermoelasticState,
         stress: &[[f64; 6]],
     ) -> Result<CellError> {
         let elements = model.elements();
         let compliance = compliance(&elements.regions.stiffness(i));
         let points = self.points().points_of_cell(i);
         let mut cell = CellError::default();
-        for point in energy_points(elements, i, displacement, self.rules())? {
+        for point in energy_points(elements, i, state, self.rules())? {
             let mut difference = -point.stress;
             for (&node, &value) in points.iter().zip(&point.values) {
                 difference += Vector6::from(stress[node]) * value;

@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::fem::assembly::ElementContext;
 use crate::fem::element_kernels::stresses_at;
 use crate::fem::integration_points::PointStress;
+use crate::fem::thermal::ThermoelasticState;
 use crate::quadrature::{RulePoint, hexahedron, pyramid, tetrahedron, wedge};
 
 #[derive(Debug, Clone)]
@@ -60,10 +61,24 @@ pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
 fn point_stresses(
     elements: ElementContext,
     i: usize,
-    u: &[[f64; 3]],
+    state: ThermoelasticState,
     rule: Option<&Vec<RulePoint<3>>>,
 ) -> Result<Vec<PointStress>> {
-    let Some(rule) = rule else { return Ok(evaluate_element(elements, i, u)?.points) };
+    let mut stresses = match rule {
+        None => evaluate_element(elements, i, state.displacement)?.points,
+        Some(rule) => stresses_at_rule(elements, i, state.displacement, rule)?,
+    };
+    let thermal = state.thermal_stress(elements, i);
+    stresses.iter_mut().for_each(|point| point.stress -= thermal);
+    Ok(stresses)
+}
+
+fn stresses_at_rule(
+    elements: ElementContext,
+    i: usize,
+    u: &[[f64; 3]],
+    rule: &[RulePoint<3>],
+) -> Result<Vec<PointStress>> {
     let cell = elements.regions.cells[i];
     let nodal: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| u[node]).collect();
     let (kind, points) = (elements.mesh.kind(cell), elements.node_coordinates(cell));
@@ -74,7 +89,7 @@ fn point_stresses(
 fn samples_at(
     elements: ElementContext,
     i: usize,
-    u: &[[f64; 3]],
+    state: ThermoelasticState,
     rule: Option<&Vec<RulePoint<3>>>,
 ) -> Result<Vec<StressSample>> {
     let nodes = elements.mesh.cell_nodes(elements.regions.cells[i]);
@@ -84,26 +99,26 @@ fn samples_at(
             |c: usize| nodes.iter().zip(&point.values).map(|(&node, value)| points[node][c] * value).sum();
         StressSample { position: [0, 1, 2].map(coordinate), volume: point.volume, stress: point.stress }
     };
-    Ok(point_stresses(elements, i, u, rule)?.into_iter().map(sample).collect())
+    Ok(point_stresses(elements, i, state, rule)?.into_iter().map(sample).collect())
 }
 
 pub(super) fn integration_point_samples(
     elements: ElementContext,
     i: usize,
-    u: &[[f64; 3]],
+    state: ThermoelasticState,
 ) -> Result<Vec<StressSample>> {
-    samples_at(elements, i, u, None)
+    samples_at(elements, i, state, None)
 }
 
 /// Stress of element `i` at its superconvergent points; for linear elements the mean stress at the centre.
 pub(super) fn superconvergent_samples(
     elements: ElementContext,
     i: usize,
-    u: &[[f64; 3]],
+    state: ThermoelasticState,
     rules: &RecoveryRules,
 ) -> Result<Vec<StressSample>> {
     let rule = rules.superconvergent.get(&elements.mesh.kind(elements.regions.cells[i]));
-    let points = samples_at(elements, i, u, rule)?;
+    let points = samples_at(elements, i, state, rule)?;
     if rule.is_some() {
         return Ok(points);
     }
@@ -121,8 +136,8 @@ pub(super) fn superconvergent_samples(
 pub(super) fn energy_points(
     elements: ElementContext,
     i: usize,
-    u: &[[f64; 3]],
+    state: ThermoelasticState,
     rules: &RecoveryRules,
 ) -> Result<Vec<PointStress>> {
-    point_stresses(elements, i, u, rules.energy.get(&elements.mesh.kind(elements.regions.cells[i])))
+    point_stresses(elements, i, state, rules.energy.get(&elements.mesh.kind(elements.regions.cells[i])))
 }

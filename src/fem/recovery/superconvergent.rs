@@ -23,6 +23,7 @@ use super::samples::{self, RecoveryRules, StressSample};
 use crate::error::Result;
 use crate::fem::FeModel;
 use crate::fem::assembly::ElementContext;
+use crate::fem::thermal::ThermoelasticState;
 use crate::mesh::faces::solid_faces;
 
 const EQUAL_DISTANCE_TOLERANCE: f64 = 1e-6;
@@ -66,7 +67,7 @@ impl StressRecovery {
             }
         }
         let rules = RecoveryRules::new();
-        let layout = all_samples(elements, &samples_gauss_points, &rest, &rules)?;
+        let layout = all_samples(elements, &samples_gauss_points, (&rest).into(), &rules)?;
         let builder = RowBuilder { elements, points: &points, topology: &topology, layout: &layout };
         let rows = builder.rows(&sources)?;
         let mut recovery = Self {
@@ -94,13 +95,17 @@ impl StressRecovery {
         &self.points
     }
 
-    /// Recovered stress at the points for a displacement of all mesh nodes, Voigt 11 22 33 23 13 12, global axes, MPa,
-    /// `[n_points]`.
+    /// Recovered stress at the points for a displacement of all mesh nodes and a change of temperature, Voigt 11 22 33 23 13 12,
+    /// global axes, MPa, `[n_points]`.
     ///
     /// # Errors
     /// If the Jacobian of an element is not positive at a sample point.
-    pub fn stress(&self, model: &FeModel, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
-        let layout = all_samples(model.elements(), &self.samples_gauss_points, displacement, &self.rules)?;
+    pub fn stress<'a>(
+        &self,
+        model: &FeModel,
+        state: impl Into<ThermoelasticState<'a>>,
+    ) -> Result<Vec<[f64; 6]>> {
+        let layout = all_samples(model.elements(), &self.samples_gauss_points, state.into(), &self.rules)?;
         let value = |point: usize| {
             let range = self.starts[point]..self.starts[point + 1];
             let mut sum = nalgebra::Vector6::zeros();
@@ -126,14 +131,14 @@ enum PatchSource {
 fn all_samples(
     elements: ElementContext,
     dense: &[bool],
-    u: &[[f64; 3]],
+    state: ThermoelasticState,
     rules: &RecoveryRules,
 ) -> Result<SampleLayout> {
     let of_element = |i: usize| -> Result<(Vec<StressSample>, usize)> {
-        let mut found = samples::superconvergent_samples(elements, i, u, rules)?;
+        let mut found = samples::superconvergent_samples(elements, i, state, rules)?;
         let n_superconvergent = found.len();
         if dense[i] {
-            found.extend(samples::integration_point_samples(elements, i, u)?);
+            found.extend(samples::integration_point_samples(elements, i, state)?);
         }
         Ok((found, n_superconvergent))
     };

@@ -2,8 +2,8 @@
 //!
 //! The in-plane strain follows from the displacement of the surface. The traction is known: it is the sum of contact traction, own
 //! loads and foundations of the body. The index p denotes the in-plane components 11, 22, 12, the index n the components 33,
-//! 23, 13. Then ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. No stress is extrapolated from inside the elements,
-//! because an extrapolation would smooth the peaks at the edge of a contact.
+//! 23, 13. With the thermal strain subtracted from ε, ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. No stress is
+//! extrapolated from inside the elements, because an extrapolation would smooth the peaks at the edge of a contact.
 //!
 //! # Source
 //! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -15,6 +15,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use super::points::RecoveryPoints;
 use crate::fem::FeModel;
 use crate::fem::loads::{AppliedLoads, FaceLoad, face_tangents};
+use crate::fem::thermal::ThermoelasticState;
 use crate::material::{Stiffness, tensor_to_voigt};
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
@@ -29,7 +30,7 @@ pub struct SurfaceStressPoint {
     pub point: usize,
     /// Two tangents of the surface and its outward normal, columns in global axes.
     pub axes: Matrix3<f64>,
-    /// Surface strain 11, 22, 12 (engineering) in the axes `axes`.
+    /// Surface strain 11, 22, 12 (engineering) without the thermal strain, in the axes `axes`.
     strain: Vector3<f64>,
     /// Stiffness in the axes `axes`, MPa.
     stiffness: Matrix6<f64>,
@@ -69,7 +70,7 @@ pub(crate) struct FaceContribution<'a> {
     pub area: Vector3<f64>,
     /// Weight of the face in the average.
     pub weight: f64,
-    /// Surface gradient of the displacement.
+    /// Surface gradient of the displacement, without the thermal strain.
     pub gradient: Matrix3<f64>,
     /// Stiffness, MPa.
     pub stiffness: &'a Matrix6<f64>,
@@ -125,6 +126,9 @@ pub(crate) fn surface_stress_points(
     loads: &[(f64, &AppliedLoads)],
 ) -> Vec<SurfaceStressPoint> {
     let mesh = model.mesh();
+    let temperature_change =
+        loads.iter().map(|(amplitude, loads)| amplitude * loads.temperature_change).sum();
+    let state = ThermoelasticState { displacement: u, temperature_change };
     let mut sums = FaceAverages::new(points.n_points());
     let applied =
         loads.iter().flat_map(|(amplitude, loads)| loads.faces.iter().map(move |face| (*amplitude, face)));
@@ -138,6 +142,7 @@ pub(crate) fn surface_stress_points(
         let owner = mesh.volume_index(face.owner);
         let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
         let stiffness = model.regions().stiffness(owner);
+        let thermal_strain = state.thermal_strain(model.elements(), owner);
         let at_nodes = face_gradients(mesh, face, u);
         let area: f64 = at_nodes.iter().map(|(area, _)| area.norm()).sum::<f64>() / at_nodes.len() as f64;
         for ((area_vector, gradient), &node) in at_nodes.into_iter().zip(local) {
@@ -148,7 +153,7 @@ pub(crate) fn surface_stress_points(
             let sample = FaceContribution {
                 area: area_vector,
                 weight: 1.0 / area,
-                gradient,
+                gradient: gradient - thermal_strain,
                 stiffness: &stiffness,
                 own_traction,
             };

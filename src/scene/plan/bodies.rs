@@ -1,5 +1,6 @@
 //! Bodies of a plan: materials, supports and loads. Angles are in radians.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -7,11 +8,11 @@ use nalgebra::Matrix3;
 use crate::bem::finite::Interpolation;
 use crate::body::{self, LoadCase};
 use crate::element::ElementKind;
-use crate::fem::{self, HexFormulation};
+use crate::fem::{self, ElementMaterials, HexFormulation};
 use crate::geometry::fibre_axes;
 use crate::material::{RegionMaterial, Stiffness};
 use crate::mesh::Mesh;
-use crate::scene::spec::body::{Element, NearField, UniformFibre};
+use crate::scene::spec::body::{Element, NamedTemperatureChange, NearField, TemperatureChange, UniformFibre};
 use crate::scene::variant::Discretisation;
 
 /// A body.
@@ -38,6 +39,8 @@ pub struct BodyMaterial {
     pub stiffness: Stiffness,
     /// Whether the stiffness is isotropic.
     pub isotropic: bool,
+    /// Coefficients of thermal expansion along the material axes, 1/K; `None` if they are not given.
+    pub expansion: Option<[f64; 3]>,
     /// Direction of material axis 1; along x if `None`.
     pub fibre: Option<FibreAngles>,
 }
@@ -96,12 +99,23 @@ pub struct MeshedBodyPlan {
     pub body_force: [f64; 3],
     /// Amplitude of the body force.
     pub body_force_case: LoadCase,
+    /// Uniform change of temperature.
+    pub temperature: Option<TemperaturePlan>,
     /// Material of each volume group; `None` for the elements outside all named regions.
     pub regions: Vec<(Option<String>, RegionMaterial)>,
     /// Formulation of 8-node hexahedra, or an element type that the mesh must contain; `None` for the default formulation.
     pub element: Option<Element>,
     /// Model of the near field of the contact.
     pub near_field: NearField,
+}
+
+/// Uniform change of temperature of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TemperaturePlan {
+    /// Change at amplitude 1, K.
+    pub change: f64,
+    /// Amplitude.
+    pub case: LoadCase,
 }
 
 /// Load on a group.
@@ -136,7 +150,25 @@ impl From<UniformFibre> for FibreAngles {
     }
 }
 
+impl From<TemperatureChange> for TemperaturePlan {
+    fn from(change: TemperatureChange) -> Self {
+        match change {
+            TemperatureChange::Value(change) => Self { change, case: LoadCase::default() },
+            TemperatureChange::Load(NamedTemperatureChange { value, name, preload }) => {
+                Self { change: value, case: LoadCase { name, preload } }
+            }
+        }
+    }
+}
+
 impl BodyMaterial {
+    /// Thermal strain of a change of temperature (K), a tensor in global axes; zero if the expansion is unknown.
+    pub fn thermal_strain(&self, change: f64) -> Matrix3<f64> {
+        let Some(expansion) = self.expansion else { return Matrix3::zeros() };
+        let axes = self.material_axes(0.0);
+        axes * Matrix3::from_diagonal(&expansion.into()) * axes.transpose() * change
+    }
+
     /// Material axes as columns, in coordinate axes that are rotated by `azimuth` (radians) about z from the global axes.
     pub fn material_axes(&self, azimuth: f64) -> Matrix3<f64> {
         let fibre = self.fibre.unwrap_or(FibreAngles { tilt: 0.0, azimuth: 0.0 });
@@ -156,7 +188,8 @@ impl BodyMaterial {
 impl BeBodyPlan {
     /// Input of the boundary-element module; `name` names the body in messages.
     pub fn bem_spec(&self, name: &str) -> body::BeSpec {
-        let fem::FeSpec { supports, pressures, tractions, body_force, mesh, .. } = self.meshed.fem_spec(name);
+        let fem::FeSpec { supports, pressures, tractions, body_force, temperature_change, mesh, .. } =
+            self.meshed.fem_spec(name);
         body::BeSpec {
             name: name.to_owned(),
             mesh,
@@ -166,6 +199,7 @@ impl BeBodyPlan {
             pressures,
             tractions,
             body_force,
+            thermal_strain: self.meshed.material.thermal_strain(temperature_change),
             load_case: self.meshed.load_cases().first().map_or_else(LoadCase::default, |&case| case.clone()),
         }
     }
@@ -192,9 +226,12 @@ impl MeshedBodyPlan {
         group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(self.mesh.kind(cell))))
     }
 
-    /// Whether the scene gives pressures, tractions or a nonzero body force for the body.
+    /// Whether the scene gives pressures, tractions, a nonzero body force or a change of temperature for the body.
     pub fn is_loaded(&self) -> bool {
-        !self.pressures.is_empty() || !self.tractions.is_empty() || self.body_force != [0.0; 3]
+        !self.pressures.is_empty()
+            || !self.tractions.is_empty()
+            || self.body_force != [0.0; 3]
+            || self.temperature.is_some()
     }
 
     /// Groups of contact, supports, foundations and loads. A group may occur several times.
@@ -211,7 +248,8 @@ impl MeshedBodyPlan {
         all.map(String::as_str)
     }
 
-    /// Load cases of the body, in the order of their first loads: pressures, tractions, body force, prescribed displacements.
+    /// Load cases of the body, in the order of their first loads: pressures, tractions, body force, temperature, prescribed
+    /// displacements.
     pub fn load_cases(&self) -> Vec<&LoadCase> {
         let forced = self.body_force != [0.0; 3] || self.body_force_case.name.is_some();
         let forced = forced.then_some(&self.body_force_case);
@@ -219,7 +257,9 @@ impl MeshedBodyPlan {
             self.supports.iter().filter(|support| support.is_moving() || support.case.name.is_some());
         let pressures = self.pressures.iter().map(|load| &load.case);
         let tractions = self.tractions.iter().map(|load| &load.case);
-        let all = pressures.chain(tractions).chain(forced).chain(moving.map(|support| &support.case));
+        let heated = self.temperature.as_ref().map(|temperature| &temperature.case);
+        let moving = moving.map(|support| &support.case);
+        let all = pressures.chain(tractions).chain(forced).chain(heated).chain(moving);
         let mut cases: Vec<&LoadCase> = Vec::new();
         for case in all {
             if !cases.contains(&case) {
@@ -264,6 +304,9 @@ impl MeshedBodyPlan {
             pressures: loads_of(&self.pressures, &acts),
             tractions: loads_of(&self.tractions, &acts),
             body_force: if acts(&self.body_force_case) { self.body_force } else { [0.0; 3] },
+            temperature_change: (self.temperature.as_ref())
+                .filter(|temperature| acts(&temperature.case))
+                .map_or(0.0, |temperature| temperature.change),
         }
     }
 }
@@ -293,6 +336,21 @@ impl BodyPlan {
             Self::HalfSpace(elastic) => Some(elastic),
             Self::TruncatedHalfSpace(body) => Some(&body.material),
             Self::Rigid => None,
+        }
+    }
+
+    /// Names and coefficients of thermal expansion of the materials in use. Empty for a rigid body, and for elements without material,
+    /// which are reported elsewhere.
+    pub fn expansions(&self) -> BTreeMap<String, Option<[f64; 3]>> {
+        match self.as_fe() {
+            Some(fe) => match ElementMaterials::new(&fe.fem_spec("body")) {
+                Ok(elements) => elements
+                    .materials_in_use()
+                    .map(|material| (material.name.clone(), material.expansion))
+                    .collect(),
+                Err(_) => BTreeMap::new(),
+            },
+            None => self.material().iter().map(|own| (own.name.clone(), own.expansion)).collect(),
         }
     }
 

@@ -66,6 +66,7 @@ fn as_fe_keys(body: BeBody) -> FeBody {
         pressure: body.pressure,
         traction: body.traction,
         body_force: body.body_force,
+        temperature_change: body.temperature_change,
         regions: BTreeMap::new(),
         element: None,
         near_field: NearField::Mesh,

@@ -17,7 +17,9 @@ use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, PhysicalGroup};
 use crate::scene::document::join_key;
 use crate::scene::plan::{BodyMaterial, BodyPlan, GroupLoad, MeshedBodyPlan, PrescribedDisplacement};
-use crate::scene::spec::body::{BodyForce, Component, Displaced, Element, FeBody, NamedBodyForce};
+use crate::scene::spec::body::{
+    BodyForce, Component, Displaced, Element, FeBody, NamedBodyForce, TemperatureChange,
+};
 
 /// Resolves the finite-element body at `key`, with its mesh.
 pub(super) fn resolve_fe(
@@ -88,6 +90,7 @@ pub(super) fn meshed_plan(
             .collect(),
         body_force,
         body_force_case,
+        temperature: body.temperature_change.clone().map(Into::into),
         regions,
         element: body.element,
         near_field: body.near_field,
@@ -112,6 +115,9 @@ pub(super) fn check_load_names(r: &mut Resolver, key: &str, body: &FeBody) {
     if let BodyForce::Load(load) = &body.body_force {
         refuse_empty_name(r, &format!("{key}.body_force"), load.name.as_deref());
     }
+    if let Some(TemperatureChange::Load(load)) = &body.temperature_change {
+        refuse_empty_name(r, &format!("{key}.temperature_change"), load.name.as_deref());
+    }
 }
 
 fn load_case(name: &Option<String>, preload: bool) -> LoadCase {
@@ -120,9 +126,9 @@ fn load_case(name: &Option<String>, preload: bool) -> LoadCase {
 
 /// The body's own material, with its fibre direction if uniform. Errors are reported elsewhere.
 fn body_material(body: &FeBody, materials: &Materials) -> Option<BodyMaterial> {
-    let ElasticMaterial { stiffness, isotropic, .. } = materials.get(&body.material)?.clone()?;
+    let ElasticMaterial { stiffness, isotropic, expansion, .. } = materials.get(&body.material)?.clone()?;
     let fibre = body.fibre.as_ref().and_then(orientations::uniform_angles);
-    Some(BodyMaterial { name: body.material.clone(), stiffness, isotropic, fibre })
+    Some(BodyMaterial { name: body.material.clone(), stiffness, isotropic, expansion, fibre })
 }
 
 fn has_fibre(body: &FeBody) -> bool {

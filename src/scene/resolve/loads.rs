@@ -1,29 +1,41 @@
-//! Loads of the bodies with amplitudes: bulk stresses, `steps.loads` and `cycles.loads`.
+//! Loads of the bodies with amplitudes: loads of half-spaces, temperature, `steps.loads` and `cycles.loads`.
 
 use std::collections::BTreeMap;
 
 use super::resolver::Resolver;
 use crate::body::{INTERFERENCE, LoadCase};
 use crate::scene::document::join_key;
-use crate::scene::plan::BodyPlan;
-use crate::scene::spec::body::{Body, BulkStress};
+use crate::scene::plan::{BodyPlan, HalfSpaceLoads};
+use crate::scene::spec::body::Body;
 use crate::scene::spec::step::Step as Keys;
 
 const BODY_KEYS: [&str; 2] = ["body1", "body2"];
 
-/// Bulk stresses of both bodies. Errors of the bodies themselves are reported elsewhere.
-pub(super) fn bulk_stresses(r: &mut Resolver) -> [Option<BulkStress>; 2] {
+/// Loads of half-spaces among both bodies; `None` if they cannot be read. Errors of the bodies themselves are reported elsewhere.
+pub(super) fn half_space_loads(r: &mut Resolver) -> [Option<HalfSpaceLoads>; 2] {
     BODY_KEYS.map(|key| {
         let found = r.document.get(key)?.to_serde_json();
         match serde_json::from_value(found).ok()? {
-            Body::HalfSpace { bulk_stress, truncated: None, .. } => bulk_stress,
-            Body::HalfSpace { bulk_stress: Some(_), .. } => r.refuse(
-                &format!("{key}.bulk_stress"),
-                "a truncated half-space has no bulk stress",
-                "with `truncated`",
-                "omit `truncated`",
-            ),
-            _ => None,
+            Body::HalfSpace { bulk_stress, temperature_change, truncated: None, .. } => {
+                Some(HalfSpaceLoads { bulk_stress, temperature: temperature_change.map(Into::into) })
+            }
+            Body::HalfSpace { bulk_stress, temperature_change, .. } => {
+                let given = [
+                    ("bulk_stress", bulk_stress.is_some()),
+                    ("temperature_change", temperature_change.is_some()),
+                ];
+                for (load, _) in given.into_iter().filter(|(_, given)| *given) {
+                    r.report(
+                        &format!("{key}.{load}"),
+                        "a truncated half-space has no loads of its own",
+                        "with `truncated`",
+                        "omit `truncated`",
+                    );
+                }
+                // Their names are known, so that steps with their amplitudes cause no further errors.
+                Some(HalfSpaceLoads { bulk_stress, temperature: temperature_change.map(Into::into) })
+            }
+            _ => Some(HalfSpaceLoads::default()),
         }
     })
 }
@@ -32,26 +44,22 @@ pub(super) fn bulk_stresses(r: &mut Resolver) -> [Option<BulkStress>; 2] {
 /// whether overlap is a load, `friction` whether friction acts in any step.
 pub(super) fn check(
     r: &mut Resolver,
-    stresses: &[Option<BulkStress>; 2],
+    half_spaces: &[Option<HalfSpaceLoads>; 2],
     (bodies, as_meshed): (&[Option<BodyPlan>; 2], bool),
     friction: bool,
 ) {
-    let unread = |(key, stress): (&str, &Option<BulkStress>)| {
-        stress.is_none() && r.document.get(&format!("{key}.bulk_stress")).is_some()
-    };
-    // Reported with the body.
-    if bodies.iter().any(Option::is_none) || BODY_KEYS.into_iter().zip(stresses).any(unread) {
-        return;
+    // Missing loads and bodies are reported with the body.
+    let ([Some(lower), Some(upper)], [Some(body1), Some(body2)]) = (half_spaces, bodies) else { return };
+    let (half_spaces, bodies) = ([lower, upper], [body1, body2]);
+    let surface_loads = surface_loads(half_spaces);
+    for (key, _, name) in &surface_loads {
+        refuse_empty_name(r, key, name.as_deref());
+        if !friction {
+            r.note(format!("{key} does not change the pressures, because no step has friction"));
+        }
     }
-    for (key, stress) in BODY_KEYS.into_iter().zip(stresses) {
-        let name = stress.as_ref().and_then(|stress| stress.name.as_deref());
-        refuse_empty_name(r, &format!("{key}.bulk_stress"), name);
-    }
-    let stressed = BODY_KEYS.into_iter().zip(stresses).filter(|(_, stress)| stress.is_some());
-    for (key, _) in stressed.filter(|_| !friction) {
-        r.note(format!("{key}.bulk_stress does not change the pressures, because no step has friction"));
-    }
-    let mut cases = load_cases(stresses, bodies);
+    check_temperatures(r, half_spaces, bodies);
+    let mut cases = load_cases(half_spaces, bodies);
     cases.extend(as_meshed.then(|| ("gap", LoadCase::interference())));
     check_cases(r, &cases);
     if as_meshed && cases.iter().filter(|(_, case)| *case == LoadCase::interference()).count() > 1 {
@@ -69,7 +77,7 @@ pub(super) fn check(
         let key = format!("steps.{i}");
         let Some(keys) = r.section::<Keys>(&key) else { continue };
         if keys.rolling.is_some() {
-            refuse_rolling(r, stresses);
+            refuse_rolling(r, &surface_loads);
         }
         check_names(r, &format!("{key}.loads"), &keys.loads, &names);
         if let Some(cycles) = &keys.cycles {
@@ -102,17 +110,13 @@ pub(super) fn refuse_empty_name(r: &mut Resolver, key: &str, name: Option<&str>)
 }
 
 /// Key of the body and case of each load.
-fn load_cases(
-    stresses: &[Option<BulkStress>; 2],
-    bodies: &[Option<BodyPlan>; 2],
-) -> Vec<(&'static str, LoadCase)> {
+fn load_cases(half_spaces: [&HalfSpaceLoads; 2], bodies: [&BodyPlan; 2]) -> Vec<(&'static str, LoadCase)> {
     let mut cases = Vec::new();
-    for ((key, stress), body) in BODY_KEYS.into_iter().zip(stresses).zip(bodies) {
-        cases.extend(stress.iter().map(|BulkStress { name, preload, .. }| {
-            (key, LoadCase { name: name.clone(), preload: *preload })
-        }));
-        let meshed = body.as_ref().and_then(BodyPlan::as_meshed);
-        cases.extend(meshed.iter().flat_map(|meshed| meshed.load_cases()).map(|case| (key, case.clone())));
+    for ((key, loads), body) in BODY_KEYS.into_iter().zip(half_spaces).zip(bodies) {
+        cases.extend(loads.cases().into_iter().map(|case| (key, case)));
+        cases.extend(
+            body.as_meshed().iter().flat_map(|meshed| meshed.load_cases()).map(|case| (key, case.clone())),
+        );
     }
     cases
 }
@@ -134,11 +138,47 @@ fn check_cases(r: &mut Resolver, cases: &[(&'static str, LoadCase)]) {
     }
 }
 
-fn refuse_rolling(r: &mut Resolver, stresses: &[Option<BulkStress>; 2]) {
-    for (key, _) in BODY_KEYS.into_iter().zip(stresses).filter(|(_, stress)| stress.is_some()) {
+/// Key, kind and name of each load of a half-space.
+fn surface_loads(half_spaces: [&HalfSpaceLoads; 2]) -> Vec<(String, &'static str, Option<String>)> {
+    let of_body = |(key, loads): (&str, &HalfSpaceLoads)| {
+        let stress = loads.bulk_stress.as_ref();
+        let stress = stress.map(|load| (format!("{key}.bulk_stress"), "bulk stress", load.name.clone()));
+        let temperature = loads.temperature.as_ref().map(|load| {
+            (format!("{key}.temperature_change"), "change of temperature", load.case.name.clone())
+        });
+        stress.into_iter().chain(temperature).collect::<Vec<_>>()
+    };
+    BODY_KEYS.into_iter().zip(half_spaces).flat_map(of_body).collect()
+}
+
+/// Reports changes of temperature of bodies whose materials have no coefficient of thermal expansion.
+fn check_temperatures(r: &mut Resolver, half_spaces: [&HalfSpaceLoads; 2], bodies: [&BodyPlan; 2]) {
+    for ((key, loads), body) in BODY_KEYS.into_iter().zip(half_spaces).zip(bodies) {
+        let temperature = match body.as_meshed() {
+            Some(meshed) => &meshed.temperature,
+            None => &loads.temperature,
+        };
+        if temperature.is_none() {
+            continue;
+        }
+        for (name, _) in body.expansions().into_iter().filter(|(_, expansion)| expansion.is_none()) {
+            r.report(
+                &format!("{key}.temperature_change"),
+                format!("the material `{name}` has no coefficient of thermal expansion"),
+                "its material has no such coefficient",
+                format!("add it to [{}], in 1/K: `alpha` of an isotropic material (12e-6 for steel), otherwise `alpha1`, `alpha2` and, if the model has three axes, `alpha3`", join_key("materials", &name)),
+            );
+        }
+    }
+}
+
+fn refuse_rolling(r: &mut Resolver, surface_loads: &[(String, &str, Option<String>)]) {
+    for (key, kind, _) in surface_loads {
         r.report(
-            &format!("{key}.bulk_stress"),
-            "a bulk stress cannot be combined with rolling: its strain would grow along the rolled distance",
+            key,
+            format!(
+                "a {kind} cannot be combined with rolling: its strain would grow along the rolled distance"
+            ),
             "with a rolling step",
             "remove one of the two",
         );

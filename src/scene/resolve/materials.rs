@@ -28,6 +28,8 @@ pub(super) type Materials = BTreeMap<String, Option<ElasticMaterial>>;
 pub(super) struct ElasticMaterial {
     pub stiffness: Stiffness,
     pub isotropic: bool,
+    /// Coefficients of thermal expansion along the material axes, if given.
+    pub expansion: Option<[f64; 3]>,
     pub strength: Option<MaterialStrength>,
 }
 
@@ -78,7 +80,39 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
         let mend = "give all strengths as positive numbers, also those in compression";
         r.accept(strength.check(), &format!("{key}.{place}"), ["not admissible", mend]);
     }
-    Some(ElasticMaterial { stiffness: stiffness.ok().filter(|_| singular.is_none())?, isotropic, strength })
+    let expansion = thermal_expansion(r, key, name, material)?;
+    let stiffness = stiffness.ok().filter(|_| singular.is_none())?;
+    Some(ElasticMaterial { stiffness, isotropic, expansion, strength })
+}
+
+/// Coefficients of thermal expansion along the material axes; `Some(None)` if none is given, `None` if some are missing, which is
+/// reported.
+fn thermal_expansion(
+    r: &mut Resolver,
+    key: &str,
+    name: &str,
+    material: &Material,
+) -> Option<Option<[f64; 3]>> {
+    let found = material.thermal_expansions();
+    let missing = found.iter().find(|(_, value)| value.is_none()).map(|(key, _)| *key);
+    let given = found.iter().find(|(_, value)| value.is_some()).map(|(key, _)| *key);
+    // The schema check reports numbers that are not admissible; they are missing here.
+    let is_wrong = |(place, value): &(&str, Option<f64>)| {
+        value.is_none() && r.document.get(&join_key(key, place)).is_some()
+    };
+    if found.iter().any(is_wrong) {
+        return None;
+    }
+    if let (Some(missing), Some(given)) = (missing, given) {
+        return r.refuse(
+            &join_key(key, given),
+            format!("the material `{name}` has `{given}`, but no `{missing}`"),
+            &format!("without `{missing}`"),
+            "give the coefficients of thermal expansion along all axes, or none",
+        );
+    }
+    let [a, b, c] = found.map(|(_, value)| value);
+    Some(a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]))
 }
 
 /// Key at which constants that are not admissible together are reported: `nu` of an isotropic material, or the first constant that
@@ -217,6 +251,7 @@ pub(super) fn find_material(
             mend,
         );
     };
-    let ElasticMaterial { stiffness, isotropic, .. } = found.clone()?;
-    Some(BodyMaterial { name: name.to_owned(), stiffness, isotropic, fibre: fibre.map(Into::into) })
+    let ElasticMaterial { stiffness, isotropic, expansion, .. } = found.clone()?;
+    let fibre = fibre.map(Into::into);
+    Some(BodyMaterial { name: name.to_owned(), stiffness, isotropic, expansion, fibre })
 }

@@ -72,12 +72,12 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let wear: Option<Wear> = r.section_or_default("wear");
     let ground = laws::LawContext { bodies: &bodies, frame: frame.as_ref() };
     let laws = laws::resolve(r, ground, friction, wear);
-    let bulk_stresses = loads::bulk_stresses(r);
+    let half_space_loads = loads::half_space_loads(r);
     let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
     let friction = laws.as_ref().is_none_or(|laws| laws.friction != FrictionLaw::None)
         && steps.as_ref().is_none_or(|steps| steps.iter().any(|step| step.friction));
     let as_meshed = gap.as_ref().is_some_and(|gap| gap.as_meshed);
-    loads::check(r, &bulk_stresses, (&bodies, as_meshed), friction);
+    loads::check(r, &half_space_loads, (&bodies, as_meshed), friction);
     rolling::check_model(r, frame.as_ref(), &bodies);
     let solver: Option<Solver> = r.section_or_default("solver");
     let memory = memory_limit(r, solver.as_ref());
@@ -86,12 +86,13 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let interior_requests = interior_points::resolve(r, output.as_ref(), &bodies, frame.as_ref());
     let accuracy = accuracy::resolve(r);
     let [body1, body2] = bodies;
+    let [loads1, loads2] = half_space_loads;
     let laws = laws?;
     Some(Plan {
         title: title.map(|title| if title.is_empty() { file_stem(r.document) } else { title })?,
         units: units?,
         bodies: [body1?, body2?],
-        bulk_stresses,
+        half_space_loads: [loads1?, loads2?],
         strength_limits: (materials.into_iter())
             .filter_map(|(name, material)| Some((name, material?.strength?)))
             .collect(),

@@ -180,7 +180,8 @@ fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
         Orientation::Uniform(_) if elastic.isotropic => Orientation::Uniform(Matrix3::identity()),
         other => other,
     };
-    PlacedMaterial { name: elastic.name, stiffness: elastic.stiffness, orientation }
+    let BodyMaterial { name, stiffness, expansion, .. } = elastic;
+    PlacedMaterial { name, stiffness, expansion, orientation }
 }
 
 /// Reports elements without material or orientation and plies without elements. Notes empty volume groups and elements in several

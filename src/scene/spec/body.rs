@@ -33,6 +33,8 @@ pub enum Body {
         truncated: Option<Positive>,
         /// Uniform stress parallel to the surface, which steps may vary.
         bulk_stress: Option<BulkStress>,
+        /// Uniform change of temperature since assembly, K, which steps may vary. The material needs `alpha`.
+        temperature_change: Option<TemperatureChange>,
     },
     /// Body that does not deform.
     Rigid {},
@@ -90,6 +92,8 @@ pub struct FeBody {
     /// Body force per volume along x, y, z.
     #[serde(default)]
     pub body_force: BodyForce,
+    /// Uniform change of temperature since assembly, K, which steps may vary. The materials need `alpha`.
+    pub temperature_change: Option<TemperatureChange>,
     /// Volume groups with their own material, fibre or layup, by name of the group.
     #[serde(default)]
     pub regions: BTreeMap<String, Region>,
@@ -137,6 +141,8 @@ pub struct BeBody {
     /// Body force per volume along x, y, z.
     #[serde(default)]
     pub body_force: BodyForce,
+    /// Uniform change of temperature since assembly, K, which steps may vary. The material needs `alpha`.
+    pub temperature_change: Option<TemperatureChange>,
     /// Interpolation of displacement and traction on an element; default "linear".
     #[serde(default)]
     pub element: Interpolation,
@@ -227,6 +233,30 @@ pub struct NamedBodyForce {
     #[schemars(length(min = 1))]
     pub name: Option<String>,
     /// Whether the load acts in full before the first step; by default it grows in the first step.
+    #[serde(default)]
+    pub preload: bool,
+}
+
+/// Uniform change of temperature: a number, or a table.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum TemperatureChange {
+    /// Change of temperature, K.
+    Value(f64),
+    /// Change of temperature with a name.
+    Load(NamedTemperatureChange),
+}
+
+/// Uniform change of temperature with a name.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NamedTemperatureChange {
+    /// Change of temperature, K.
+    pub value: f64,
+    /// Name by which steps prescribe the amplitude (`steps.loads`). Loads with the same name have one amplitude.
+    #[schemars(length(min = 1))]
+    pub name: Option<String>,
+    /// Whether the temperature has changed before the first step; by default it changes in the first step.
     #[serde(default)]
     pub preload: bool,
 }

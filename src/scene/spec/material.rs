@@ -18,6 +18,8 @@ pub enum Material {
         E: Positive,
         /// Poisson's ratio, between -1 and 0.5.
         nu: f64,
+        /// Coefficient of thermal expansion, 1/K.
+        alpha: Option<f64>,
         /// Yield stress, for the von Mises failure index.
         #[serde(rename = "yield")]
         yield_stress: Option<Positive>,
@@ -34,6 +36,10 @@ pub enum Material {
         nu12: f64,
         /// Poisson's ratio in the plane across the fibre.
         nu23: f64,
+        /// Coefficient of thermal expansion along the fibre, 1/K.
+        alpha1: Option<f64>,
+        /// Coefficient of thermal expansion across the fibre, 1/K.
+        alpha2: Option<f64>,
         /// Strengths, for failure indices.
         strength: Option<Strength>,
     },
@@ -57,6 +63,12 @@ pub enum Material {
         nu13: f64,
         /// Poisson's ratio: contraction along axis 3 under tension along axis 2.
         nu23: f64,
+        /// Coefficient of thermal expansion along axis 1, 1/K.
+        alpha1: Option<f64>,
+        /// Coefficient of thermal expansion along axis 2, 1/K.
+        alpha2: Option<f64>,
+        /// Coefficient of thermal expansion along axis 3, 1/K.
+        alpha3: Option<f64>,
         /// Strengths, for failure indices.
         strength: Option<Strength>,
     },
@@ -64,12 +76,32 @@ pub enum Material {
     Stiffness {
         /// Stiffness matrix, rows and columns in the order 11 22 33 23 13 12, engineering shear strains.
         C: Box<[[f64; 6]; 6]>,
+        /// Coefficient of thermal expansion along axis 1, 1/K.
+        alpha1: Option<f64>,
+        /// Coefficient of thermal expansion along axis 2, 1/K.
+        alpha2: Option<f64>,
+        /// Coefficient of thermal expansion along axis 3, 1/K.
+        alpha3: Option<f64>,
         /// Strengths, for failure indices.
         strength: Option<Strength>,
     },
 }
 
 impl Material {
+    /// Keys of the coefficients of thermal expansion along axes 1, 2 and 3, with their values.
+    pub(crate) fn thermal_expansions(&self) -> [(&'static str, Option<f64>); 3] {
+        match *self {
+            Self::Isotropic { alpha, .. } => [("alpha", alpha); 3],
+            Self::TransverselyIsotropic { alpha1, alpha2, .. } => {
+                [("alpha1", alpha1), ("alpha2", alpha2), ("alpha2", alpha2)]
+            }
+            Self::Orthotropic { alpha1, alpha2, alpha3, .. }
+            | Self::Stiffness { alpha1, alpha2, alpha3, .. } => {
+                [("alpha1", alpha1), ("alpha2", alpha2), ("alpha3", alpha3)]
+            }
+        }
+    }
+
     /// Strength of the material, if given.
     pub(crate) fn strength_limit(&self) -> Option<MaterialStrength> {
         match self {

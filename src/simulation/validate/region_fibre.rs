@@ -28,12 +28,15 @@ pub(super) fn region_fibre_warning(
         let cells: HashSet<CellRef> = cells.iter().copied().collect();
         faces.iter().filter(|face| cells.contains(&face.owner)).any(|face| {
             let element = regions.element(face.owner);
-            element.is_some_and(|i| regions.axes(i).column(0).cross(&fibre).norm() > 1e-9)
+            element.is_some_and(|i| {
+                let turned = regions.axes(i).column(0).cross(&fibre).norm() > 1e-9;
+                turned && regions.material(i).stiffness.isotropic_constants().is_none()
+            })
         })
     };
     let group = fe.regions.iter().filter_map(|(group, _)| group.as_deref()).find(|group| turned(group))?;
     Some(Warning::note(format!(
-        "region `{group}` of {} lies under the frame and has another fibre direction than the body; {} use the fibre of the body",
+        "region `{group}` of {} lies under the frame and has another fibre direction than the body; the laws of {} use the fibre of the body",
         BODY_KEYS[index],
         laws.join(" and ")
     )))

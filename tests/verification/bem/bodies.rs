@@ -35,6 +35,7 @@ pub fn spec(
         pressures: vec![],
         tractions: vec![],
         body_force: [0.0; 3],
+        thermal_strain: nalgebra::Matrix3::zeros(),
         load_case: LoadCase::default(),
     }
 }

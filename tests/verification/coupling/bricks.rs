@@ -126,6 +126,7 @@ pub fn spec(mesh: Mesh, stiffness: &Stiffness) -> FeSpec {
         pressures: Vec::new(),
         tractions: Vec::new(),
         body_force: [0.0; 3],
+        temperature_change: 0.0,
     }
 }
 

@@ -149,7 +149,12 @@ fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
         let orientation = orthowear::material::Orientation::Uniform(axes);
         Ply {
             z_range,
-            material: PlacedMaterial { name: "ply".into(), stiffness: (*stiffness).clone(), orientation },
+            material: PlacedMaterial {
+                name: "ply".into(),
+                stiffness: (*stiffness).clone(),
+                expansion: None,
+                orientation,
+            },
         }
     };
     let mut all: Vec<Ply> = plies.iter().map(placed).collect();

@@ -102,7 +102,7 @@ fn stress_jumps_between_plies_that_turn_little() {
     let placed = |ply: usize| {
         let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), (10.0 * ply as f64).to_radians());
         let orientation = Orientation::Uniform(*turn.matrix());
-        PlacedMaterial { name: "cfrp".into(), stiffness: cfrp_of_tables(), orientation }
+        PlacedMaterial { name: "cfrp".into(), stiffness: cfrp_of_tables(), expansion: None, orientation }
     };
     let plies = (0..4).map(|ply| Ply { z_range: [ply, ply + 1].map(|z| z as f64), material: placed(ply) });
     let mesh = block(Hex8, [2, 2, 8], [2.0, 2.0, 4.0], |x| x);
