@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::bulk_stress::BulkStress;
+use super::uniform_deformation::UniformDeformation;
 use super::{BodyEquations, BodyField, BodyLoad, ElasticBody, LoadCase, Loading, PointState};
 use crate::bem::half_space::plane::compressed::{DEFAULT_TOLERANCE, MAX_DENSE_CELLS};
 use crate::bem::half_space::{
@@ -55,7 +55,7 @@ pub struct HalfSpaceBody {
     point_force: OnceLock<PointForceField>,
     operator: OnceLock<Arc<dyn Flexibility>>,
     /// Uniform deformations by the loads, in the order of `loads`.
-    bulk: Vec<BulkStress>,
+    deformations: Vec<UniformDeformation>,
     loads: Vec<BodyLoad>,
 }
 
@@ -82,7 +82,7 @@ impl HalfSpaceBody {
             cache: None,
             point_force: OnceLock::new(),
             operator: OnceLock::new(),
-            bulk: Vec::new(),
+            deformations: Vec::new(),
             loads: Vec::new(),
         })
     }
@@ -93,9 +93,9 @@ impl HalfSpaceBody {
     /// If the surface would be strained along a period of the frame, or moved across a plane of symmetry.
     pub fn with_bulk_stress(mut self, value: [f64; 3], case: LoadCase, frame: &ContactFrame) -> Result<Self> {
         let local = self.stiffness.rotated(&outward_rotation(self.side).transpose());
-        let bulk = BulkStress::new(value, &local, &self.axes, frame)?;
-        self.loads.push(bulk.load(case, self.side, frame)?);
-        self.bulk.push(bulk);
+        let deformation = UniformDeformation::new(value, &local, &self.axes, frame)?;
+        self.loads.push(deformation.load(case, self.side, frame)?);
+        self.deformations.push(deformation);
         Ok(self)
     }
 
@@ -109,9 +109,9 @@ impl HalfSpaceBody {
         case: LoadCase,
         frame: &ContactFrame,
     ) -> Result<Self> {
-        let bulk = BulkStress::of_thermal_strain(strain, &self.axes, frame)?;
-        self.loads.push(bulk.load(case, self.side, frame)?);
-        self.bulk.push(bulk);
+        let deformation = UniformDeformation::of_thermal_strain(strain, &self.axes, frame)?;
+        self.loads.push(deformation.load(case, self.side, frame)?);
+        self.deformations.push(deformation);
         Ok(self)
     }
 
@@ -431,10 +431,10 @@ impl ElasticBody for HalfSpaceBody {
             let mut local = axes.transpose() * (x - frame.origin);
             local.z = (local.z - height).min(least);
             let mut state = below.at(&local).rotated(&axes);
-            for (k, bulk) in self.bulk.iter().enumerate() {
-                let of_bulk = bulk.state(loading.amplitude(k), x);
-                state.displacement += of_bulk.displacement;
-                state.stress += of_bulk.stress;
+            for (k, deformation) in self.deformations.iter().enumerate() {
+                let uniform = deformation.state(loading.amplitude(k), x);
+                state.displacement += uniform.displacement;
+                state.stress += uniform.stress;
             }
             state
         };

@@ -1,9 +1,8 @@
 //! Elastic bodies in contact. An [`ElasticBody`] provides its flexibility, loads and rigid-body modes, and recovers displacement
-//! and stress for given tractions and amplitudes of the loads. Vectors `[3, N]` are stored component by component: the x components of all N cells, then all y,
-//! then all n components.
+//! and stress for given tractions and amplitudes of the loads. Vectors `[3, N]` are stored component by component: the x components
+//! of all N cells, then all y, then all n components.
 
 pub mod boundary_elements;
-mod bulk_stress;
 pub mod condensed_flexibility;
 pub mod finite_elements;
 pub mod half_space;
@@ -14,6 +13,7 @@ pub mod rigid;
 pub mod rigid_body_modes;
 pub mod stress;
 pub mod truncated_half_space;
+mod uniform_deformation;
 pub mod worn_mesh;
 
 use std::sync::Arc;

@@ -22,7 +22,7 @@ const NORMAL_TOLERANCE: f64 = 1e-6;
 ///     u_x = ε_xx x + ½γ_xy y + γ_xz z,   u_y = ½γ_xy x + ε_yy y + γ_yz z,   u_z = ε_zz z
 ///
 /// with z = 0 on the surface. The strains are ε = S σ with the compliance S, or the thermal strains.
-pub(super) struct BulkStress {
+pub(super) struct UniformDeformation {
     origin: Point,
     /// Displacement gradient at amplitude 1, global axes.
     gradient: Matrix3<f64>,
@@ -30,7 +30,7 @@ pub(super) struct BulkStress {
     stress: Matrix3<f64>,
 }
 
-impl BulkStress {
+impl UniformDeformation {
     /// `value` contains σ_xx, σ_yy, σ_xy in the axes of the frame, MPa. `stiffness` is that of the body in `axes`, whose third axis
     /// is the normal of the frame.
     ///
@@ -188,7 +188,7 @@ mod tests {
     }
 
     fn plane_strains(stiffness: &Stiffness, value: [f64; 3], frame: &ContactFrame) -> [f64; 6] {
-        let bulk = BulkStress::new(value, stiffness, &frame.axes, frame).unwrap();
+        let bulk = UniformDeformation::new(value, stiffness, &frame.axes, frame).unwrap();
         let strain = strain_of_gradient(&bulk.gradient);
         assert!((stiffness.stress(&bulk.gradient) - bulk.stress).norm() < 1e-9);
         strain.into()
@@ -220,7 +220,8 @@ mod tests {
         let surface = frame.axes;
         frame.axes = Triad(*nalgebra::Rotation3::from_axis_angle(&Point::y_axis(), 0.2).matrix());
         let steel = Stiffness::isotropic(210e3, 0.3).unwrap();
-        let message = BulkStress::new([100.0, 0.0, 0.0], &steel, &surface, &frame).err().unwrap().to_string();
+        let message =
+            UniformDeformation::new([100.0, 0.0, 0.0], &steel, &surface, &frame).err().unwrap().to_string();
         assert!(message.contains("set frame.normal = [0, 0, 1]"), "{message}");
     }
 
@@ -230,7 +231,7 @@ mod tests {
         let mut frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
         frame.grid.as_mut().unwrap().periodic = [false, true];
         let steel = Stiffness::isotropic(210e3, 0.3).unwrap();
-        let bulk = |value| BulkStress::new(value, &steel, &frame.axes, &frame).map(|_| ());
+        let bulk = |value| UniformDeformation::new(value, &steel, &frame.axes, &frame).map(|_| ());
         let message = bulk([100.0, 0.0, 0.0]).unwrap_err().to_string();
         assert!(message.contains("[100, 30, 0]"), "{message}");
         bulk([100.0, 30.0, 0.0]).unwrap();
