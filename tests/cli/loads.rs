@@ -109,6 +109,46 @@ fn a_history_is_its_steps() {
     assert!((angle / 0.01 - 1.0).abs() < 1e-2, "{angle}");
 }
 
+/// Truth: docs/scene.md: a column with the name of a load gives its amplitude, as `loads` of steps would. Results are equal bit by bit.
+#[test]
+fn a_history_of_amplitudes() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = |steps: &str| {
+        let stress = "material = \"steel\"\nbulk_stress = { name = \"bulk\", value = [200.0, 60.0, 0.0] }";
+        scene("", SPHERE, steps).replacen("material = \"steel\"", stress, 1)
+    };
+    fs::write(
+        folder.path().join("loads.csv"),
+        "normal_force,tangential_x,bulk\n200,0,0\n200,20,1\n200,-10,-0.5\n",
+    )
+    .unwrap();
+    let history = "[[steps]]\nname = \"spectrum\"\nincrements = 2\nhistory = { file = \"loads.csv\" }";
+    let (code, text, by_file) = run(folder.path(), &scene(history));
+    assert_eq!(code, Some(0), "{text}");
+    let step = |(force, amplitude): (f64, f64)| {
+        format!(
+            "[[steps]]\nnormal_force = 200\ntangential_force = [{force:?}, 0.0]\nincrements = 2\nloads = {{ bulk = {amplitude:?} }}\n"
+        )
+    };
+    let by_hand: String = [(0.0, 0.0), (20.0, 1.0), (-10.0, -0.5)].into_iter().map(step).collect();
+    let (code, text, by_hand) = run(folder.path(), &scene(&by_hand));
+    assert_eq!(code, Some(0), "{text}");
+    let (found, wanted) = (steps(&by_file), steps(&by_hand));
+    assert_eq!((found.len(), wanted.len()), (6, 6));
+    for (found, wanted) in found.iter().zip(&wanted) {
+        for key in ["tangential_force", "shift", "approach", "dissipation", "loads"] {
+            assert_eq!(found[key], wanted[key], "{key}");
+        }
+    }
+    assert_eq!(found[5]["loads"]["bulk"], -0.5);
+    assert!(found[5]["dissipation"].as_f64() > Some(0.0));
+    // Names of other loads are refused, and the message lists those that exist.
+    fs::write(folder.path().join("loads.csv"), "normal_force,bilk\n200,0\n").unwrap();
+    let (code, text, _) = run(folder.path(), &scene(history));
+    let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(code == Some(2) && flat.contains("unknown name \"bilk\"") && flat.contains("bulk"), "{text}");
+}
+
 /// Truth: docs/scene.md: decimal commas beside semicolons, blanks or tabs are refused. Otherwise the digits before or behind the
 /// comma would go to the ignored column "-", without a message.
 #[test]

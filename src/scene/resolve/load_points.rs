@@ -5,6 +5,7 @@ use crate::csv::{Separators, data_lines, split_fields};
 use crate::evolution::step::{Normal, Spin, Tangential, Tilt};
 use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
+use crate::scene::suggest::closest;
 
 /// Further errors of one kind are only counted.
 const MAX_LISTED_ERRORS: usize = 20;
@@ -16,16 +17,57 @@ const EXCLUSIVE_COLUMNS: [[&[LoadColumn]; 2]; 4] = [
     [&[LoadColumn::Twist], &[LoadColumn::SpinMoment]],
 ];
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Quantity in a column: a control, or the amplitude of a load of the bodies.
+#[derive(Debug, Clone, PartialEq)]
+enum Column {
+    Control(LoadColumn),
+    Load(String),
+}
+
+impl Column {
+    const IGNORED: Self = Self::Control(LoadColumn::Ignored);
+
+    fn name(&self) -> &str {
+        match self {
+            Self::Control(control) => control.name(),
+            Self::Load(name) => name,
+        }
+    }
+
+    /// Finds the column `name`; `loads` contains the names of loads, or is `None` if the bodies are not known.
+    fn find(name: &str, loads: Option<&[String]>) -> Option<Self> {
+        let is_load = || loads.is_none_or(|loads| loads.iter().any(|load| load == name));
+        let control = LoadColumn::from_name(name).map(Self::Control);
+        control.or_else(|| is_load().then(|| Self::Load(name.to_owned())))
+    }
+
+    fn allowed_names(loads: Option<&[String]>) -> String {
+        let controls: Vec<&str> = LoadColumn::names().collect();
+        let loads = loads.filter(|loads| !loads.is_empty());
+        let loads =
+            loads.map_or_else(String::new, |loads| format!("; loads of the bodies: {}", loads.join(", ")));
+        format!("{}{loads}; \"-\" ignores a column", controls.join(", "))
+    }
+}
+
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct LoadPoint {
     pub line: usize,
+    /// Amplitudes of loads of the bodies.
+    pub loads: Vec<(String, f64)>,
     pub normal: Option<Normal>,
     pub tangential: Option<Tangential>,
     pub tilt: Option<Tilt>,
     pub spin: Option<Spin>,
 }
 
-pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option<Vec<LoadPoint>> {
+/// Load points of the file of a history. `loads` contains the names of loads, or is `None` if the bodies are not known.
+pub(super) fn read(
+    r: &mut Resolver,
+    key: &str,
+    history: &LoadHistory,
+    loads: Option<&[String]>,
+) -> Option<Vec<LoadPoint>> {
     let path = r.file(&format!("{key}.file"), &history.file);
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
@@ -53,17 +95,17 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
                     let _ = separators.check(line);
                 }
             }
-            columns.clone()
+            given_columns(r, key, columns, loads)?
         }
         None => {
             if let Some((_, line)) = lines.first() {
                 // Errors of the header are reported below, with its column names.
                 let _ = separators.check(line);
             }
-            header(r, key, &history.file, &mut lines)?
+            header(r, key, &history.file, &mut lines, loads)?
         }
     };
-    check_columns(r, key, &columns);
+    check_columns(r, key, &columns, loads);
     if lines.is_empty() {
         let message = format!("{} has no load points", history.file);
         r.report(&format!("{key}.file"), message, "no rows", "add one row of numbers per load point");
@@ -72,12 +114,36 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &LoadHistory) -> Option
     (r.diagnostics.len() == before).then_some(points)
 }
 
+/// Columns that the scene names.
+fn given_columns(
+    r: &mut Resolver,
+    key: &str,
+    names: &[String],
+    loads: Option<&[String]>,
+) -> Option<Vec<Column>> {
+    let columns: Vec<Option<Column>> = names.iter().map(|name| Column::find(name, loads)).collect();
+    for (i, name) in names.iter().enumerate().filter(|(i, _)| columns[*i].is_none()) {
+        let mut known: Vec<&str> = LoadColumn::names().collect();
+        known.extend(loads.unwrap_or_default().iter().map(String::as_str));
+        let meant =
+            closest(name, &known).map_or_else(String::new, |word| format!("did you mean \"{word}\"? "));
+        r.report(
+            &format!("{key}.columns.{i}"),
+            format!("a load history has no column \"{name}\""),
+            "unknown",
+            format!("{meant}allowed are {}", Column::allowed_names(loads)),
+        );
+    }
+    columns.into_iter().collect()
+}
+
 fn header(
     r: &mut Resolver,
     key: &str,
     file: &str,
     lines: &mut Vec<(usize, &str)>,
-) -> Option<Vec<LoadColumn>> {
+    loads: Option<&[String]>,
+) -> Option<Vec<Column>> {
     let (line, names) = if lines.is_empty() {
         (1, Vec::new())
     } else {
@@ -88,45 +154,48 @@ fn header(
     let mut columns = Vec::new();
     let mut wrong = Vec::new();
     for (index, name) in names.iter().enumerate() {
-        match LoadColumn::from_name(name) {
+        match Column::find(name, loads) {
             Some(column) => columns.push(column),
             None => wrong
                 .push(format!("{file}, line {line}: column {} has the unknown name \"{name}\"", index + 1)),
         }
     }
-    let mend = format!("name the columns in the first line or in `columns`: {}", LoadColumn::allowed_names());
+    let mend =
+        format!("name the columns in the first line or in `columns`: {}", Column::allowed_names(loads));
     report_lines(r, key, file, wrong, ["unknown column", &mend]);
     if names.is_empty() {
-        let mend = format!("start the file with a line of column names: {}", LoadColumn::allowed_names());
+        let mend = format!("start the file with a line of column names: {}", Column::allowed_names(loads));
         r.report(&format!("{key}.file"), format!("{file} is empty"), "no columns", mend);
     }
     (r.diagnostics.len() == before).then_some(columns)
 }
 
-fn check_columns(r: &mut Resolver, key: &str, columns: &[LoadColumn]) {
+fn check_columns(r: &mut Resolver, key: &str, columns: &[Column], loads: Option<&[String]>) {
     let place = if r.document.get(&format!("{key}.columns")).is_some() { "columns" } else { "file" };
     let place = format!("{key}.{place}");
     let mut wrong = |message: String, label: &str, mend: &str| r.report(&place, message, label, mend);
     for (i, column) in columns.iter().enumerate() {
         let before = columns[..i].iter().filter(|known| *known == column).count();
-        if *column != LoadColumn::Ignored && before == 1 {
+        if *column != Column::IGNORED && before == 1 {
             let message = format!("the column `{}` appears twice", column.name());
             wrong(message, "twice", "name each column once; \"-\" ignores a column");
         }
     }
     for [motion, load] in EXCLUSIVE_COLUMNS {
-        let there = |group: &[LoadColumn]| group.iter().find(|column| columns.contains(column)).copied();
+        let there = |group: &[LoadColumn]| {
+            group.iter().find(|control| columns.contains(&Column::Control(**control))).copied()
+        };
         if let (Some(motion), Some(load)) = (there(motion), there(load)) {
             let message =
                 format!("a load history prescribes `{}` or `{}`, not both", motion.name(), load.name());
             wrong(message, "both", "ignore one of them with \"-\" in `columns`");
         }
     }
-    if columns.iter().all(|column| *column == LoadColumn::Ignored) {
+    if columns.iter().all(|column| *column == Column::IGNORED) {
         wrong(
             "all columns are ignored, so nothing is prescribed".to_owned(),
             "nothing prescribed",
-            &LoadColumn::allowed_names(),
+            &Column::allowed_names(loads),
         );
     }
 }
@@ -135,7 +204,7 @@ fn rows(
     r: &mut Resolver,
     key: &str,
     file: &str,
-    columns: &[LoadColumn],
+    columns: &[Column],
     lines: &[(usize, &str)],
     mut separators: Separators,
 ) -> Vec<LoadPoint> {
@@ -161,24 +230,13 @@ fn rows(
             continue;
         }
         let mut values = [None; LoadColumn::COUNT];
-        for (column, cell) in columns.iter().zip(cells).filter(|(column, _)| **column != LoadColumn::Ignored)
-        {
-            match cell.parse::<f64>() {
-                Ok(value) if value == 0.0 || (MAGNITUDE_RANGE[0]..=MAGNITUDE_RANGE[1]).contains(&value.abs()) => {
-                    values[*column as usize] = Some(value);
-                }
-                Ok(value) if value.is_finite() => wrong.push(format!(
-                    "{file}, line {line}, column `{}`: {cell} is out of range; magnitudes must be 0 or lie between {:e} and {:e}",
-                    column.name(),
-                    MAGNITUDE_RANGE[0],
-                    MAGNITUDE_RANGE[1]
-                )),
-                _ => {
-                    let found = if cell.is_empty() { "nothing".to_owned() } else { format!("\"{cell}\"") };
-                    wrong.push(format!(
-                        "{file}, line {line}, column `{}`: expected a finite number, found {found}",
-                        column.name()
-                    ));
+        let mut loads = Vec::new();
+        for (column, cell) in columns.iter().zip(cells).filter(|(column, _)| **column != Column::IGNORED) {
+            match (number(cell), column) {
+                (Ok(value), Column::Control(control)) => values[*control as usize] = Some(value),
+                (Ok(value), Column::Load(name)) => loads.push((name.clone(), value)),
+                (Err(problem), _) => {
+                    wrong.push(format!("{file}, line {line}, column `{}`: {problem}", column.name()));
                 }
             }
         }
@@ -187,7 +245,7 @@ fn rows(
                 "{file}, line {line}, column `normal_force`: {force} is negative (tension); compression is positive, 0 or more"
             ));
         }
-        points.push(point(*line, &values));
+        points.push(LoadPoint { loads, ..point(*line, &values) });
     }
     report_lines(
         r,
@@ -197,6 +255,21 @@ fn rows(
         ["this file", "correct this line; each column needs a number in every row"],
     );
     points
+}
+
+/// The number in a cell, or what is wrong with it.
+fn number(cell: &str) -> Result<f64, String> {
+    match cell.parse::<f64>() {
+        Ok(value) if value == 0.0 || (MAGNITUDE_RANGE[0]..=MAGNITUDE_RANGE[1]).contains(&value.abs()) => {
+            Ok(value)
+        }
+        Ok(value) if value.is_finite() => Err(format!(
+            "{cell} is out of range; magnitudes must be 0 or lie between {:e} and {:e}",
+            MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
+        )),
+        _ if cell.is_empty() => Err("expected a finite number, found nothing".to_owned()),
+        _ => Err(format!("expected a finite number, found \"{cell}\"")),
+    }
 }
 
 fn report_lines(r: &mut Resolver, key: &str, file: &str, wrong: Vec<String>, [label, mend]: [&str; 2]) {
@@ -220,6 +293,7 @@ fn point(line: usize, values: &[Option<f64>; LoadColumn::COUNT]) -> LoadPoint {
     let degrees = |angles: [f64; 2]| angles.map(f64::to_radians);
     LoadPoint {
         line,
+        loads: Vec::new(),
         normal: one(LoadColumn::Approach)
             .map(Normal::Approach)
             .or(one(LoadColumn::NormalForce).map(Normal::Force)),

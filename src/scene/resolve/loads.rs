@@ -59,8 +59,7 @@ pub(super) fn check(
         }
     }
     check_temperatures(r, half_spaces, bodies);
-    let mut cases = load_cases(half_spaces, bodies);
-    cases.extend(as_meshed.then(|| ("gap", LoadCase::interference())));
+    let cases = load_cases(half_spaces, bodies, as_meshed);
     check_cases(r, &cases);
     if as_meshed && cases.iter().filter(|(_, case)| *case == LoadCase::interference()).count() > 1 {
         r.report(
@@ -70,9 +69,7 @@ pub(super) fn check(
             "choose another name for the load",
         );
     }
-    let mut names: Vec<&str> = cases.iter().filter_map(|(_, case)| case.name.as_deref()).collect();
-    names.sort_unstable();
-    names.dedup();
+    let names = names_of_cases(&cases);
     for i in 0..r.list_length("steps") {
         let key = format!("steps.{i}");
         let Some(keys) = r.section::<Keys>(&key) else { continue };
@@ -109,8 +106,29 @@ pub(super) fn refuse_empty_name(r: &mut Resolver, key: &str, name: Option<&str>)
     }
 }
 
+/// Names of all loads; `None` if a body is not known.
+pub(super) fn load_names(
+    half_spaces: &[Option<HalfSpaceLoads>; 2],
+    bodies: &[Option<BodyPlan>; 2],
+    as_meshed: bool,
+) -> Option<Vec<String>> {
+    let ([Some(lower), Some(upper)], [Some(body1), Some(body2)]) = (half_spaces, bodies) else { return None };
+    Some(names_of_cases(&load_cases([lower, upper], [body1, body2], as_meshed)))
+}
+
+fn names_of_cases(cases: &[(&str, LoadCase)]) -> Vec<String> {
+    let mut names: Vec<String> = cases.iter().filter_map(|(_, case)| case.name.clone()).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
 /// Key of the body and case of each load.
-fn load_cases(half_spaces: [&HalfSpaceLoads; 2], bodies: [&BodyPlan; 2]) -> Vec<(&'static str, LoadCase)> {
+fn load_cases(
+    half_spaces: [&HalfSpaceLoads; 2],
+    bodies: [&BodyPlan; 2],
+    as_meshed: bool,
+) -> Vec<(&'static str, LoadCase)> {
     let mut cases = Vec::new();
     for ((key, loads), body) in BODY_KEYS.into_iter().zip(half_spaces).zip(bodies) {
         cases.extend(loads.cases().into_iter().map(|case| (key, case)));
@@ -118,6 +136,7 @@ fn load_cases(half_spaces: [&HalfSpaceLoads; 2], bodies: [&BodyPlan; 2]) -> Vec<
             body.as_meshed().iter().flat_map(|meshed| meshed.load_cases()).map(|case| (key, case.clone())),
         );
     }
+    cases.extend(as_meshed.then(|| ("gap", LoadCase::interference())));
     cases
 }
 
@@ -186,8 +205,8 @@ fn refuse_rolling(r: &mut Resolver, surface_loads: &[(String, &str, Option<Strin
 }
 
 /// Reports amplitudes of loads that no body has.
-fn check_names(r: &mut Resolver, place: &str, loads: &BTreeMap<String, f64>, names: &[&str]) {
-    for name in loads.keys().filter(|name| !names.contains(&name.as_str())) {
+fn check_names(r: &mut Resolver, place: &str, loads: &BTreeMap<String, f64>, names: &[String]) {
+    for name in loads.keys().filter(|name| !names.contains(name)) {
         let known = if names.is_empty() {
             "no load has a name: name it, as in pressure = [{ group = \"top\", value = 50.0, name = \"clamp\" }]"
                 .to_owned()
@@ -207,10 +226,10 @@ fn refuse_constant_amplitudes(r: &mut Resolver, key: &str, keys: &Keys) {
         ("history", keys.history.is_some()),
     ];
     let Some((kind, _)) = kinds.into_iter().find(|(_, there)| *there) else { return };
-    let mend = if kind == "cycles" {
-        "change them in a step before, or let them vary in phase with the strokes (cycles.loads)"
-    } else {
-        "change them in a step before; they keep their values"
+    let mend = match kind {
+        "cycles" => "change them in a step before, or let them vary in phase with the strokes (cycles.loads)",
+        "history" => "give them columns of the file",
+        _ => "change them in a step before; they keep their values",
     };
     r.report(
         &format!("{key}.loads"),

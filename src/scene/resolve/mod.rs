@@ -73,10 +73,11 @@ fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let ground = laws::LawContext { bodies: &bodies, frame: frame.as_ref() };
     let laws = laws::resolve(r, ground, friction, wear);
     let half_space_loads = loads::half_space_loads(r);
-    let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
+    let as_meshed = gap.as_ref().is_some_and(|gap| gap.as_meshed);
+    let load_names = loads::load_names(&half_space_loads, &bodies, as_meshed);
+    let steps = steps::resolve(r, laws.as_ref(), frame.as_ref(), load_names.as_deref());
     let friction = laws.as_ref().is_none_or(|laws| laws.friction != FrictionLaw::None)
         && steps.as_ref().is_none_or(|steps| steps.iter().any(|step| step.friction));
-    let as_meshed = gap.as_ref().is_some_and(|gap| gap.as_meshed);
     loads::check(r, &half_space_loads, (&bodies, as_meshed), friction);
     rolling::check_model(r, frame.as_ref(), &bodies);
     let solver: Option<Solver> = r.section_or_default("solver");

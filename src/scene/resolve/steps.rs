@@ -13,10 +13,16 @@ use crate::scene::spec::step::Step as Keys;
 /// Larger rotations cause a note. At 5 degrees, the tangent exceeds the angle by 0.25 %.
 const MAX_ROTATION_DEG: f64 = 5.0;
 
-pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&FramePlan>) -> Option<Vec<Step>> {
+/// Steps of the scene. `loads` contains the names of loads of the bodies, or is `None` if the bodies are not known.
+pub(super) fn resolve(
+    r: &mut Resolver,
+    laws: Option<&Laws>,
+    frame: Option<&FramePlan>,
+    loads: Option<&[String]>,
+) -> Option<Vec<Step>> {
     let n = r.list_length("steps");
     let level = !matches!(frame, Some(FramePlan::Mesh { .. }));
-    let steps: Vec<NumberedStep> = (0..n).flat_map(|i| step(r, i, laws, level)).collect();
+    let steps: Vec<NumberedStep> = (0..n).flat_map(|i| step(r, i, (laws, loads), level)).collect();
     friction_loads::check_inherited_loads(r, &steps, laws, level);
     if let Some(FramePlan::Grid { periodic, .. }) = frame {
         check_periodic_rotations(r, &steps, *periodic);
@@ -36,7 +42,12 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
 }
 
 /// The step of entry `i`, or one step per row of its load history.
-fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<NumberedStep> {
+fn step(
+    r: &mut Resolver,
+    i: usize,
+    (laws, loads): (Option<&Laws>, Option<&[String]>),
+    level: bool,
+) -> Vec<NumberedStep> {
     let key = format!("steps.{i}");
     let Some(keys) = r.section::<Keys>(&key) else { return vec![(i, None)] };
     let before = r.diagnostics.len();
@@ -58,7 +69,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     let rolling = keys.rolling.and_then(|rolling| super::rolling::resolve(r, &key, &keys, rolling, laws));
     let points = keys.history.as_ref().map(|history| {
         check_history_alone(r, &key, &keys);
-        load_points::read(r, &format!("{key}.history"), history).unwrap_or_default()
+        load_points::read(r, &format!("{key}.history"), history, loads).unwrap_or_default()
     });
     if r.diagnostics.len() != before {
         return vec![(i, None)];
@@ -73,6 +84,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
             tangential: point.tangential,
             tilt: point.tilt,
             spin: point.spin,
+            loads: point.loads.clone(),
             history_row: Some(HistoryRow { index, count }),
             ..plain.clone()
         })

@@ -94,13 +94,14 @@ pub struct Shift {
 pub struct LoadHistory {
     /// CSV file, relative to the scene file: one row per load point, in order. Lines that begin with # are ignored.
     pub file: String,
-    /// Quantity in each column, "-" to ignore one; default: the names in the first line of the file.
-    pub columns: Option<Vec<LoadColumn>>,
+    /// Quantity in each column, "-" to ignore one; default: the names in the first line of the file. Quantities are "approach",
+    /// "normal_force", "shift_x", "shift_y", "tangential_x", "tangential_y", "rotation_x", "rotation_y", "moment_x", "moment_y",
+    /// "twist", "spin_moment", and the names of loads of the bodies, whose columns contain amplitudes.
+    pub columns: Option<Vec<String>>,
 }
 
-/// Quantity in a column of a load history, in the units of the scene, angles in degrees.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+/// Control in a column of a load history, in the units of the scene, angles in degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum LoadColumn {
     Approach,
@@ -115,7 +116,6 @@ pub enum LoadColumn {
     MomentY,
     Twist,
     SpinMoment,
-    #[serde(rename = "-")]
     Ignored,
 }
 
@@ -149,10 +149,9 @@ impl LoadColumn {
         Self::NAMES.iter().find(|(_, known)| *known == name).map(|(column, _)| *column)
     }
 
-    /// All names, for messages.
-    pub fn allowed_names() -> String {
-        let names: Vec<&str> = Self::NAMES.iter().map(|(_, name)| *name).collect();
-        format!("{}; \"-\" ignores a column", names[..Self::COUNT - 1].join(", "))
+    /// All names except "-".
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        Self::NAMES[..Self::COUNT - 1].iter().map(|(_, name)| *name)
     }
 }
 
