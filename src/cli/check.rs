@@ -300,21 +300,29 @@ fn describe_controls(step: &Step) -> String {
 
 fn describe_cycles(closed: &ClosedPath, count: f64) -> String {
     let [along, left] = closed.amplitude;
+    if closed.amplitude == [0.0; 2] {
+        return format!("{count} cycles of loads of the bodies{}", describe_strokes(closed));
+    }
     let path = if left == 0.0 {
         format!("+-{along}")
     } else {
         format!("an ellipse with semi-axes {along} x {left}")
     };
     let of = if closed.drive == Drive::Force { " of the tangential force" } else { "" };
-    let mut text = format!("{count} cycles of {path}{of} at {:.1} degrees", closed.angle.to_degrees());
+    let angle = closed.angle.to_degrees();
+    format!("{count} cycles of {path}{of} at {angle:.1} degrees{}", describe_strokes(closed))
+}
+
+fn describe_strokes(closed: &ClosedPath) -> String {
     let as_needed =
         |used: &ResolvedCycleSettings| used.increments.is_none() && used.correction != Correction::Never;
     if closed.resolved_cycles.as_ref().is_some_and(as_needed) {
-        text.push_str(", increments per stroke as needed");
-    } else if closed.given_increments() > 1 {
-        text.push_str(&format!(", {} increments per stroke", closed.given_increments()));
+        return ", increments per stroke as needed".to_owned();
     }
-    text
+    match closed.given_increments() {
+        1 => String::new(),
+        increments => format!(", {increments} increments per stroke"),
+    }
 }
 
 fn describe_increments(step: &Step) -> String {

@@ -56,7 +56,8 @@ pub struct Cycles {
 pub struct ClosedPath {
     /// Quantity that follows the path.
     pub drive: Drive,
-    /// Half-axes: along `angle`, and 90 degrees to the left of `angle` (0 for a line), mm or N.
+    /// Half-axes: along `angle`, and 90 degrees to the left of `angle` (0 for a line), mm or N. Both are 0 if only loads of the bodies
+    /// vary.
     pub amplitude: [f64; 2],
     /// Angle from the frame's x to the first half-axis, radians.
     pub angle: f64,
@@ -137,36 +138,45 @@ impl ClosedPath {
 
     /// Offsets along x, y from the centre at the path points of a cycle, the + reversal point first, with equal increments.
     pub fn offsets(&self) -> Vec<[f64; 2]> {
-        self.offsets_at(|part| part)
+        self.positions().into_iter().map(|position| self.offset(position)).collect()
     }
 
-    /// As [`Self::offsets`], but increment k of K ends at (k/K)^m of its stroke on a line with prescribed displacement. Increments
+    /// Positions at the path points of [`Self::offsets`], along both semi-axes and relative to these, from -1 to 1.
+    pub fn positions(&self) -> Vec<[f64; 2]> {
+        self.positions_at(|part| part)
+    }
+
+    /// As [`Self::positions`], but increment k of K ends at (k/K)^m of its stroke on a line with prescribed displacement. Increments
     /// are then short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is the share of the stroke in
     /// which slip spreads: m = max(log2(1/transition), 2).
-    pub fn graded_offsets(&self, transition: f64) -> Vec<[f64; 2]> {
+    pub fn graded_positions(&self, transition: f64) -> Vec<[f64; 2]> {
         let graded = self.drive == Drive::Shift && self.amplitude[1] == 0.0;
         let exponent = transition.recip().log2().max(2.0);
-        self.offsets_at(|part| if graded { part.powf(exponent) } else { part })
+        self.positions_at(|part| if graded { part.powf(exponent) } else { part })
     }
 
-    /// Offsets with K increments per stroke. On a line, increment k ends at the fraction `of(k/K)` of its stroke. On an ellipse,
-    /// the increments cover equal angles.
-    fn offsets_at(&self, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
-        let k = self.increments as f64;
+    /// Offset along x, y from the centre at a position along both semi-axes, relative to these.
+    pub fn offset(&self, position: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.angle.sin_cos();
-        let offset = |end: usize| {
+        let [along, left] = [0, 1].map(|axis| self.amplitude[axis] * position[axis]);
+        [along * c - left * s, along * s + left * c]
+    }
+
+    /// Positions with K increments per stroke. On a line, increment k ends at the fraction `of(k/K)` of its stroke. On an ellipse,
+    /// the increments cover equal angles.
+    fn positions_at(&self, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+        let k = self.increments as f64;
+        let position = |end: usize| {
             let at = end as f64;
-            let [along, left] = if self.amplitude[1] == 0.0 {
+            if self.amplitude[1] == 0.0 {
                 let back = end > self.increments;
-                let along = self.amplitude[0] * (1.0 - 2.0 * of(if back { at - k } else { at } / k));
-                [if back { -along } else { along }, 0.0]
-            } else {
-                let (sin, cos) = (std::f64::consts::PI * at / k).sin_cos();
-                [self.amplitude[0] * cos, self.amplitude[1] * sin]
-            };
-            [along * c - left * s, along * s + left * c]
+                let along = 1.0 - 2.0 * of(if back { at - k } else { at } / k);
+                return [if back { -along } else { along }, 0.0];
+            }
+            let (sin, cos) = (std::f64::consts::PI * at / k).sin_cos();
+            [cos, sin]
         };
-        (0..2 * self.increments).map(offset).collect()
+        (0..2 * self.increments).map(position).collect()
     }
 }
 
@@ -333,10 +343,13 @@ mod tests {
             increments,
             resolved_cycles: None,
         };
+        let offsets_of = |path: &ClosedPath, transition: f64| -> Vec<[f64; 2]> {
+            path.graded_positions(transition).into_iter().map(|position| path.offset(position)).collect()
+        };
         for (transition, first) in [(1.0, 0.25), (0.25, 0.25), (0.05, 0.05)] {
-            let offsets = path(2).graded_offsets(transition);
+            let offsets = offsets_of(&path(2), transition);
             assert!((offsets[1][0] - (2.0 - 4.0 * first)).abs() < 1e-14, "{offsets:?}");
-            let offsets = path(8).graded_offsets(transition);
+            let offsets = offsets_of(&path(8), transition);
             assert_eq!((offsets.len(), offsets[0][0], offsets[8][0]), (16, 2.0, -2.0));
             assert!(offsets[..9].windows(2).all(|pair| pair[1][0] < pair[0][0]), "{offsets:?}");
             assert!((0..8).all(|k| offsets[k + 8][0] == -offsets[k][0]), "{offsets:?}");

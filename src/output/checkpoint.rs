@@ -28,7 +28,7 @@ use crate::output::provenance::Provenance;
 pub const FILES: [&str; 2] = ["checkpoint-1.bin", "checkpoint-2.bin"];
 
 const MAGIC: &[u8; 16] = b"orthowear-check\n";
-const FORMAT: u32 = 12;
+const FORMAT: u32 = 13;
 const HEADER_BYTES: usize = 36;
 const CHECKSUM_BYTES: usize = 32;
 

@@ -73,6 +73,35 @@ fn what_is_refused() {
     assert!(text.contains("does not change the pressures"), "{text}");
 }
 
+/// Truth: docs/scene.md: cycles may consist of loads of the bodies alone. The tangential force of an earlier step stays.
+#[test]
+fn cycles_of_loads_alone() {
+    let cycles = "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }";
+    let alone = "cycles = { count = 1000, jumps = 4, loads = { bulk = 0.5 } }";
+    let text = printed(&stressed().replace(cycles, alone));
+    let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        flat.contains("1000 cycles of loads of the bodies") && flat.contains("bulk +-0.5 in phase"),
+        "{text}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let held = stressed().replace(cycles, alone).replace(
+        "[[steps]]\nname = \"fretting\"",
+        "[[steps]]\ntangential_force = [10.0, 0.0]\n[[steps]]\nname = \"fretting\"",
+    );
+    fs::write(folder.path().join("scene.toml"), held).unwrap();
+    let summary = run(folder.path(), &[]);
+    let steps = summary["steps"].as_array().unwrap();
+    let last = &steps[steps.len() - 1];
+    assert!((last["tangential_force"][0].as_f64().unwrap() - 10.0).abs() < 1e-5, "{last}");
+    assert!(last["worn_volume"].as_f64() > Some(0.0), "{last}");
+    // Without amplitudes nothing would move.
+    for nothing in ["cycles = { count = 1000 }", "cycles = { count = 1000, loads = { bulk = 0.0 } }"] {
+        let (code, text) = check(&stressed().replace(cycles, nothing), &[]);
+        assert!(code == Some(2) && text.contains("lacks an amplitude"), "{text}");
+    }
+}
+
 /// Truth: docs/scene.md: amplitudes grow to 1 over the first step unless it names them, and stay.
 #[test]
 fn table_of_amplitudes() {

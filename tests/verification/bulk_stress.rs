@@ -240,6 +240,30 @@ fn cycles_in_phase() {
     assert!(relative(cycle(128, [0.5, 0.4], [0.0; 2]).0, 4.0 * first[0]) < 1e-6, "{first:?}");
 }
 
+/// Truth: a settled cycle of a bulk stress alone dissipates four times as much as the first loading (Masing). Without tangential force
+/// it is the same whether body 2 is held or carries no force, because the contact is symmetric.
+#[test]
+fn cycles_of_bulk_stress_alone() {
+    let model = line(128, MU, Side::Lower);
+    let stress = 0.8;
+    let (first, _) = legs(&model, &[pressed(LOAD), loaded(stress)]);
+    let dissipation = |drive: Drive| {
+        let mut fretting = fretting(2, 0.0, 1, Integrator::Sdirk2);
+        path_of(&mut fretting).drive = drive;
+        fretting.cyclic_loads = vec![(NAME.to_owned(), stress)];
+        let result = solve_with(&model, &[pressed(LOAD), loaded(0.0), fretting], &tight());
+        let [before, last] = &result.records[result.records.len() - 2..] else { panic!("two records") };
+        assert!(last.converged, "{:?}", result.outcome);
+        let ends = last.stroke_ends.expect("reversal points");
+        assert!(ends.iter().all(|end| end.tangential_force[0].abs() < 1e-6 * LOAD), "{ends:?}");
+        (last.dissipation - before.dissipation) / (2.0 * DISSIPATION_UNIT)
+    };
+    let [held, free] = [Drive::Shift, Drive::Force].map(dissipation);
+    println!("{held} {free} {first:?}");
+    assert!(first[0] > 1e-3 && relative(held, 4.0 * first[0]) < 1e-4, "{held} {first:?}");
+    assert!(relative(free, held) < 1e-6, "{held} {free}");
+}
+
 /// Truth: strokes as plain steps, one after the other, until the dissipation of a cycle settles. On tilted fibres the stick zones of
 /// both strokes differ, and body 2 moves on from cycle to cycle: no cell sticks through a cycle.
 #[test]

@@ -15,6 +15,8 @@ pub struct StickZone {
     /// Displacement of body 2 at the + reversal point in the last strokes, mm: if no cell sticks, one cycle before. `None` if
     /// displacements are prescribed, or on frames with inclined cells.
     pub origin: Option<[f64; 2]>,
+    /// Largest tangential motion of the gap by loads of the bodies from the centre of the path to a reversal point, mm.
+    pub load_motion: f64,
 }
 
 impl StickZone {
@@ -64,8 +66,9 @@ impl From<CycleState> for CycleUnknowns {
 }
 
 impl CycleState {
-    /// Path points with zero tractions; all cells stick. `can_drift` states whether body 2 may move on from cycle to cycle.
-    pub fn new(n: usize, path: &FrettingPath, rigid: [f64; 3], can_drift: bool) -> Self {
+    /// Path points with zero tractions; all cells stick. `can_drift` states whether body 2 may move on from cycle to cycle. See
+    /// [`StickZone::load_motion`].
+    pub fn new(n: usize, path: &FrettingPath, rigid: [f64; 3], can_drift: bool, load_motion: f64) -> Self {
         let motions = (0..path.len()).map(|point| {
             let mut rigid = rigid;
             path.set_shift(point, &mut rigid);
@@ -78,6 +81,7 @@ impl CycleState {
                 mask: vec![true; n],
                 gap: vec![0.0; 2 * n],
                 origin: can_drift.then_some([0.0; 2]),
+                load_motion,
             },
         }
     }
@@ -85,7 +89,12 @@ impl CycleState {
     pub fn for_sliding(n: usize, rigid: [f64; 3]) -> Self {
         Self {
             contact: ContactState::new(n, vec![rigid]),
-            stick_zone: StickZone { mask: vec![false; n], gap: vec![0.0; 2 * n], origin: None },
+            stick_zone: StickZone {
+                mask: vec![false; n],
+                gap: vec![0.0; 2 * n],
+                origin: None,
+                load_motion: 0.0,
+            },
         }
     }
 
@@ -104,11 +113,12 @@ impl CycleState {
         self.stick_zone.gap.copy_from_slice(&it.gap[..2 * n]);
     }
 
-    /// Half of the largest distance between the positions of body 2 at two path points, mm.
+    /// Half of the largest distance between the positions of body 2 at two path points, or the motion by loads of the bodies if it is
+    /// larger, mm.
     pub(super) fn amplitude(&self) -> f64 {
         let rigid = &self.contact.rigid_motion;
         let apart = |a: &[f64; 3], b: &[f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
         let farthest = |a: &[f64; 3]| rigid.iter().map(|b| apart(a, b)).fold(0.0, f64::max);
-        0.5 * rigid.iter().map(farthest).fold(0.0, f64::max)
+        f64::max(0.5 * rigid.iter().map(farthest).fold(0.0, f64::max), self.stick_zone.load_motion)
     }
 }

@@ -22,48 +22,46 @@ pub struct FrettingPath {
 impl FrettingPath {
     /// The centre of the path is `center` if displacements are prescribed, and `force` if forces are prescribed.
     pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
-        let offsets = closed.offsets();
-        Self::from_offsets(&offsets, offsets[0], closed.drive, center, force)
+        let positions = closed.positions();
+        Self::through(closed, &positions, center, force)
     }
 
-    /// `reversal` is the offset of the + reversal point.
-    fn from_offsets(
-        offsets: &[[f64; 2]],
-        reversal: [f64; 2],
-        drive: Drive,
+    /// Path of `closed` through `positions` along both half-axes, relative to these.
+    fn through(
+        closed: &ClosedPath,
+        positions: &[[f64; 2]],
         center: [f64; 2],
         center_force: [f64; 2],
     ) -> Self {
-        let about = if drive == Drive::Shift { center } else { center_force };
-        let path_points = offsets.iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
-        let along = |offset: &[f64; 2]| offset[0] * reversal[0] + offset[1] * reversal[1];
-        let phases = offsets.iter().map(|offset| along(offset) / along(&reversal)).collect();
-        Self { drive, path_points, phases, center, center_force }
+        let about = if closed.drive == Drive::Shift { center } else { center_force };
+        let place = |position: &[f64; 2]| {
+            let offset = closed.offset(*position);
+            [0, 1].map(|k| about[k] + offset[k])
+        };
+        Self {
+            drive: closed.drive,
+            path_points: positions.iter().map(place).collect(),
+            phases: positions.iter().map(|position| position[0]).collect(),
+            center,
+            center_force,
+        }
     }
 
-    fn about_same_center(&self, offsets: &[[f64; 2]], reversal: [f64; 2]) -> Self {
-        Self::from_offsets(offsets, reversal, self.drive, self.center, self.center_force)
-    }
-
-    /// Path about the same centre with the increments of `closed`, at [`ClosedPath::graded_offsets`].
+    /// Path about the same centre with the increments of `closed`, at [`ClosedPath::graded_positions`].
     pub fn refined(&self, closed: &ClosedPath, transition: f64) -> Self {
-        let offsets = closed.graded_offsets(transition);
-        self.about_same_center(&offsets, offsets[0])
+        Self::through(closed, &closed.graded_positions(transition), self.center, self.center_force)
     }
 
     /// Path about the same centre with the increments of `closed`, all of the same length.
     pub fn with_increments(&self, closed: &ClosedPath) -> Self {
-        let offsets = closed.offsets();
-        self.about_same_center(&offsets, offsets[0])
+        Self::new(closed, self.center, self.center_force)
     }
 
-    /// Straight path from the centre to the + reversal point, in increments of the same length.
-    pub fn first_stroke(&self, increments: usize) -> Self {
-        let about = if self.drive == Drive::Shift { self.center } else { self.center_force };
-        let end = [0, 1].map(|k| self.path_points[0][k] - about[k]);
-        let share = |point: usize| (point + 1) as f64 / increments as f64;
-        let offsets: Vec<_> = (0..increments).map(|point| end.map(|offset| share(point) * offset)).collect();
-        self.about_same_center(&offsets, end)
+    /// Straight path of `closed` from the centre to the + reversal point, in increments of the same length.
+    pub fn first_stroke(&self, closed: &ClosedPath, increments: usize) -> Self {
+        let share = |point: usize| [(point + 1) as f64 / increments as f64, 0.0];
+        let positions: Vec<_> = (0..increments).map(share).collect();
+        Self::through(closed, &positions, self.center, self.center_force)
     }
 
     pub fn len(&self) -> usize {

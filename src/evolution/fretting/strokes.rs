@@ -53,7 +53,7 @@ impl Run<'_> {
         let (ratio, mut work) = self.settling_ratio(path, loads)?;
         let Some(closed) = self.step().kind.closed_path() else { return Ok(work) };
         cycle.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
-        let first = path.first_stroke(ratio);
+        let first = path.first_stroke(closed, ratio);
         for point in 0..ratio {
             let coupled = (point + 1 == ratio).then_some(0);
             work += self.advance_stroke(&first, loads, point, coupled, cycle)?.1;

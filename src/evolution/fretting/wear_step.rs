@@ -175,7 +175,8 @@ impl Run<'_> {
                 let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
                 let path = FrettingPath::new(closed, [center[0], center[1]], [x, y]);
                 let can_drift = path.drive == Drive::Force && self.prepared.model.frame.has_uniform_axes();
-                (CycleState::new(n, &path, center, can_drift), SlipSource::ClosedPath(path))
+                let cycle = CycleState::new(n, &path, center, can_drift, self.motion_by_cyclic_loads());
+                (cycle, SlipSource::ClosedPath(path))
             }
             StepKind::Sliding { angle, .. } => {
                 let mut cycle = CycleState::for_sliding(n, center);
@@ -201,6 +202,13 @@ impl Run<'_> {
             totals_before: (self.state.cycles_done, self.state.distance_slid),
             rates_outdated: false,
         }
+    }
+
+    /// Largest tangential motion of the gap by the loads that vary in the cycles, at a reversal point, mm.
+    fn motion_by_cyclic_loads(&self) -> f64 {
+        let (n, gap) = (self.prepared.n(), self.prepared.cyclic_gap.as_deref().unwrap_or_default());
+        let motions = gap.iter().take(n).zip(gap.iter().skip(n)).map(|(x, y)| x.hypot(*y));
+        motions.fold(0.0, f64::max)
     }
 
     /// Step controller whose first jump wears a share of the approach.

@@ -69,10 +69,15 @@ fn check_friction_energy(r: &mut Resolver, key: &str, step: &StepKeys, laws: Opt
     }
 }
 
-fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) -> Option<ClosedPath> {
-    let (drive, amplitude) = match (cycles.amplitude, cycles.force_amplitude) {
+/// Quantity that follows the path, and its amplitude along the path's angle. Without amplitude, loads of the bodies vary alone.
+fn drive_and_amplitude(r: &mut Resolver, key: &str, cycles: &Keys) -> Option<(Drive, f64)> {
+    Some(match (cycles.amplitude, cycles.force_amplitude) {
         (Some(amplitude), None) => (Drive::Shift, amplitude.0),
         (None, Some(amplitude)) => (Drive::Force, amplitude.0),
+        // Body 2 is held, or carries a constant force (`steps`).
+        (None, None) if cycles.path == CyclePath::Line && cycles.loads.values().any(|by| *by != 0.0) => {
+            (Drive::Shift, 0.0)
+        }
         (both, _) => {
             let (message, label) = if both.is_some() {
                 ("cycles prescribe `amplitude` or `force_amplitude`, not both", "together with `amplitude`")
@@ -81,10 +86,14 @@ fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f6
             };
             let key = if both.is_some() { format!("{key}.force_amplitude") } else { key.to_owned() };
             let mend = "`amplitude` is the displacement amplitude (±) of body 2, `force_amplitude` the amplitude (±) \
-                        of the tangential force";
+                        of the tangential force; or give `loads` alone, the amplitudes (±) of loads of the bodies";
             return r.refuse(&key, message, label, mend);
         }
-    };
+    })
+}
+
+fn closed_cycle(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) -> Option<ClosedPath> {
+    let (drive, amplitude) = drive_and_amplitude(r, key, cycles)?;
     let across = match (cycles.path, cycles.amplitude2) {
         (CyclePath::Line, None) => 0.0,
         (CyclePath::Ellipse, Some(across)) => across.0,

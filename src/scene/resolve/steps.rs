@@ -5,7 +5,7 @@ use super::friction_loads::{self, NumberedStep};
 use super::laws::{Laws, lacks_friction};
 use super::load_points;
 use super::resolver::Resolver;
-use crate::evolution::step::{HistoryRow, Normal, Spin, Step, StepKind, Tangential, Tilt};
+use crate::evolution::step::{Drive, HistoryRow, Normal, Spin, Step, StepKind, Tangential, Tilt};
 use crate::scene::document::Location;
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
@@ -22,7 +22,8 @@ pub(super) fn resolve(
 ) -> Option<Vec<Step>> {
     let n = r.list_length("steps");
     let level = !matches!(frame, Some(FramePlan::Mesh { .. }));
-    let steps: Vec<NumberedStep> = (0..n).flat_map(|i| step(r, i, (laws, loads), level)).collect();
+    let mut steps: Vec<NumberedStep> = (0..n).flat_map(|i| step(r, i, (laws, loads), level)).collect();
+    keep_tangential_control(&mut steps, laws);
     friction_loads::check_inherited_loads(r, &steps, laws, level);
     if let Some(FramePlan::Grid { periodic, .. }) = frame {
         check_periodic_rotations(r, &steps, *periodic);
@@ -39,6 +40,23 @@ pub(super) fn resolve(
         ));
     }
     steps
+}
+
+/// In cycles of the bodies' loads alone, the tangential force or the position of body 2 stays, whichever an earlier step prescribes.
+fn keep_tangential_control(steps: &mut [NumberedStep], laws: Option<&Laws>) {
+    let mut by_force = false;
+    for step in steps.iter_mut().filter_map(|(_, step)| step.as_mut()) {
+        by_force = step.tangential.map_or(by_force, |control| matches!(control, Tangential::Force(_)));
+        let frictionless = lacks_friction(laws, step.friction);
+        match &mut step.kind {
+            StepKind::Fretting { path, .. } if path.amplitude == [0.0; 2] => {
+                path.drive = if by_force && !frictionless { Drive::Force } else { Drive::Shift };
+            }
+            StepKind::Fretting { path, .. } => by_force = path.drive == Drive::Force,
+            StepKind::Sliding { .. } => by_force = false,
+            StepKind::Monotone | StepKind::Rolling(_) => {}
+        }
+    }
 }
 
 /// The step of entry `i`, or one step per row of its load history.

@@ -173,7 +173,7 @@ pub struct Cycles {
     #[serde(default)]
     pub angle: f64,
     /// Amplitudes of named loads of the bodies that vary in phase with the stroke, about their values at the start of the step. On an
-    /// ellipse they follow the first semi-axis.
+    /// ellipse they follow the first semi-axis. Without `amplitude` and `force_amplitude` they vary alone.
     #[serde(default)]
     pub loads: BTreeMap<String, f64>,
     /// Number of equal wear jumps over the cycles; default: controlled by the estimated error (`wear.tolerance`).
