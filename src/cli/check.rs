@@ -234,7 +234,7 @@ fn load_rows(plan: &Plan) -> Vec<Vec<String>> {
         return Vec::new();
     }
     let mut amplitudes: Vec<f64> = loads.iter().map(|(_, case)| f64::from(u8::from(case.preload))).collect();
-    let row = |(i, step): (usize, &Step)| {
+    let mut row = |(i, step): (usize, &Step)| {
         let mut cells = vec![format!("  {}", step.name)];
         for ((label, case), amplitude) in loads.iter().zip(&mut amplitudes) {
             *amplitude = step.load_amplitude(case.name.as_deref(), *amplitude, i == 0);
@@ -242,10 +242,10 @@ fn load_rows(plan: &Plan) -> Vec<Vec<String>> {
         }
         cells
     };
-    let mut rows: Vec<Vec<String>> = plan.steps.iter().enumerate().map(row).collect();
-    // Load points of a history keep the amplitudes.
-    rows.dedup();
-    rows
+    // A history has the row of its last load point.
+    let rows = plan.steps.iter().enumerate().map(|(i, step)| (step, row((i, step))));
+    let last = |step: &Step| step.history_row.is_none_or(|point| point.index + 1 == point.count);
+    rows.filter(|(step, _)| last(step)).map(|(_, row)| row).collect()
 }
 
 fn describe_controls(step: &Step) -> String {
@@ -301,7 +301,8 @@ fn describe_controls(step: &Step) -> String {
 fn describe_cycles(closed: &ClosedPath, count: f64) -> String {
     let [along, left] = closed.amplitude;
     if closed.amplitude == [0.0; 2] {
-        return format!("{count} cycles of loads of the bodies{}", describe_strokes(closed));
+        let held = if closed.drive == Drive::Force { "tangential force" } else { "position" };
+        return format!("{count} cycles of loads of the bodies, {held} held{}", describe_strokes(closed));
     }
     let path = if left == 0.0 {
         format!("+-{along}")

@@ -95,6 +95,14 @@ fn cycles_of_loads_alone() {
     let last = &steps[steps.len() - 1];
     assert!((last["tangential_force"][0].as_f64().unwrap() - 10.0).abs() < 1e-5, "{last}");
     assert!(last["worn_volume"].as_f64() > Some(0.0), "{last}");
+    // A tangential force stays, so that it needs friction.
+    let held = stressed().replace(
+        "[[steps]]\nname = \"fretting\"",
+        "[[steps]]\ntangential_force = [10.0, 0.0]\n[[steps]]\nname = \"fretting\"",
+    );
+    let frictionless = format!("friction = false\nwear = false\n{alone}");
+    let (code, text) = check(&held.replace(cycles, &frictionless), &[]);
+    assert!(code == Some(2) && text.contains("still active"), "{text}");
     // Without amplitudes nothing would move.
     for nothing in ["cycles = { count = 1000 }", "cycles = { count = 1000, loads = { bulk = 0.0 } }"] {
         let (code, text) = check(&stressed().replace(cycles, nothing), &[]);

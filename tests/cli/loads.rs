@@ -142,6 +142,21 @@ fn a_history_of_amplitudes() {
     }
     assert_eq!(found[5]["loads"]["bulk"], -0.5);
     assert!(found[5]["dissipation"].as_f64() > Some(0.0));
+    // `check` has one row for the history.
+    fs::write(folder.path().join("scene.toml"), scene(history)).unwrap();
+    let output =
+        crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(
+        text.lines().filter(|line| line.contains("spectrum") && line.contains("bulk")).count(),
+        1,
+        "{text}"
+    );
+    assert!(text.contains("bulk -0.5"), "{text}");
+    // A load with the name of a control is ambiguous.
+    fs::write(folder.path().join("loads.csv"), "normal_force,tangential_x\n200,0\n").unwrap();
+    let (code, text, _) = run(folder.path(), &scene(history).replace("\"bulk\"", "\"tangential_x\""));
+    assert!(code == Some(2) && text.contains("also the name of a load"), "{text}");
     // Names of other loads are refused, and the message lists those that exist.
     fs::write(folder.path().join("loads.csv"), "normal_force,bilk\n200,0\n").unwrap();
     let (code, text, _) = run(folder.path(), &scene(history));

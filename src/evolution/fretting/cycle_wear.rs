@@ -2,7 +2,7 @@
 
 use crate::evolution::field_measures::{root_mean_square, volume};
 use crate::evolution::fretting::rate_correction::RateCorrection;
-use crate::evolution::fretting::settings::CORRECTION;
+use crate::evolution::fretting::settings::{CORRECTION, REFINEMENT};
 use crate::evolution::records::{FrameState, Resultants};
 
 #[derive(Clone, Default)]
@@ -27,11 +27,12 @@ impl CycleWear {
         0.5 * (self.reversals[0].normal_force + self.reversals[1].normal_force)
     }
 
-    /// Relative change of the tangential force from `other`; the larger change at the two reversal points.
+    /// Relative change of the tangential force from `other`; the larger change at the two reversal points. A force that is small
+    /// beside the normal force counts as a share of the normal force.
     pub fn force_change(&self, other: &Self) -> f64 {
         let change = |(now, before): (&Resultants, &Resultants)| {
             let [[x, y], [x0, y0]] = [now.tangential_force, before.tangential_force];
-            let force = x.hypot(y);
+            let force = f64::max(x.hypot(y), REFINEMENT.min_force_share * now.normal_force.abs());
             if force > 0.0 { (x - x0).hypot(y - y0) / force } else { 0.0 }
         };
         self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)

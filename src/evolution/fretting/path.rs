@@ -103,6 +103,11 @@ impl FrettingPath {
         PrescribedLoads { tangential, phase: self.phases[point], ..loads }
     }
 
+    /// Whether the displacement or the force stays at the centre, because only loads of the bodies vary.
+    pub fn is_held(&self) -> bool {
+        self.path_points.iter().all(|point| *point == self.path_points[0])
+    }
+
     pub fn phase(&self, point: usize) -> f64 {
         self.phases[point]
     }

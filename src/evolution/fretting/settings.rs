@@ -75,6 +75,8 @@ pub(super) struct RefinementSettings {
     /// Largest relative change of the tangential force at a reversal point by the last refinement. With 8 increments the wear was
     /// right to 1e-3, but the force across the stroke was 15 % too small.
     pub max_force_change: f64,
+    /// Tangential forces below this share of the normal force count as this share in their relative change.
+    pub min_force_share: f64,
     /// Relative accuracy with which a resolved cycle measures the error of the coupled cycle if the wear is not corrected.
     pub measurement_tolerance_share: f64,
     /// Lower bound on the share of a stroke in which slip spreads over the contact.
@@ -92,6 +94,7 @@ pub(super) const REFINEMENT: RefinementSettings = RefinementSettings {
     min_refinement: 4,
     confirming_refinement: 4,
     max_force_change: 0.01,
+    min_force_share: 1e-3,
     measurement_tolerance_share: 0.1,
     min_slip_spread_share: 0.02,
     min_loop_increments: 16,

@@ -18,7 +18,8 @@ use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, Drive};
 use crate::omitted::OmittableWork;
 
-/// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed.
+/// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed. In cycles of loads
+/// of the bodies alone, whose force and displacement may stay, the tangential tractions of all cells.
 pub(super) struct Responses {
     values: Vec<[f64; 2]>,
     /// Whether body 2 may move on from cycle to cycle.
@@ -142,6 +143,11 @@ impl Run<'_> {
 
     pub(super) fn responses_at_path_points(&self, cycle: &CycleState, path: &FrettingPath) -> Responses {
         let n = self.prepared.n();
+        if path.is_held() {
+            let tractions = cycle.contact.tractions.chunks(3 * n);
+            let of_cells = tractions.flat_map(|planes| (0..n).map(|i| [planes[i], planes[n + i]]));
+            return Responses { values: of_cells.collect(), may_drift: false };
+        }
         let at = |point: usize| match path.drive {
             Drive::Force => [0, 1].map(|k| cycle.contact.rigid_motion[point][k]),
             Drive::Shift => {

@@ -86,7 +86,7 @@ fn drive_and_amplitude(r: &mut Resolver, key: &str, cycles: &Keys) -> Option<(Dr
             };
             let key = if both.is_some() { format!("{key}.force_amplitude") } else { key.to_owned() };
             let mend = "`amplitude` is the displacement amplitude (±) of body 2, `force_amplitude` the amplitude (±) \
-                        of the tangential force; or give `loads` alone, the amplitudes (±) of loads of the bodies";
+                        of the tangential force; on a line `loads` may vary alone";
             return r.refuse(&key, message, label, mend);
         }
     })

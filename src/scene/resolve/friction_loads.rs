@@ -57,6 +57,10 @@ fn load_states(step: &Step) -> [LoadState; 2] {
     let tangential = match step.tangential {
         Some(Tangential::Force(force)) if force != [0.0; 2] => LoadState::Active,
         Some(_) => LoadState::Released,
+        // Cycles of loads of the bodies alone keep the force.
+        None if step.kind.closed_path().is_some_and(|path| path.amplitude == [0.0; 2]) => {
+            LoadState::Unspecified
+        }
         None if !matches!(step.kind, StepKind::Monotone) => LoadState::Released,
         None => LoadState::Unspecified,
     };

@@ -181,6 +181,14 @@ fn check_columns(r: &mut Resolver, key: &str, columns: &[Column], loads: Option<
             wrong(message, "twice", "name each column once; \"-\" ignores a column");
         }
     }
+    let ambiguous = |column: &&Column| {
+        matches!(column, Column::Control(_))
+            && loads.unwrap_or_default().iter().any(|load| load == column.name())
+    };
+    for column in columns.iter().filter(ambiguous) {
+        let message = format!("the column `{}` is also the name of a load", column.name());
+        wrong(message, "ambiguous", "give the load another name");
+    }
     for [motion, load] in EXCLUSIVE_COLUMNS {
         let there = |group: &[LoadColumn]| {
             group.iter().find(|control| columns.contains(&Column::Control(**control))).copied()

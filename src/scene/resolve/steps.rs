@@ -50,11 +50,12 @@ fn keep_tangential_control(steps: &mut [NumberedStep], laws: Option<&Laws>) {
         let frictionless = lacks_friction(laws, step.friction);
         match &mut step.kind {
             StepKind::Fretting { path, .. } if path.amplitude == [0.0; 2] => {
-                path.drive = if by_force && !frictionless { Drive::Force } else { Drive::Shift };
+                by_force &= !frictionless;
+                path.drive = if by_force { Drive::Force } else { Drive::Shift };
             }
             StepKind::Fretting { path, .. } => by_force = path.drive == Drive::Force,
-            StepKind::Sliding { .. } => by_force = false,
-            StepKind::Monotone | StepKind::Rolling(_) => {}
+            StepKind::Sliding { .. } | StepKind::Rolling(_) => by_force = false,
+            StepKind::Monotone => {}
         }
     }
 }
