@@ -156,10 +156,10 @@ pub fn check(
                 let work = q[0] * s[0] + q[1] * s[1];
                 checks.max_cone_violation = checks.max_cone_violation.max(q[0].hypot(q[1]) - p);
                 tangential += area * (p * s[0].hypot(s[1]) + work);
+                // Work per pressure of the tractions at the end; -q·Δg = p |Δg| where the cell slips.
+                let path = if p > 0.0 { -work / p } else { s[0].hypot(s[1]) };
+                checks.dissipation += area * problem.mean_pressure(it, end, i).value * path;
             }
-            let k = end * 2 * n + i;
-            checks.dissipation -=
-                area * (it.tractions[base + i] * it.slip[k] + it.tractions[base + n + i] * it.slip[k + n]);
         }
     }
     if p_max > 0.0 {

@@ -60,8 +60,8 @@ pub struct ContactState {
     pub gap: Vec<f64>,
     /// Slip, `[2, N]` per path point, mm.
     pub slip: Vec<f64>,
-    /// Wear path |Δg|_i, `[N]` per path point, mm/MPa: wear depth per pressure. Wear adds `implicit_passes` times this path to the
-    /// diagonal of S_nn.
+    /// Derivative of the wear depth of a pass with respect to the pressure at each path point, `[N]` per path point, mm/MPa. Wear
+    /// adds `implicit_passes` times this derivative to the diagonal of S_nn.
     pub wear_path: Vec<f64>,
     /// Wear depth of one pass through the path points, `[N]`, mm.
     pub wear_per_pass: Vec<f64>,

@@ -33,8 +33,13 @@ pub enum Pressures {
 /// Reference configuration from which the slip of a path point is measured.
 #[derive(Debug, Clone)]
 pub enum SlipReference {
-    /// Tangential gaps `[2, N]`, mm, at the end of the previous increment.
-    Previous(Vec<f64>),
+    /// End of the previous increment.
+    Previous {
+        /// Tangential gaps, `[2, N]`, mm.
+        gap: Vec<f64>,
+        /// Pressures, `[N]`, MPa. Wear and dissipation take the mean of the pressures at both ends of the increment.
+        pressures: Vec<f64>,
+    },
     /// The previous path point of a closed cycle; the last point precedes the first. In cells that stick through the whole cycle,
     /// slip is measured from the tangential gap at which they stuck.
     PreviousPoint {
@@ -66,7 +71,7 @@ impl SlipReference {
     /// The same kind of reference for `n` cells, with zero constant terms.
     pub(super) fn linearised(&self, n: usize) -> Self {
         match self {
-            Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
+            Self::Previous { .. } => Self::Previous { gap: vec![0.0; 2 * n], pressures: vec![0.0; n] },
             Self::PreviousPoint { stick_mask, origin, .. } => Self::PreviousPoint {
                 stick_mask: stick_mask.clone(),
                 stick_gap: vec![0.0; 2 * n],

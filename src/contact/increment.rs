@@ -13,6 +13,17 @@ use crate::laws::friction::FrictionEllipse;
 use crate::laws::wear::SpecificWearRate;
 use crate::omitted::{AllowedOmissions, OmittableWork};
 
+/// Largest mean pressure of an increment, divided by the pressure at its end.
+const MAX_MEAN_TO_END: f64 = 5.0;
+
+/// Pressure that wears and dissipates between two path points.
+pub(super) struct MeanPressure {
+    /// Mean pressure, MPa.
+    pub value: f64,
+    /// Derivatives with respect to the pressures at the start and at the end.
+    pub derivatives: [f64; 2],
+}
+
 /// Data and equations of one contact increment.
 pub struct Increment<'a> {
     /// Flexibility operator S, from tractions (MPa) to elastic displacements of the gap (mm).
@@ -274,7 +285,7 @@ impl Increment<'_> {
                 for i in 0..n {
                     let here = it.gap[end * 3 * n + plane * n + i];
                     let from = match &spec.reference {
-                        SlipReference::Previous(at) => at[plane * n + i],
+                        SlipReference::Previous { gap, .. } => gap[plane * n + i],
                         SlipReference::PreviousPoint { stick_mask, stick_gap, .. } if stick_mask[i] => {
                             stick_gap[plane * n + i]
                         }
@@ -298,9 +309,10 @@ impl Increment<'_> {
         (end + self.path_points.len() - 1) % self.path_points.len()
     }
 
-    /// Computes the wear depth dw = Σ p |Δg|_i of one pass through the path points. |Δg|_i is the slip, weighted with the specific
-    /// wear rates and the wear path factor of the cell. Adds the wear depth at the start and `implicit_passes` dw to the normal gap
-    /// (docs/theory-wear.md). In rolling `implicit_passes` is 0, because the wear is spread over a track of unknown length.
+    /// Computes the wear depth dw = Σ p̄ |Δg|_i of one pass through the path points. p̄ is the mean pressure ([`Self::mean_pressure`]),
+    /// |Δg|_i the slip, weighted with the specific wear rates and the wear path factor of the cell. Adds the wear depth at the start
+    /// and `implicit_passes` dw to the normal gap (docs/theory-wear.md). In rolling `implicit_passes` is 0, because the wear is
+    /// spread over a track of unknown length.
     ///
     /// The derivative with respect to the pressures is in `residual`, `solver::newton::unknowns` and `solver::newton::tangent`.
     fn fill_wear(&self, it: &mut ContactState) {
@@ -313,15 +325,52 @@ impl Increment<'_> {
                     let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
                     let path = self.path_factor(i) * path_of(slip);
                     it.wear_path[end * n + i] = path;
-                    it.wear_per_pass[i] += it.tractions[end * 3 * n + 2 * n + i] * path;
+                    it.wear_per_pass[i] += self.mean_pressure(it, end, i).value * path;
                 }
             }
+            (0..n).for_each(|i| self.differentiate_wear(it, i));
         }
         for end in 0..self.path_points.len() {
             for i in 0..n {
                 it.gap[end * 3 * n + 2 * n + i] +=
                     self.wear_depth[i] + self.implicit_passes * it.wear_per_pass[i];
             }
+        }
+    }
+
+    /// Pressure that wears and dissipates on the way to the path point `end`, with its derivatives with respect to the pressures at
+    /// the start and at the end. It is the mean of both. A cell that opens in an increment may slip on while it is open: its mean is
+    /// at most [`MAX_MEAN_TO_END`] times the pressure at the end. Steady sliding and rolling take the pressure at the end.
+    pub(super) fn mean_pressure(&self, it: &ContactState, end: usize, i: usize) -> MeanPressure {
+        let n = self.n();
+        let pressure = |end: usize| it.tractions[end * 3 * n + 2 * n + i];
+        let p = pressure(end);
+        let mean = |before: f64| MeanPressure { value: 0.5 * (before + p), derivatives: [0.5; 2] };
+        let end_pressure = |factor: f64| MeanPressure { value: factor * p, derivatives: [0.0, factor] };
+        match &self.path_points[end].reference {
+            SlipReference::Previous { pressures, .. } if 0.5 * (pressures[i] + p) > MAX_MEAN_TO_END * p => {
+                end_pressure(MAX_MEAN_TO_END)
+            }
+            SlipReference::Previous { pressures, .. } => mean(pressures[i]),
+            SlipReference::PreviousPoint { .. } => mean(pressure(self.previous_path_point(end))),
+            SlipReference::Prescribed(_) | SlipReference::Upstream(_) => end_pressure(1.0),
+        }
+    }
+
+    /// Replaces the wear paths of cell `i` by the derivatives of its wear depth with respect to the pressures.
+    fn differentiate_wear(&self, it: &mut ContactState, i: usize) {
+        let n = self.n();
+        let first = (self.mean_pressure(it, 0, i).derivatives, it.wear_path[i]);
+        for end in 0..self.path_points.len() {
+            let own = self.mean_pressure(it, end, i).derivatives[1] * it.wear_path[end * n + i];
+            let next = match &self.path_points[end].reference {
+                SlipReference::PreviousPoint { .. } if end + 1 < self.path_points.len() => {
+                    self.mean_pressure(it, end + 1, i).derivatives[0] * it.wear_path[(end + 1) * n + i]
+                }
+                SlipReference::PreviousPoint { .. } => first.0[0] * first.1,
+                _ => 0.0,
+            };
+            it.wear_path[end * n + i] = own + next;
         }
     }
 

@@ -206,7 +206,9 @@ fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
 
 fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     let reference = match &end.reference {
-        SlipReference::Previous(at) => SlipReference::Previous(window.restrict(at)),
+        SlipReference::Previous { gap, pressures } => {
+            SlipReference::Previous { gap: window.restrict(gap), pressures: window.restrict(pressures) }
+        }
         SlipReference::PreviousPoint { stick_mask, stick_gap, origin } if window.factor == 1 => {
             let mut picked = vec![false; window.n()];
             window.pairs(|cell, of_frame| picked[cell] = stick_mask[of_frame]);

@@ -94,7 +94,7 @@ impl Run<'_> {
         self.check_controls()?;
         let loads = self.effective_loads(controls.loads);
         let reference = match step.kind.rolling() {
-            None => SlipReference::Previous(self.state.slip_reference.clone()),
+            None => self.previous_increment(),
             Some(rolling) => SlipReference::Upstream(self.upstream(rolling, number)?),
         };
         let end = self.path_point(&loads, reference)?;
@@ -139,6 +139,14 @@ impl Run<'_> {
         let converged = self.complete_record(&mut record, &report, &checks, self.options.tolerance);
         self.deliver(record, fields)?;
         Ok(converged?)
+    }
+
+    /// Reference of the slip at the state of the run.
+    pub(super) fn previous_increment(&self) -> SlipReference {
+        SlipReference::Previous {
+            gap: self.state.slip_reference.clone(),
+            pressures: self.state.tractions[2 * self.prepared.n()..].to_vec(),
+        }
     }
 
     /// Refuses a nonzero tangential force without friction or in rolling. If all cells have the same axes, also refuses a nonzero

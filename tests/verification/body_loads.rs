@@ -84,9 +84,8 @@ fn in_steps(model: &Model, steps: &[Step]) -> RunResult {
 
 /// Truth: an independent program in plane strain with bilinear elements and contact of nodes, 256 elements along each side: friction
 /// force -1405.36(1) N on the plate, normal force 2000 N, displacement (0.028603(1), 0.000590(1)) mm of the lower left corner, and
-/// dissipation 4.4011(1) N mm. The state in proportion to the loads solves every increment, so that forces do not depend on the
-/// number k of increments. The friction force at the end of each increment acts along its slip, so the dissipation is 1 + 1/k times
-/// the exact one.
+/// dissipation 4.4011(1) N mm. The state in proportion to the loads solves every increment: forces do not depend on the number of
+/// increments, and neither does the dissipation, because pressures and slip grow in proportion.
 #[test]
 fn plate_squeezed_on_a_rigid_plane() {
     let (body, model) = on_rigid_plane(plate(), &[], FrictionLaw::Coulomb { mu: 1.0 });
@@ -103,12 +102,12 @@ fn plate_squeezed_on_a_rigid_plane() {
         let result = loaded(&model, increments);
         let end = result.records.last().expect("a record");
         assert!(relative(end.tangential_force[0], last.tangential_force[0]) < 1e-9, "{end:?}");
-        assert!(relative(end.dissipation, 4.4011 * (1.0 + 1.0 / increments as f64)) < 3e-3, "{end:?}");
+        assert!(relative(end.dissipation, 4.4011) < 3e-3, "{end:?}");
     }
 }
 
 /// Truth: as [`plate_squeezed_on_a_rigid_plane`]. With the pressure on top first and that on the side in a second step of k
-/// increments, the forces are the same, and the dissipation is 8.80 N mm for k = 1 and 9.552 N mm for k = 10.
+/// increments, the forces are the same, and the dissipation tends to 9.841 N mm, with second order except in cells that open.
 #[test]
 fn plate_pressed_first_and_squeezed_then() {
     let (_, model) = {
@@ -117,19 +116,19 @@ fn plate_pressed_first_and_squeezed_then() {
         on_rigid_plane(spec, &cases, FrictionLaw::Coulomb { mu: 1.0 })
     };
     let amplitudes = |side: f64| vec![("top".to_owned(), 1.0), ("side".to_owned(), side)];
-    for (increments, dissipation) in [(1, 8.80), (10, 9.552)] {
+    for (increments, allowed) in [(10, 1.5e-2), (40, 3e-3)] {
         let first = Step { loads: amplitudes(0.0), ..step("press") };
         let then = Step { loads: amplitudes(1.0), increments, ..step("squeeze") };
         let result = in_steps(&model, &[first, then]);
         let end = result.records.last().expect("a record");
         assert!(relative(end.tangential_force[0], 1405.36) < 2e-3, "{:?}", end.tangential_force);
-        assert!(relative(end.dissipation, dissipation) < 3e-3, "{}", end.dissipation);
+        assert!(relative(end.dissipation, 9.841) < allowed, "{}", end.dissipation);
         assert_eq!(end.loads.get("side"), Some(&1.0));
     }
 }
 
 /// Truth: an independent program in plane strain with 256 bilinear elements along each side, for a plate whose side is moved by
-/// 0.04 mm: friction force -1641.55(1) N on the plate, dissipation 9.7056(10) (1 + 1/k) N mm in k increments.
+/// 0.04 mm: friction force -1641.55(1) N on the plate, dissipation 9.7056(10) N mm in any number of increments.
 #[test]
 fn plate_with_a_moved_side() {
     let mut spec = plate();
@@ -139,8 +138,7 @@ fn plate_with_a_moved_side() {
     for increments in [1, 3] {
         let end = loaded(&model, increments).records.pop().expect("a record");
         assert!(relative(end.tangential_force[0], 1641.55) < 1e-2, "{:?}", end.tangential_force);
-        let wanted = 9.7056 * (1.0 + 1.0 / increments as f64);
-        assert!(relative(end.dissipation, wanted) < 1e-2, "{} {wanted}", end.dissipation);
+        assert!(relative(end.dissipation, 9.7056) < 1e-2, "{}", end.dissipation);
     }
 }
 

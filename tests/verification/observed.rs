@@ -31,6 +31,22 @@ pub fn follow(model: &Model, steps: &[Step], options: &SolverOptions) -> (RunRes
     (result, kept.0)
 }
 
+/// Sum over cells and increments of area, path of the slip, and mean of the pressures at both ends of the increment. `states` are
+/// those at the ends of the increments, the first at their start. Friction with coefficient μ dissipates this sum with the path μ |Δg|.
+pub fn pressure_times_path(
+    frame: &ContactFrame,
+    states: &[FrameState],
+    path: impl Fn([f64; 2]) -> f64,
+) -> f64 {
+    let n = frame.n_cells();
+    let increment = |pair: &[FrameState]| -> f64 {
+        let mean = |i: usize| 0.5 * (pair[0].tractions[2 * n + i] + pair[1].tractions[2 * n + i]);
+        let slip = |i: usize| [pair[1].slip[i], pair[1].slip[n + i]];
+        (0..n).map(|i| frame.areas[i] * mean(i) * path(slip(i))).sum()
+    };
+    states.windows(2).map(increment).sum()
+}
+
 pub fn pull(force: [f64; 2]) -> Step {
     Step { tangential: Some(Tangential::Force(force)), ..step("pull") }
 }

@@ -58,7 +58,8 @@ impl Run<'_> {
     ) -> Result<SolvedIncrement> {
         let &Strokes { path, loads, wear_depth, options } = strokes;
         let (laws, n) = (ActiveLaws::of(self.step()), self.prepared.n());
-        let reference = SlipReference::Previous(start.reference);
+        let pressures = start.contact.scaled[2 * n..].to_vec();
+        let reference = SlipReference::Previous { gap: start.reference, pressures };
         let path_point = self.path_point(&path.loads(point, loads), reference)?;
         let mut problem = increment_problem(&self.prepared, options, wear_depth, laws, vec![path_point]);
         let mut contact = start.contact;

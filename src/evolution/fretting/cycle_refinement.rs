@@ -1,6 +1,5 @@
 //! Refinement of a resolved cycle: more and more increments per stroke, until the wear of the cycle changes little.
 
-use crate::contact::ContactState;
 use crate::contact::solver::StopReason;
 use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_increment::{IncrementStart, Strokes, stroke_options};
@@ -253,7 +252,6 @@ impl Run<'_> {
             if (point - 1) % increments == 0 {
                 stroke_start.clone_from(&here.reference);
             }
-            let pressures = here.contact.tractions[2 * n..].to_vec();
             let solved = self.solve_cycle_increment(&strokes, point % (2 * increments), here, &progress)?;
             wear_step.uncharged_work += SolveWork::of(&solved.report);
             if solved.report.stop == StopReason::Interrupted {
@@ -267,7 +265,7 @@ impl Run<'_> {
                 return Ok(None);
             }
             here = solved.next;
-            let depth = self.wear_of_increment(&pressures, &here.contact);
+            let depth = self.worn_per_pass(&here.contact);
             if counts {
                 wear.rate.iter_mut().zip(&depth).for_each(|(sum, depth)| *sum += depth);
                 wear.power += solved.checks.dissipation;
@@ -293,14 +291,6 @@ impl Run<'_> {
             }
         }
         Ok(Some(wear))
-    }
-
-    /// Wear depth of an increment, `[N]`, mm, with the mean of the pressures at its ends. `pressures` are those at the start.
-    fn wear_of_increment(&self, pressures: &[f64], end: &ContactState) -> Vec<f64> {
-        let n = pressures.len();
-        let mean = |i: usize| 0.5 * (pressures[i] + end.tractions[2 * n + i]);
-        let depth = |i: usize| if self.cell_wears(end, i) { mean(i) * end.wear_path[i] } else { 0.0 };
-        (0..n).map(depth).collect()
     }
 
     /// Stores the resultants and the fields at the reversal point `reversal`. `from` is the tangential gap at the start of the stroke,

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::contact::solver::{SolveReport, StopReason};
-use crate::contact::{ContactState, PathPoint, SlipReference};
+use crate::contact::{ContactState, PathPoint};
 use crate::error::Result;
 use crate::evolution::controls::PrescribedLoads;
 use crate::evolution::fretting::cycle_increment::{IncrementStart, SolvedIncrement, Strokes, stroke_options};
@@ -168,8 +168,7 @@ impl Run<'_> {
     ) -> Advance<(ContactState, SolveReport)> {
         let step = self.step();
         let clock = Instant::now();
-        let reference = SlipReference::Previous(self.state.slip_reference.clone());
-        let point = self.path_point(&loads, reference)?;
+        let point = self.path_point(&loads, self.previous_increment())?;
         let worn = self.state.wear_depth.clone();
         let laws = ActiveLaws { wear: false, ..ActiveLaws::of(step) };
         let options = stroke_options(&self.options);

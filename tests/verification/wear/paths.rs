@@ -137,6 +137,42 @@ fn limit_of_fretting_under_force() {
     assert!((stick - 0.5).abs() < 3.4 / cells as f64, "{stick}");
 }
 
+/// Truth: in gross slip over a distance L, during which the normal force falls linearly from P to P', wear is i ½ (P + P') L. Cells
+/// open on the way, so that the error decreases with the square of the increments. Elastic lag changes the slip by less than 2e-3.
+#[test]
+fn wear_under_a_falling_force() {
+    let (from, to, distance, intensity) = (100.0, 40.0, 2.0, 1e-12);
+    let mut model = half_spaces(&crate::common::steel(), None, (0.4, 32), sphere(10.0));
+    model.friction = FrictionLaw::Coulomb { mu: 0.2 };
+    model.wear = WearLaw::Archard { i: intensity };
+    let wanted = intensity * 0.5 * (from + to) * distance;
+    let slide = crate::common::shift(distance, 0.0);
+    let [coarse, fine] = [4, 16].map(|increments| {
+        let slide = Step { normal: Some(Normal::Force(to)), increments, ..slide.clone() };
+        let run = solve(&model, &[press(from), slide]);
+        let worn = run.records.last().expect("a record").worn_volume - run.records[0].worn_volume;
+        worn / wanted - 1.0
+    });
+    println!("{coarse:e} {fine:e}");
+    assert!(coarse.abs() < 5e-2 && fine.abs() < 3e-3 && fine.abs() < 0.15 * coarse.abs(), "{coarse} {fine}");
+}
+
+/// Truth: body 2 is lifted by 1 mm while it moves by L = 1 mm. The contact is δ deep, 2 µm, and ends after the share δ / (δ + 1 mm) of
+/// the motion, so that less than this share of i ½ P L wears.
+#[test]
+fn wear_of_a_lifted_body() {
+    let (force, distance, intensity) = (100.0, 1.0, 1e-12);
+    let mut model = half_spaces(&crate::common::steel(), None, (0.4, 16), sphere(10.0));
+    model.friction = FrictionLaw::Coulomb { mu: 0.2 };
+    model.wear = WearLaw::Archard { i: intensity };
+    let lift = Step { normal: Some(Normal::Approach(-1.0)), ..crate::common::shift(distance, 0.0) };
+    let run = solve(&model, &[press(force), lift]);
+    let [pressed, lifted] = &run.records[..] else { panic!("two records") };
+    let worn = lifted.worn_volume - pressed.worn_volume;
+    let share = pressed.approach / (pressed.approach + 1.0);
+    assert!(worn < share * intensity * 0.5 * force * distance, "{worn:e} {share}");
+}
+
 /// Truth: method of dimensionality reduction (Popov 2014). Springs at x stick under ±u where G* u < μ E* (δ - x²/R). A shrinking
 /// stick zone thus has the squared radius R (δ - u G* / (μ E*)), independent of the wear outside.
 #[test]

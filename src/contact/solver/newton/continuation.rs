@@ -86,8 +86,8 @@ impl Perturbation {
         if let Some(balance) = &mut point.balance {
             balance.add_works(rest * self.works);
         }
-        if let SlipReference::Previous(from) = &mut point.reference {
-            from.iter_mut().zip(&self.gap).for_each(|(from, change)| *from -= rest * change);
+        if let SlipReference::Previous { gap, .. } = &mut point.reference {
+            gap.iter_mut().zip(&self.gap).for_each(|(from, change)| *from -= rest * change);
         }
         point
     }
@@ -127,7 +127,7 @@ impl NewtonSolve<'_, '_> {
         control: &mut SolveControl,
     ) -> bool {
         let problem = self.problem;
-        let single = matches!(&problem.path_points[..], [point] if matches!(point.reference, SlipReference::Previous(_)));
+        let single = matches!(&problem.path_points[..], [point] if matches!(point.reference, SlipReference::Previous { .. }));
         if self.continued || !self.factorise || self.too_large || !single {
             return false;
         }

@@ -415,7 +415,7 @@ mod tests {
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,
             balance: None,
-            reference: SlipReference::Previous(vec![0.0; 2 * n]),
+            reference: SlipReference::Previous { gap: vec![0.0; 2 * n], pressures: vec![0.0; n] },
             load_phase: 0.0,
         };
         let problem = Increment {
