@@ -24,7 +24,7 @@ pub struct StateChecks {
     /// Largest difference between S P and a reference in the checked cells, relative to the largest reference value. The reference
     /// is direct summation, or a direct solve of the bodies' equations. `None` without tractions, reference or comparison.
     pub operator_defect: Option<f64>,
-    /// Friction dissipation -Σ A q·Δg of one pass through the path points, N mm.
+    /// Friction dissipation Σ A p̄ |Δĝ| of one pass through the path points, with the mean pressures p̄, N mm.
     pub dissipation: f64,
 }
 
@@ -156,9 +156,9 @@ pub fn check(
                 let work = q[0] * s[0] + q[1] * s[1];
                 checks.max_cone_violation = checks.max_cone_violation.max(q[0].hypot(q[1]) - p);
                 tangential += area * (p * s[0].hypot(s[1]) + work);
-                // Work per pressure of the tractions at the end; -q·Δg = p |Δg| where the cell slips.
-                let path = if p > 0.0 { -work / p } else { s[0].hypot(s[1]) };
-                checks.dissipation += area * problem.mean_pressure(it, end, i).value * path;
+                let path = if problem.sticks(it, end, i) { -work / p } else { s[0].hypot(s[1]) };
+                let unworn = g - problem.implicit_passes * it.wear_per_pass[i];
+                checks.dissipation += area * problem.mean_pressure(it, end, i, unworn) * path;
             }
         }
     }

@@ -13,17 +13,6 @@ use crate::laws::friction::FrictionEllipse;
 use crate::laws::wear::SpecificWearRate;
 use crate::omitted::{AllowedOmissions, OmittableWork};
 
-/// Largest mean pressure of an increment, divided by the pressure at its end.
-const MAX_MEAN_TO_END: f64 = 5.0;
-
-/// Pressure that wears and dissipates between two path points.
-pub(super) struct MeanPressure {
-    /// Mean pressure, MPa.
-    pub value: f64,
-    /// Derivatives with respect to the pressures at the start and at the end.
-    pub derivatives: [f64; 2],
-}
-
 /// Data and equations of one contact increment.
 pub struct Increment<'a> {
     /// Flexibility operator S, from tractions (MPa) to elastic displacements of the gap (mm).
@@ -325,10 +314,11 @@ impl Increment<'_> {
                     let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
                     let path = self.path_factor(i) * path_of(slip);
                     it.wear_path[end * n + i] = path;
-                    it.wear_per_pass[i] += self.mean_pressure(it, end, i).value * path;
+                    let gap = it.gap[end * 3 * n + 2 * n + i] + self.wear_depth[i];
+                    it.wear_per_pass[i] += self.mean_pressure(it, end, i, gap) * path;
                 }
             }
-            (0..n).for_each(|i| self.differentiate_wear(it, i));
+            self.differentiate_wear(&mut it.wear_path);
         }
         for end in 0..self.path_points.len() {
             for i in 0..n {
@@ -338,39 +328,41 @@ impl Increment<'_> {
         }
     }
 
-    /// Pressure that wears and dissipates on the way to the path point `end`, with its derivatives with respect to the pressures at
-    /// the start and at the end. It is the mean of both. A cell that opens in an increment may slip on while it is open: its mean is
-    /// at most [`MAX_MEAN_TO_END`] times the pressure at the end. Steady sliding and rolling take the pressure at the end.
-    pub(super) fn mean_pressure(&self, it: &ContactState, end: usize, i: usize) -> MeanPressure {
+    /// Pressure that wears and dissipates on the way to the path point `end`: the mean of the pressures at its start and end. In an
+    /// increment, the pressure p of a cell that opens falls at the rate of the local stiffness c, and is zero after the share
+    /// p / (p + c `gap`) of the increment. `gap` is the normal gap at the end without the wear of this pass, mm. Steady sliding and
+    /// rolling take the pressure at the end.
+    pub(super) fn mean_pressure(&self, it: &ContactState, end: usize, i: usize, gap: f64) -> f64 {
         let n = self.n();
         let pressure = |end: usize| it.tractions[end * 3 * n + 2 * n + i];
         let p = pressure(end);
-        let mean = |before: f64| MeanPressure { value: 0.5 * (before + p), derivatives: [0.5; 2] };
-        let end_pressure = |factor: f64| MeanPressure { value: factor * p, derivatives: [0.0, factor] };
         match &self.path_points[end].reference {
-            SlipReference::Previous { pressures, .. } if 0.5 * (pressures[i] + p) > MAX_MEAN_TO_END * p => {
-                end_pressure(MAX_MEAN_TO_END)
+            SlipReference::Previous { pressures, .. } => {
+                let before = pressures[i];
+                let mean = 0.5 * (before + p);
+                let opens = p <= 0.0 && before > 0.0;
+                if opens { mean * before / (before + self.scales.c_normal[i] * gap.max(0.0)) } else { mean }
             }
-            SlipReference::Previous { pressures, .. } => mean(pressures[i]),
-            SlipReference::PreviousPoint { .. } => mean(pressure(self.previous_path_point(end))),
-            SlipReference::Prescribed(_) | SlipReference::Upstream(_) => end_pressure(1.0),
+            SlipReference::PreviousPoint { .. } => 0.5 * (pressure(self.previous_path_point(end)) + p),
+            SlipReference::Prescribed(_) | SlipReference::Upstream(_) => p,
         }
     }
 
-    /// Replaces the wear paths of cell `i` by the derivatives of its wear depth with respect to the pressures.
-    fn differentiate_wear(&self, it: &mut ContactState, i: usize) {
+    /// Replaces wear paths, `[N]` per path point, by derivatives of the wear depth with respect to the pressures. Half of each
+    /// pressure counts on the way to its path point, and half on the way from it.
+    fn differentiate_wear(&self, wear_path: &mut [f64]) {
+        let cyclic = match &self.path_points[0].reference {
+            SlipReference::PreviousPoint { .. } => true,
+            SlipReference::Previous { .. } => false,
+            SlipReference::Prescribed(_) | SlipReference::Upstream(_) => return,
+        };
         let n = self.n();
-        let first = (self.mean_pressure(it, 0, i).derivatives, it.wear_path[i]);
-        for end in 0..self.path_points.len() {
-            let own = self.mean_pressure(it, end, i).derivatives[1] * it.wear_path[end * n + i];
-            let next = match &self.path_points[end].reference {
-                SlipReference::PreviousPoint { .. } if end + 1 < self.path_points.len() => {
-                    self.mean_pressure(it, end + 1, i).derivatives[0] * it.wear_path[(end + 1) * n + i]
-                }
-                SlipReference::PreviousPoint { .. } => first.0[0] * first.1,
-                _ => 0.0,
-            };
-            it.wear_path[end * n + i] = own + next;
+        for i in 0..n {
+            let first = if cyclic { wear_path[i] } else { 0.0 };
+            for at in (i..wear_path.len()).step_by(n) {
+                let next = wear_path.get(at + n).copied().unwrap_or(first);
+                wear_path[at] = 0.5 * (wear_path[at] + next);
+            }
         }
     }
 

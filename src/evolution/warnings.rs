@@ -39,6 +39,6 @@ pub(super) fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) ->
         _ => (format!("steps {} have one increment each", quoted_names(&single)), "these steps"),
     };
     Some(format!(
-        "friction depends on the load path, but {which}. More increments may change the tangential force by a few percent{tilted}. To check, compare with `increments = 4` in {these}"
+        "friction depends on the load path, but {which}. More increments may change the tangential force by a few percent{tilted}, and dissipation and wear by more. To check, compare with `increments = 4` in {these}"
     ))
 }

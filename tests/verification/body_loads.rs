@@ -107,7 +107,7 @@ fn plate_squeezed_on_a_rigid_plane() {
 }
 
 /// Truth: as [`plate_squeezed_on_a_rigid_plane`]. With the pressure on top first and that on the side in a second step of k
-/// increments, the forces are the same, and the dissipation tends to 9.841 N mm, with second order except in cells that open.
+/// increments, the forces are the same. The dissipation of that program tends to 9.841 N mm.
 #[test]
 fn plate_pressed_first_and_squeezed_then() {
     let (_, model) = {

@@ -177,8 +177,8 @@ fn ball_on_a_strained_half_space() {
     }
 }
 
-/// Truth: with the mean of the pressures at both ends of an increment the dissipation converges with second order, with the pressures
-/// at its end with first order, to the same limit. On tilted fibres the pressure changes as the ball slides.
+/// Truth: with many increments, the pressures at the ends and the mean pressures of increments give the same dissipation. The limit
+/// follows from the pressures at the ends, whose error is of first order. On tilted fibres pressures change as the ball slides.
 #[test]
 fn dissipation_takes_mean_pressures() {
     let model = ball(&im7(30.0), 100.0, 32);
@@ -190,9 +190,7 @@ fn dissipation_takes_mean_pressures() {
     });
     let limit = 2.0 * finer[1] - fine[1];
     let errors = [coarse, fine, finer].map(|found| found.map(|dissipation| dissipation / limit - 1.0));
-    println!("{limit} {errors:?}");
-    assert!(errors[0][0].abs() < 1e-2 && errors[0][1].abs() > 2.0 * errors[0][0].abs(), "{errors:?}");
-    assert!(relative(limit, 0.08811) < 1e-2, "{limit}");
+    assert!(errors.iter().all(|[mean, end]| mean.abs() < 4e-3 && end.abs() > 2.0 * mean.abs()), "{errors:?}");
 }
 
 /// Truth: equal spheres with Poisson's ratio 0. The stick disc of radius c = a (1 - Q/μP)^(1/3) moves by e = s a / (π μ p0), and the
@@ -313,8 +311,8 @@ fn a_centred_ball_under_cycles_of_bulk_stress() {
     assert!(found > 0.0 && relative(found, end(0) - end(2)) < 1e-3, "{found} {}", end(0) - end(2));
 }
 
-/// Truth: strokes as plain steps, one after the other, until a cycle settles; its dissipation follows from the states at the ends of
-/// the strokes, because an increment counts cells that open on the way in another way than a cycle. On tilted fibres the stick zones of
+/// Truth: strokes as plain steps, one after the other, until a cycle settles. Its dissipation follows from the states at the ends of
+/// the strokes, because increments and cycles treat cells that open differently. On tilted fibres the stick zones of
 /// both strokes differ, and body 2 moves on from cycle to cycle: no cell sticks through a cycle.
 #[test]
 fn ratcheting_in_phase() {

@@ -237,7 +237,7 @@ fn wear_in_partial_slip_by_default() {
 }
 
 /// Truth: strokes one after the other in single increments, until they settle. The wear follows from the states at the ends of the last
-/// two strokes, because an increment counts cells that open on the way in another way than a cycle. Under 0.999 of the friction limit
+/// two strokes, because increments and cycles treat cells that open differently. Under 0.999 of the friction limit
 /// no cell sticks through a cycle, so that equilibrium alone does not fix the position of body 2. Tolerance: the change by the last
 /// of ten cycles.
 #[test]
