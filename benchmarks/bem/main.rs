@@ -114,7 +114,6 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
     let held: Vec<bool> = (0..n)
         .map(|dof| held(&settings.case, height, &positions[dof / 3], &normals[dof / 3], dof % 3))
         .collect();
-    let known = vec![0.0; n];
     let free = elements.free_motions(&held)?;
     let mut loaded: Vec<usize> = (0..n / 3).filter(|&node| positions[node].z > -1e-9).collect();
     loaded.sort_by(|&a, &b| positions[a].norm().total_cmp(&positions[b].norm()));
@@ -123,10 +122,9 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
         elements: &elements,
         domain: Domain::Interior,
         displacement_known: &held,
-        boundary_values: &known,
+        loads: &[],
         loaded: &loaded,
         free_motions: free.as_ref(),
-        mean_displacement: &[],
     };
     let before = processor();
     let start = Instant::now();

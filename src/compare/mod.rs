@@ -142,6 +142,9 @@ fn variant_plan(
         if kind == HalfSpace && !variants::is_plane(frame) {
             return Err(Error::input("the contact frame is curved, but a half-space needs a plane frame"));
         }
+        if let (HalfSpace, Some(meshed)) = (kind, plan.bodies[index].as_meshed()) {
+            changed.half_space_loads[index].temperature.clone_from(&meshed.temperature);
+        }
         changed.bodies[index] = body;
     }
     if let Err(SceneError { error, .. }) = estimate_on_frame(&changed, frame.clone()) {

@@ -118,11 +118,15 @@ fn half_space(
             .into_iter()
             .any(|(value, row)| value.is_some_and(|v| v != 0.0) || row.iter().any(|g| *g != 0.0))
     };
-    let loaded =
-        !meshed.pressures.is_empty() || !meshed.tractions.is_empty() || meshed.body_force != [0.0; 3];
+    if meshed.temperature.is_some() {
+        notes.push(Warning::note(format!(
+            "the half-space that replaces {body} expands along its surface only: its thickness does not grow, and no supports hold it"
+        )));
+    }
     let lost = [
-        (loaded, "loads"),
-        (meshed.temperature.is_some(), "change of temperature"),
+        (!meshed.pressures.is_empty(), "pressures"),
+        (!meshed.tractions.is_empty(), "tractions"),
+        (meshed.body_force != [0.0; 3], "body force"),
         (!meshed.foundations.is_empty(), "foundations"),
         (meshed.supports.iter().any(moved), "prescribed displacements"),
     ];
@@ -152,11 +156,6 @@ fn boundary_elements(
     if !fe.foundations.is_empty() {
         return Err(Error::input(format!(
             "{body} has foundations, which boundary elements do not support: use a variant with FE or HS for {body}"
-        )));
-    }
-    if fe.load_cases().len() > 1 {
-        return Err(Error::input(format!(
-            "the loads of {body} have several names or treatments before contact, but those of a boundary-element body have one amplitude: use a variant with FE or HS for {body}, or give the loads one name"
         )));
     }
     let material =

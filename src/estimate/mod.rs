@@ -275,7 +275,7 @@ fn boundary_elements(
     let nodes = spec.n_nodes();
     let contact = spec.check(&be.meshed.contact, SIDES[index], frame).at(key)?.n_nodes;
     let what = format!("a boundary-element body of {} unknowns", 3 * nodes);
-    let bytes = spec.bytes(contact).at(key)?;
+    let bytes = spec.bytes(contact, be.meshed.load_cases().len()).at(key)?;
     left.ensure_available(bytes, &what, BeBody::MEMORY_ADVICE).at(key)?;
     let (n, columns) = (3.0 * nodes as f64, 3.0 * contact as f64);
     let elements = outer_faces(&be.meshed.mesh).len();

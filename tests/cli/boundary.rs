@@ -105,6 +105,28 @@ fn the_block_of_finite_elements() {
     }
 }
 
+/// Truth: equilibrium. A block that is free along z between smooth walls bears two pressures on its base, in two steps, on its top.
+#[test]
+fn loads_of_several_names() {
+    let folder = place(&layer([1.0, 1.0], 1.0, [4, 4, 3]));
+    let loads = "fixed = [{ group = \"x\", components = [\"x\"] }, { group = \"y\", components = [\"y\"] }]\n\
+                 pressure = [{ group = \"base\", value = 30.0, name = \"one\" }, { group = \"base\", value = 10.0, name = \"other\" }]";
+    let steps =
+        "[[steps]]\nnormal_force = 0.0\nloads = { other = 0.0 }\n[[steps]]\nloads = { other = 1.5 }\n";
+    let scene = SCENE
+        .replace("fixed = [{ group = \"base\" }]", loads)
+        .replace("kind = \"sphere\"\nradius = 50.0", "kind = \"flat\"")
+        .replace("element = \"constant\"", "element = \"linear\"")
+        .replace("cells = [8, 8]", "cells = [4, 4]");
+    let scene = scene.split("[friction]").next().unwrap().to_owned() + steps;
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let summary = run(folder.path(), &[]);
+    for (step, wanted) in [(0, 30.0), (1, 45.0)] {
+        let peak = summary["steps"][step]["peak_pressure"].as_f64().unwrap();
+        assert!((peak / wanted - 1.0).abs() < 1e-4, "{peak} {wanted}");
+    }
+}
+
 /// Truth: a block is free along z between smooth walls. A rigid plate on its top bears the pressure on its base uniformly. With
 /// friction the scene is refused (docs/theory-boundary-elements.md).
 #[test]

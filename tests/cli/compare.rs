@@ -32,6 +32,9 @@ fn results(summary: &Value) -> Vec<Vec<f64>> {
 fn the_variants_are_the_runs_they_stand_for() {
     let folder = folder(STEEL, "", &[]);
     let set_body2 = ["--set", "body2.kind=half-space", "--set", "body2.material=steel"];
+    let warm = ["1=-0.5e-6", "2=30e-6", "3=30e-6"].map(|alpha| format!("materials.im7.alpha{alpha}"));
+    let warm = warm.iter().map(String::as_str).chain(["body1.temperature_change=20.0"]);
+    let set_body2: Vec<&str> = set_body2.into_iter().chain(warm.flat_map(|set| ["--set", set])).collect();
     let (code, text, errors) = orthowear(
         folder.path(),
         &[&["compare", "scene.toml", "--out", "c", "--variants", "fe-hs,HS-HS"][..], &set_body2].concat(),
@@ -41,7 +44,7 @@ fn the_variants_are_the_runs_they_stand_for() {
     let variants = comparison["variants"].as_array().unwrap();
     let names: Vec<&str> = variants.iter().map(|v| v["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["FE-HS", "HS-HS"]);
-    let replaced = "body1={ kind = \"half-space\", material = \"im7\", fibre = { tilt = 30.0 } }";
+    let replaced = "body1={ kind = \"half-space\", material = \"im7\", fibre = { tilt = 30.0 }, temperature_change = 20.0 }";
     for (i, more) in [(0, &[][..]), (1, &["--set", replaced][..])] {
         let arguments = [&["run", "scene.toml", "--out", "r", "--quiet"][..], &set_body2, more].concat();
         let (code, _, errors) = orthowear(folder.path(), &arguments);
@@ -133,7 +136,7 @@ fn what_a_half_space_has_no_place_for_is_named() {
     let sides = "body1.fixed=[{ group = \"base\", components = [\"x\", \"y\"] }]";
     let far = "body1.displaced=[{ group = \"base\", components = [\"z\"], gradient = [[1e-4, 0.0, 0.0]] }]";
     for (settings, named) in [
-        (&["body1.body_force=[0.0, 0.0, -1e-3]"][..], "the loads of body1"),
+        (&["body1.body_force=[0.0, 0.0, -1e-3]"][..], "the body force of body1"),
         (&["body1.foundation=[{ group = \"base\", stiffness = 10.0 }]"], "the foundations of body1"),
         (&[sides, far], "the prescribed displacements of body1"),
     ] {

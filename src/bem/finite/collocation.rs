@@ -31,21 +31,18 @@ pub(super) struct BoundaryKernel<'a> {
 }
 
 /// Additional columns of the equations. Each column is a sum over all elements, and only the sum is stored.
-#[derive(Clone, Copy)]
 pub(super) struct SummedColumns {
     /// Whether the columns of rigid translations of the prescribed dofs are included.
     pub prescribed_translations: bool,
-    /// Divisor of the boundary values; `None` if all of them are zero.
-    pub boundary_value_scale: Option<f64>,
+    /// Divisor of the boundary values of each load.
+    pub load_scales: Vec<f64>,
     /// Scale of the columns of the free motions, and number of motions.
     pub motions: (f64, usize),
 }
 
 impl SummedColumns {
     pub fn count(&self) -> usize {
-        3 * usize::from(self.prescribed_translations)
-            + usize::from(self.boundary_value_scale.is_some())
-            + self.motions.1
+        3 * usize::from(self.prescribed_translations) + self.load_scales.len() + self.motions.1
     }
 }
 
@@ -64,7 +61,8 @@ impl TreeOrder {
 
 impl CollocationKernel for BoundaryKernel<'_> {
     fn entries(&self, node: usize, element: usize, values: &mut [f64]) {
-        let BoundaryValueProblem { elements, displacement_known, boundary_values, .. } = self.problem;
+        let BoundaryValueProblem { elements, displacement_known, loads, .. } = self.problem;
+        let scales = &self.summed_columns.load_scales;
         let element = self.order.elements[element];
         let influence = influence(elements, self.order.node_locations[node], element);
         let nodes = elements.nodes_of(element);
@@ -72,8 +70,7 @@ impl CollocationKernel for BoundaryKernel<'_> {
         summed.fill(0.0);
         let (translations, summed) =
             summed.split_at_mut(if self.summed_columns.prescribed_translations { 9 } else { 0 });
-        let (of_known, of_motions) =
-            summed.split_at_mut(if self.summed_columns.boundary_value_scale.is_some() { 3 } else { 0 });
+        let (of_loads, of_motions) = summed.split_at_mut(3 * scales.len());
         for (a, node) in nodes.enumerate() {
             let (single, double) = (&influence.single_layer[a], &influence.double_layer[a]);
             for c in 0..3 {
@@ -87,9 +84,9 @@ impl CollocationKernel for BoundaryKernel<'_> {
                 if displacement_known[dof] {
                     (0..3).for_each(|r| translations[3 * c + r] -= of_held[r]);
                 }
-                if let Some(size) = self.summed_columns.boundary_value_scale {
-                    let value = boundary_values[dof] / size;
-                    (0..3).for_each(|r| of_known[r] += of_held[r] * value);
+                for ((load, scale), sum) in loads.iter().zip(scales).zip(of_loads.chunks_exact_mut(3)) {
+                    let value = load.at_dofs[dof] / scale;
+                    (0..3).for_each(|r| sum[r] += of_held[r] * value);
                 }
             }
             for j in 0..self.summed_columns.motions.1 {

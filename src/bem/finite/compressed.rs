@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::collocation::{BoundaryKernel, SummedColumns, TreeOrder, influence, layout};
 use super::elements::BoundaryElements;
-use super::problem::{BoundaryValueProblem, Domain, MAX_DENSE_UNKNOWNS};
+use super::problem::{BoundaryValueProblem, BoundaryValues, Domain, MAX_DENSE_UNKNOWNS};
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
@@ -55,8 +55,8 @@ pub struct CompressedEquations {
     columns: DenseMatrix,
     /// Border rows for the free motions, each stored as a column, `[n, motions]`.
     rows: DenseMatrix,
-    /// Right-hand side of the boundary values and of the mean displacements.
-    boundary_value_side: Vec<f64>,
+    /// Right-hand side of each load.
+    load_sides: Vec<Vec<f64>>,
     preconditioner: CoarseBlockJacobi,
 }
 
@@ -98,7 +98,8 @@ impl CompressedEquations {
         let held: Vec<bool> = (0..n).map(|at| problem.displacement_known[order.dof(at)]).collect();
         let row_sums = RowSums { kernel: &kernel, held: &held, sums };
         let mut diagonal_blocks = row_sums.rigid_translation_blocks(&matrix)?;
-        let boundary_value_side = row_sums.boundary_value_side(&diagonal_blocks);
+        let load_sides =
+            (0..problem.loads.len()).map(|load| row_sums.load_side(load, &diagonal_blocks)).collect();
         let [columns, rows] = row_sums.motion_border(&areas)?;
         let positions = problem.elements.positions();
         let positions: Vec<Point> = order.nodes.iter().map(|&node| positions[node]).collect();
@@ -113,25 +114,16 @@ impl CompressedEquations {
             &additions,
             CollocationUnknowns { positions: &positions, is_traction: &held },
         )?;
-        Ok(Self {
-            tolerance,
-            matrix,
-            order,
-            diagonal_blocks,
-            columns,
-            rows,
-            boundary_value_side,
-            preconditioner,
-        })
+        Ok(Self { tolerance, matrix, order, diagonal_blocks, columns, rows, load_sides, preconditioner })
     }
 
-    /// Estimated memory of assembly, right-hand sides and solution, bytes. Near blocks are counted, far blocks estimated by typical
-    /// ranks.
-    pub fn expected_bytes(elements: &BoundaryElements, n_loaded: usize, tolerance: f64) -> u128 {
+    /// Estimated memory of assembly, `columns` right-hand sides and solution, bytes. Near blocks are counted, far blocks estimated by
+    /// typical ranks.
+    pub fn expected_bytes(elements: &BoundaryElements, columns: usize, tolerance: f64) -> u128 {
         let layout = layout(elements, 0);
         let [near, far] = layout.storage_counts();
         let [making, held] = CoarseBlockJacobi::expected_bytes(&layout);
-        let (n, columns) = (3 * elements.n_nodes(), 3 * n_loaded + 1);
+        let n = 3 * elements.n_nodes();
         let blocks =
             4 * near + (FAR_BYTES_PER_LINE_AND_DIGIT2 * tolerance.log10().powi(2) * far as f64) as usize;
         let sides = rayon::current_num_threads().min(columns.div_ceil(RIGHT_SIDES_PER_BLOCK));
@@ -145,10 +137,13 @@ impl CompressedEquations {
         self.matrix.bytes() + self.preconditioner.bytes()
     }
 
-    /// Right-hand sides of the boundary values (first column) and of unit tractions of the loaded nodes.
+    /// Right-hand sides of the loads (first columns) and of unit tractions of the loaded nodes.
     fn right_sides(&self, problem: &BoundaryValueProblem) -> Result<DenseMatrix> {
-        let mut right = DenseMatrix::zeros(self.boundary_value_side.len(), 1 + 3 * problem.loaded.len())?;
-        right.column_mut(0).copy_from_slice(&self.boundary_value_side);
+        let size = 3 * problem.elements.n_nodes() + self.columns.n_columns();
+        let mut right = DenseMatrix::zeros(size, problem.n_right_sides())?;
+        for (load, side) in self.load_sides.iter().enumerate() {
+            right.column_mut(load).copy_from_slice(side);
+        }
         let elements = problem.elements;
         let mut of_element: Vec<Vec<(usize, usize)>> = vec![Vec::new(); elements.n_elements()];
         let place_of = elements.node_locations();
@@ -176,7 +171,7 @@ impl CompressedEquations {
                 let nodes = of_element[element].len();
                 for (k, (j, _)) in of_element[element].iter().enumerate() {
                     for c in 0..3 {
-                        let to = right.column_mut(1 + 3 * j + c);
+                        let to = right.column_mut(problem.loads.len() + 3 * j + c);
                         for (at, values) in columns.chunks_exact(nodes).enumerate() {
                             to[3 * at..3 * at + 3].copy_from_slice(&values[k][c]);
                         }
@@ -187,7 +182,7 @@ impl CompressedEquations {
         Ok(right)
     }
 
-    /// Unknowns for the boundary values and for unit tractions of the loaded nodes, `[n + motions, 1 + 3 loaded nodes]`.
+    /// Unknowns for the loads and for unit tractions of the loaded nodes, `[n + motions, loads + 3 loaded nodes]`.
     ///
     /// # Errors
     /// If the iteration does not converge, memory does not suffice, or the run is cancelled.
@@ -253,18 +248,18 @@ fn summed_columns(
     areas: &[f64],
     n_motions: usize,
 ) -> SummedColumns {
-    let size = problem
-        .boundary_values
-        .iter()
-        .zip(problem.displacement_known)
-        .fold(0.0_f64, |size, (value, held)| {
+    let scale = |load: &BoundaryValues| {
+        let values = load.at_dofs.iter().zip(problem.displacement_known);
+        let size = values.fold(0.0_f64, |size, (value, held)| {
             size.max(value.abs() * if *held { 1.0 } else { 1.0 / traction_scale })
         });
+        if size > 0.0 { size } else { 1.0 }
+    };
     let area: f64 = areas.iter().sum();
     let largest = areas.iter().fold(0.0_f64, |largest, area| largest.max(*area));
     SummedColumns {
         prescribed_translations: problem.displacement_known.contains(&true),
-        boundary_value_scale: (size > 0.0).then_some(size),
+        load_scales: problem.loads.iter().map(scale).collect(),
         motions: ((largest / area).sqrt(), n_motions),
     }
 }
@@ -300,20 +295,20 @@ impl RowSums<'_> {
         Ok((0..n / 3).map(of_node).collect())
     }
 
-    fn boundary_value_side(&self, diagonal_blocks: &[Matrix3<f64>]) -> Vec<f64> {
+    fn load_side(&self, load: usize, diagonal_blocks: &[Matrix3<f64>]) -> Vec<f64> {
         let BoundaryKernel { problem, order, motions, summed_columns, .. } = self.kernel;
+        let values = &problem.loads[load];
         let (n, n_nodes) = (self.held.len(), order.nodes.len());
         let mut right = vec![0.0; n + motions.ncols()];
-        if let Some(size) = summed_columns.boundary_value_scale {
-            let at = 3 * usize::from(summed_columns.prescribed_translations);
-            right.iter_mut().zip(self.sums.column(at)).for_each(|(right, sum)| *right = size * sum);
-        }
+        let at = 3 * usize::from(summed_columns.prescribed_translations) + load;
+        let scale = summed_columns.load_scales[load];
+        right.iter_mut().zip(self.sums.column(at)).for_each(|(right, sum)| *right = scale * sum);
         for at in (0..n).filter(|&at| self.held[at]) {
-            let column = diagonal_blocks[at / 3].column(at % 3) * problem.boundary_values[order.dof(at)];
+            let column = diagonal_blocks[at / 3].column(at % 3) * values.at_dofs[order.dof(at)];
             (0..3).for_each(|r| right[at - at % 3 + r] -= column[r]);
         }
         for j in 0..motions.ncols() {
-            right[n + j] = problem.mean_displacement.get(j).map_or(0.0, |wanted| wanted * n_nodes as f64);
+            right[n + j] = values.mean_displacement.get(j).map_or(0.0, |u| u * n_nodes as f64);
         }
         right
     }

@@ -29,7 +29,7 @@ pub use interior_solution::{InteriorSolution, NearestPoint};
 pub use interpolation::{ElementNodes, Interpolation, MOST_NODES};
 pub use panel::Panel;
 pub use plane::PlaneResponse;
-pub use problem::{BoundaryValueProblem, Domain, MAX_DENSE_UNKNOWNS};
+pub use problem::{BoundaryValueProblem, BoundaryValues, Domain, MAX_DENSE_UNKNOWNS};
 pub use solution::{BoundarySolution, SurfaceState};
 pub use surface_solution::SurfaceSolution;
 pub use system::{DEFAULT_TOLERANCE, SolutionMethod};

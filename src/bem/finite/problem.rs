@@ -15,6 +15,22 @@ pub enum Domain {
     Exterior,
 }
 
+/// Values on the boundary under one load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoundaryValues {
+    /// Prescribed displacement (mm), or traction on the body (MPa) for the other dofs, `[3 n]`.
+    pub at_dofs: Vec<f64>,
+    /// Mean displacement along each free motion, mm; empty for zero.
+    pub mean_displacement: Vec<f64>,
+}
+
+impl BoundaryValues {
+    /// Values with zero mean displacement along the free motions.
+    pub fn new(at_dofs: Vec<f64>) -> Self {
+        Self { at_dofs, mean_displacement: Vec::new() }
+    }
+}
+
 /// Boundary-value problem: along each axis at every node, either the displacement or the traction is given. Component c of node i
 /// is dof 3 i + c.
 pub struct BoundaryValueProblem<'a> {
@@ -24,12 +40,17 @@ pub struct BoundaryValueProblem<'a> {
     pub domain: Domain,
     /// Whether the displacement of a dof is prescribed, `[3 n]`.
     pub displacement_known: &'a [bool],
-    /// Prescribed displacement (mm), or traction on the body (MPa) for the other dofs, `[3 n]`.
-    pub boundary_values: &'a [f64],
+    /// Values under each load at amplitude 1.
+    pub loads: &'a [BoundaryValues],
     /// Nodes for which the response to unit tractions is computed. Their displacements must not be prescribed.
     pub loaded: &'a [usize],
     /// Rigid motions that the prescribed displacements leave free, with mean square 1 over the surface.
     pub free_motions: Option<&'a RigidBodyModes>,
-    /// Mean displacement along each free motion, mm; empty for zero.
-    pub mean_displacement: &'a [f64],
+}
+
+impl BoundaryValueProblem<'_> {
+    /// Number of right-hand sides: the loads, and the unit tractions of the loaded nodes.
+    pub(super) fn n_right_sides(&self) -> usize {
+        self.loads.len() + 3 * self.loaded.len()
+    }
 }

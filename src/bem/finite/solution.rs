@@ -1,6 +1,7 @@
 //! Solution on the surface of a body: displacement and traction.
 
 use super::compressed::CompressionReport;
+use super::problem::BoundaryValues;
 use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Displacement and traction of all nodes of a surface, in global axes.
@@ -12,12 +13,12 @@ pub struct SurfaceState {
     pub traction: Vec<[f64; 3]>,
 }
 
-/// Unknown displacements and tractions: one column for the boundary values and one per unit traction component of the loaded nodes.
+/// Unknown displacements and tractions: one column per load and one per unit traction component of the loaded nodes.
 pub struct BoundarySolution {
     pub(super) displacement_known: Vec<bool>,
-    pub(super) boundary_values: Vec<f64>,
+    pub(super) loads: Vec<BoundaryValues>,
     pub(super) loaded: Vec<usize>,
-    /// `[3 n + free motions, 1 + 3 loaded nodes]`.
+    /// `[3 n + free motions, loads + 3 loaded nodes]`.
     pub(super) unknown: DenseMatrix,
     /// Divisor of the unknown tractions, MPa/mm.
     pub(super) traction_scale: f64,
@@ -44,7 +45,7 @@ impl BoundarySolution {
     /// Displacement of `dof` due to a unit traction component c at loaded node j, mm/MPa, with `loaded = 3 j + c`. The displacement
     /// of `dof` must not be prescribed.
     pub fn response(&self, dof: usize, loaded: usize) -> f64 {
-        self.unknown.at(dof, 1 + loaded)
+        self.unknown.at(dof, self.loads.len() + loaded)
     }
 
     /// Memory of the solution, bytes.
@@ -52,9 +53,11 @@ impl BoundarySolution {
         8 * self.unknown.values().len()
     }
 
-    fn superpose(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
+    fn superpose(&self, amplitudes: &[f64], tractions: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.unknown.n_rows()];
-        for (j, factor) in std::iter::once(&own).chain(tractions).enumerate() {
+        let of_loads = amplitudes.iter().take(self.loads.len()).enumerate();
+        let of_nodes = tractions.iter().enumerate().map(|(j, traction)| (self.loads.len() + j, traction));
+        for (j, factor) in of_loads.chain(of_nodes) {
             if *factor != 0.0 {
                 sum.iter_mut().zip(self.unknown.column(j)).for_each(|(sum, x)| *sum += factor * x);
             }
@@ -62,13 +65,13 @@ impl BoundarySolution {
         sum
     }
 
-    /// State for the boundary values times `own` plus the `tractions` of the loaded nodes, `[3 n_loaded]`, MPa.
-    pub fn state(&self, own: f64, tractions: &[f64]) -> SurfaceState {
-        let n = self.boundary_values.len() / 3;
-        let found = self.superpose(own, tractions);
+    /// State under the loads with their `amplitudes`, plus the `tractions` of the loaded nodes, `[3 n_loaded]`, MPa.
+    pub fn state(&self, amplitudes: &[f64], tractions: &[f64]) -> SurfaceState {
+        let n = self.displacement_known.len() / 3;
+        let found = self.superpose(amplitudes, tractions);
         let mut state = SurfaceState { displacement: vec![[0.0; 3]; n], traction: vec![[0.0; 3]; n] };
         for (dof, held) in self.displacement_known.iter().enumerate() {
-            let known = own * self.boundary_values[dof];
+            let known = self.loads.iter().zip(amplitudes).map(|(load, a)| a * load.at_dofs[dof]).sum();
             let (u, t) = if *held { (known, found[dof] * self.traction_scale) } else { (found[dof], known) };
             state.displacement[dof / 3][dof % 3] = u;
             state.traction[dof / 3][dof % 3] = t;
@@ -81,8 +84,8 @@ impl BoundarySolution {
 
     /// Amplitudes of the tractions in the shapes of the free motions that balance the loads of [`Self::state`] with the same
     /// arguments, MPa.
-    pub fn balance(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
-        let found = self.superpose(own, tractions);
-        found[self.boundary_values.len()..].iter().map(|x| x * self.traction_scale).collect()
+    pub fn balance(&self, amplitudes: &[f64], tractions: &[f64]) -> Vec<f64> {
+        let found = self.superpose(amplitudes, tractions);
+        found[self.displacement_known.len()..].iter().map(|x| x * self.traction_scale).collect()
     }
 }

@@ -107,9 +107,9 @@ impl BoundaryElements {
 }
 
 impl BoundaryValueProblem<'_> {
-    /// Memory of the solution by dense equations, bytes.
-    pub fn dense_bytes(n_nodes: usize, n_loaded: usize) -> u128 {
-        let (n, columns) = (3 * n_nodes as u128, 3 * n_loaded as u128 + 1);
+    /// Memory of the solution by dense equations with `columns` right-hand sides, bytes.
+    pub fn dense_bytes(n_nodes: usize, columns: usize) -> u128 {
+        let (n, columns) = (3 * n_nodes as u128, columns as u128);
         8 * (n * n + 2 * n * columns) + (BATCH as u128) * n * 48 + dense_lu::product_buffer_bytes(8 * n * n)
     }
 
@@ -118,7 +118,7 @@ impl BoundaryValueProblem<'_> {
         let motions = self.motions();
         let size = n + motions.ncols();
         let mut left = DenseMatrix::zeros(size, size)?;
-        let mut right = DenseMatrix::zeros(size, 1 + 3 * self.loaded.len())?;
+        let mut right = DenseMatrix::zeros(size, self.n_right_sides())?;
         let places = self.elements.node_locations();
         for (batch, nodes) in places.chunks(BATCH).enumerate() {
             cancel::check()?;
@@ -126,20 +126,24 @@ impl BoundaryValueProblem<'_> {
                 nodes.par_iter().map(|&place| self.elements.rows(place, self.domain)).collect();
             for (k, (h, g)) in rows.iter().enumerate() {
                 let row = 3 * (batch * BATCH + k);
-                let mut known = Point::zeros();
+                let mut known = vec![Point::zeros(); self.loads.len()];
                 for (node, (h, g)) in h.iter().zip(g).enumerate() {
                     for c in 0..3 {
                         let column = 3 * node + c;
                         let (unknown, with) =
                             if self.displacement_known[column] { (-g * scale, -h) } else { (*h, *g) };
                         left.column_mut(column)[row..row + 3].copy_from_slice(unknown.column(c).as_slice());
-                        known += with.column(c) * self.boundary_values[column];
+                        for (known, load) in known.iter_mut().zip(self.loads) {
+                            *known += with.column(c) * load.at_dofs[column];
+                        }
                     }
                 }
-                right.column_mut(0)[row..row + 3].copy_from_slice(known.as_slice());
+                for (k, known) in known.iter().enumerate() {
+                    right.column_mut(k)[row..row + 3].copy_from_slice(known.as_slice());
+                }
                 for (j, &node) in self.loaded.iter().enumerate() {
                     for c in 0..3 {
-                        let column = right.column_mut(1 + 3 * j + c);
+                        let column = right.column_mut(self.loads.len() + 3 * j + c);
                         column[row..row + 3].copy_from_slice(g[node].column(c).as_slice());
                     }
                 }
@@ -156,8 +160,10 @@ impl BoundaryValueProblem<'_> {
             for dof in (0..n).filter(|&dof| !self.displacement_known[dof]) {
                 left.column_mut(dof)[n + j] = motions[(dof, j)] * areas[dof / 3] / mean;
             }
-            right.column_mut(0)[n + j] =
-                self.mean_displacement.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
+            for (k, load) in self.loads.iter().enumerate() {
+                right.column_mut(k)[n + j] =
+                    load.mean_displacement.get(j).map_or(0.0, |u| u * areas.len() as f64);
+            }
         }
         Ok((left, right))
     }
@@ -232,7 +238,7 @@ impl BoundaryValueProblem<'_> {
     ) -> Result<BoundarySolution> {
         let mut solution = BoundarySolution {
             displacement_known: self.displacement_known.to_vec(),
-            boundary_values: self.boundary_values.to_vec(),
+            loads: self.loads.to_vec(),
             loaded: self.loaded.to_vec(),
             unknown,
             traction_scale: self.traction_scale(),
@@ -243,22 +249,25 @@ impl BoundaryValueProblem<'_> {
         Ok(solution)
     }
 
-    /// Largest residual at up to `CHECKED` nodes, relative to the largest sum of magnitudes at one of them. Boundary values and
-    /// unit tractions are checked separately, since their magnitudes may differ strongly.
+    /// Largest residual at up to `CHECKED` nodes, relative to the largest sum of magnitudes at one of them. Each load and the unit
+    /// tractions are checked separately, since their magnitudes may differ strongly.
     fn residual(&self, solution: &BoundarySolution) -> Result<f64> {
         let n = 3 * self.loaded.len();
-        let loads = [(1.0, vec![0.0; n]), (0.0, vec![1.0; n])];
-        let states = loads.map(|(known, tractions)| {
-            (solution.state(known, &tractions), solution.balance(known, &tractions))
-        });
+        let unit = |load: usize| (0..self.loads.len()).map(|k| f64::from(u8::from(k == load))).collect();
+        let states: Vec<(SurfaceState, Vec<f64>)> = (0..=self.loads.len())
+            .map(|load| {
+                let tractions = vec![if load == self.loads.len() { 1.0 } else { 0.0 }; n];
+                let amplitudes: Vec<f64> = unit(load);
+                (solution.state(&amplitudes, &tractions), solution.balance(&amplitudes, &tractions))
+            })
+            .collect();
         let motions = self.motions();
         let places = self.elements.node_locations();
         let step = places.len().div_ceil(CHECKED);
         let checked: Vec<(usize, usize)> = places.iter().copied().step_by(step).collect();
-        let of_row = |place: &(usize, usize)| {
+        let of_row = |place: &(usize, usize)| -> Vec<(f64, f64)> {
             let (h, g) = self.elements.rows(*place, self.domain);
-            [0, 1].map(|i| {
-                let (state, balance) = &states[i];
+            let of_state = |(state, balance): &(SurfaceState, Vec<f64>)| {
                 let (mut sum, mut size) = (Point::zeros(), 0.0);
                 for (node, (h, g)) in h.iter().zip(&g).enumerate() {
                     let mut traction = Point::from(state.traction[node]);
@@ -270,24 +279,25 @@ impl BoundaryValueProblem<'_> {
                     size += parts[0].norm() + parts[1].norm();
                 }
                 (sum.norm(), size)
-            })
+            };
+            states.iter().map(of_state).collect()
         };
         cancel::check()?;
-        let found: Vec<[(f64, f64); 2]> = checked.par_iter().map(of_row).collect();
+        let found: Vec<Vec<(f64, f64)>> = checked.par_iter().map(of_row).collect();
         let relative = |i: usize| {
             let rows = found.iter().map(|row| row[i]);
             let most = rows.fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(x), b.max(y)));
             most.0 / most.1
         };
         // NaN counts as larger than any number.
-        Ok([0, 1].map(relative).into_iter().max_by(f64::total_cmp).unwrap_or(f64::NAN))
+        Ok((0..states.len()).map(relative).max_by(f64::total_cmp).unwrap_or(f64::NAN))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bem::finite::{Interpolation, Panel};
+    use crate::bem::finite::{BoundaryValues, Interpolation, Panel};
     use crate::bem::full_space::FullSpaceField;
     use crate::element::ElementKind::Quad9;
     use crate::material::Stiffness;
@@ -314,16 +324,15 @@ mod tests {
         let elements = BoundaryElements::new(cube(), Interpolation::Constant, &stiffness, field, 1e-3);
         let positions = elements.positions();
         let base: Vec<bool> = positions.iter().flat_map(|x| [x.z < -0.99; 3]).collect();
-        let values: Vec<f64> = base.iter().map(|held| f64::from(u8::from(*held))).collect();
+        let moved = BoundaryValues::new(base.iter().map(|held| f64::from(u8::from(*held))).collect());
         let top = positions.iter().position(|x| x.z > 0.99).unwrap();
         let problem = BoundaryValueProblem {
             elements: &elements,
             domain: Domain::Interior,
             displacement_known: &base,
-            boundary_values: &values,
+            loads: &[moved],
             loaded: &[top],
             free_motions: None,
-            mean_displacement: &[],
         };
         let mut solution = problem.solve(Par::Seq).unwrap();
         assert!(solution.residual < 1e-12, "{}", solution.residual);

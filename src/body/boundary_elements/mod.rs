@@ -19,11 +19,12 @@ use self::symmetrize::Symmetrization;
 use super::condensed_flexibility::CondensedFlexibility;
 use super::rigid_body_modes::{RigidBodyMode, UnconstrainedModes, relative_motion};
 use super::{
-    BodyEquations, BodyField, BodyLoad, ElasticBody, ErrorEstimation, Loading, PointState, StressField,
+    BodyEquations, BodyField, BodyLoad, ElasticBody, ErrorEstimation, LoadCase, Loading, PointState,
+    StressField,
 };
 use crate::bem::finite::{
-    BodyForceSolution, BoundaryElements, BoundarySolution, BoundaryValueProblem, CompressionReport, Domain,
-    Interpolation, SurfaceState,
+    BodyForceSolution, BoundaryElements, BoundarySolution, BoundaryValueProblem, BoundaryValues,
+    CompressionReport, Domain, Interpolation, SurfaceState,
 };
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
@@ -43,8 +44,8 @@ pub struct BeBody {
     side: Side,
     surface: MeshedSurface,
     elements: BoundaryElements,
-    /// Particular solution for the body force.
-    weight: Option<BodyForceSolution>,
+    /// Particular solution for the body force and the thermal strain of each load.
+    weights: Vec<Option<BodyForceSolution>>,
     map: FaceMap,
     solution: BoundarySolution,
     areas: Vec<f64>,
@@ -63,7 +64,8 @@ impl BeBody {
     pub const MEMORY_ADVICE: &'static str =
         "use larger elements away from the contact, or elements of lower order (`element`)";
 
-    /// Solves the body for unit tractions at all nodes under the frame, within the available memory.
+    /// Solves the body for its loads and for unit tractions at all nodes under the frame, within the available memory. Each of
+    /// `cases` has the loads of `spec` that share an amplitude; without cases, all loads share one.
     ///
     /// # Errors
     /// If a group or the frame does not fit, or faces of the contact group intersect. If supports contradict one another or fix
@@ -71,6 +73,7 @@ impl BeBody {
     /// cannot be solved, or the run is cancelled.
     pub fn new(
         spec: &BeSpec,
+        cases: &[(LoadCase, BeSpec)],
         contact: &str,
         side: Side,
         frame: &ContactFrame,
@@ -85,17 +88,23 @@ impl BeBody {
             let known = spec.nodal_conditions(&elements, &number)?;
             refuse_held(&map, &known, &elements)?;
             let what = format!("a boundary-element body of {} unknowns", 3 * elements.n_nodes());
-            memory.ensure_available(spec.bytes(map.nodes().len())?, &what, Self::MEMORY_ADVICE)?;
+            memory.ensure_available(
+                spec.bytes(map.nodes().len(), cases.len())?,
+                &what,
+                Self::MEMORY_ADVICE,
+            )?;
             let free = elements.free_motions(&known.held)?;
-            let mean = free.as_ref().map_or_else(Vec::new, |free| known.counter_mean(free, &elements));
+            let conditions = spec.load_conditions(cases, &elements, &number)?;
+            let of_load =
+                |(_, known): &(LoadCase, NodalConditions)| known.boundary_values(free.as_ref(), &elements);
+            let loads: Vec<BoundaryValues> = conditions.iter().map(of_load).collect();
             let problem = BoundaryValueProblem {
                 elements: &elements,
                 domain: Domain::Interior,
                 displacement_known: &known.held,
-                boundary_values: &known.values,
+                loads: &loads,
                 loaded: map.nodes(),
                 free_motions: free.as_ref(),
-                mean_displacement: &mean,
             };
             let solution = problem.solve(Par::rayon(0))?;
             let all = elements.areas();
@@ -113,7 +122,7 @@ impl BeBody {
             let mut body = Self {
                 side,
                 surface,
-                weight: known.weight.clone(),
+                weights: conditions.iter().map(|(_, known)| known.weight.clone()).collect(),
                 map,
                 solution,
                 areas,
@@ -126,33 +135,49 @@ impl BeBody {
                 limit: None,
                 elements,
             };
-            let at_rest = known.values.iter().all(|value| *value == 0.0) && known.weight.is_none();
-            if !at_rest {
-                body.loads =
-                    vec![BodyLoad { side: Some(side), case: spec.load_case.clone(), gap: body.load_gap() }];
-            }
-            body.rigid_body_modes = free.map(|free| body.modes_from_free_motions(&free, &known, frame));
-            body.ensure_balanced(spec, &known)?;
+            body.add_loads(&conditions, free, frame)?;
             Ok(body)
         };
         build().context(|| spec.name.clone())
     }
 
-    /// Refuses a preload that is not in balance.
-    fn ensure_balanced(&self, spec: &BeSpec, known: &NodalConditions) -> Result<()> {
-        let Some(free) = &self.rigid_body_modes else { return Ok(()) };
-        let works: Vec<f64> = free.modes.iter().flat_map(|mode| mode.load_work.clone()).collect();
-        let areas = self.elements.areas();
-        let forces = known.values.iter().enumerate().filter(|(dof, _)| !known.held[*dof]);
-        let size = forces.map(|(dof, value)| value.abs() * areas[dof / 3]).sum();
-        spec.load_case.ensure_balanced(&works, &free.names, size)
+    /// Computes the gaps of the loads, and the unconstrained modes. Refuses a preload that is not in balance.
+    fn add_loads(
+        &mut self,
+        conditions: &[(LoadCase, NodalConditions)],
+        free: Option<RigidBodyModes>,
+        frame: &ContactFrame,
+    ) -> Result<()> {
+        let load = |(k, (case, _)): (usize, &(LoadCase, NodalConditions))| BodyLoad {
+            side: Some(self.side),
+            case: case.clone(),
+            gap: self.load_gap(k),
+        };
+        self.loads = conditions.iter().enumerate().map(load).collect();
+        self.rigid_body_modes = free.map(|free| self.modes_from_free_motions(&free, conditions, frame));
+        self.ensure_balanced(conditions)
     }
 
-    fn load_gap(&self) -> Vec<f64> {
-        let state = self.solution.state(1.0, &vec![0.0; 3 * self.areas.len()]);
+    fn ensure_balanced(&self, conditions: &[(LoadCase, NodalConditions)]) -> Result<()> {
+        let Some(free) = &self.rigid_body_modes else { return Ok(()) };
+        let areas = self.elements.areas();
+        for (k, (case, known)) in conditions.iter().enumerate() {
+            let works: Vec<f64> = free.modes.iter().map(|mode| mode.load_work[k]).collect();
+            let size = known.tractions().map(|(dof, value)| value.abs() * areas[dof / 3]).sum();
+            case.ensure_balanced(&works, &free.names, size)?;
+        }
+        Ok(())
+    }
+
+    /// Change of the gap by load `k` at amplitude 1.
+    fn load_gap(&self, k: usize) -> Vec<f64> {
+        let amplitudes: Vec<f64> = (0..=k).map(|load| f64::from(u8::from(load == k))).collect();
+        let loading = Loading { tractions: &[], amplitudes: &amplitudes };
+        let state = self.solution.state(&amplitudes, &vec![0.0; 3 * self.areas.len()]);
         let positions = self.elements.positions();
         let loaded = |node: usize| {
-            (Point::from(state.displacement[node]) + self.displacement_by_weight(&positions[node])).into()
+            (Point::from(state.displacement[node]) + self.displacement_by_weight(&positions[node], loading))
+                .into()
         };
         self.map.gap_of_displacement(self.side, loaded)
     }
@@ -160,21 +185,20 @@ impl BeBody {
     fn modes_from_free_motions(
         &self,
         free: &RigidBodyModes,
-        known: &NodalConditions,
+        conditions: &[(LoadCase, NodalConditions)],
         frame: &ContactFrame,
     ) -> UnconstrainedModes {
         let (positions, areas) = (self.elements.positions(), self.elements.areas());
         let motion = |j: usize| {
-            let work = |(dof, value): (usize, &f64)| {
+            let work = |(dof, value): (usize, f64)| {
                 value * free.displacement(&positions[dof / 3], j)[dof % 3] * areas[dof / 3]
             };
-            let loads = known.values.iter().enumerate().filter(|(dof, _)| !known.held[*dof]);
             RigidBodyMode {
                 relative_motion: relative_motion(free, j, frame, self.side),
                 gap: self
                     .map
                     .gap_of_displacement(self.side, |node| free.displacement(&positions[node], j).into()),
-                load_work: vec![loads.map(work).sum(); self.loads.len()],
+                load_work: conditions.iter().map(|(_, known)| known.tractions().map(work).sum()).collect(),
             }
         };
         let modes = (0..free.n_modes()).map(motion).collect();
@@ -237,17 +261,25 @@ impl BeBody {
         nodal
     }
 
-    /// Displacement by the weight at its amplitude 1.
-    fn displacement_by_weight(&self, x: &Point) -> Point {
-        self.weight.as_ref().map_or(Point::zeros(), |weight| weight.displacement(x))
+    /// Particular solutions for body forces and thermal strains, and their amplitudes.
+    fn weights<'a>(&'a self, loading: Loading<'a>) -> impl Iterator<Item = (&'a BodyForceSolution, f64)> {
+        let of_load = move |(k, weight): (usize, &'a Option<BodyForceSolution>)| {
+            Some((weight.as_ref()?, loading.amplitude(k)))
+        };
+        self.weights.iter().enumerate().filter_map(of_load)
+    }
+
+    /// Displacement by body forces and thermal strains.
+    fn displacement_by_weight(&self, x: &Point, loading: Loading) -> Point {
+        self.weights(loading).map(|(weight, amplitude)| amplitude * weight.displacement(x)).sum()
     }
 
     fn state(&self, loading: Loading) -> SurfaceState {
-        self.solution.state(loading.amplitude(0), &self.nodal_tractions(loading.tractions))
+        self.solution.state(loading.amplitudes, &self.nodal_tractions(loading.tractions))
     }
 
-    /// Displacement of the points of the mesh in `state`, with the weight times `amplitude`.
-    fn at_points(&self, state: &SurfaceState, amplitude: f64) -> Vec<[f64; 3]> {
+    /// Displacement of the points of the mesh in `state`.
+    fn at_points(&self, state: &SurfaceState, loading: Loading) -> Vec<[f64; 3]> {
         let mut sums = vec![(Point::zeros(), 0.0); self.surface.mesh.n_points()];
         for (i, face) in outer_faces(&self.surface.mesh).iter().enumerate() {
             let nodes = self.elements.reference_nodes_of(i);
@@ -264,7 +296,7 @@ impl BeBody {
                 sums[point].1 += weight;
             }
         }
-        let of_weight = |x: &[f64; 3]| amplitude * self.displacement_by_weight(&Point::from(*x));
+        let of_weight = |x: &[f64; 3]| self.displacement_by_weight(&Point::from(*x), loading);
         let means = sums.into_iter().zip(&self.surface.mesh.points);
         means.map(|((sum, weight), x)| (sum / weight.max(f64::MIN_POSITIVE) + of_weight(x)).into()).collect()
     }
@@ -315,7 +347,7 @@ impl ElasticBody for BeBody {
     }
 
     fn recover(&self, loading: Loading) -> Result<BodyField> {
-        let displacement = self.at_points(&self.state(loading), loading.amplitude(0));
+        let displacement = self.at_points(&self.state(loading), loading);
         Ok(BodyField { displacement, stress: None })
     }
 

@@ -7,8 +7,8 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::bem::finite::{
-    BodyForceSolution, BoundaryElements, BoundaryValueProblem, CompressedEquations, Interpolation, Panel,
-    SolutionMethod,
+    BodyForceSolution, BoundaryElements, BoundaryValueProblem, BoundaryValues, CompressedEquations,
+    Interpolation, Panel, SolutionMethod,
 };
 use crate::bem::full_space::FullSpaceField;
 use crate::body::LoadCase;
@@ -55,8 +55,6 @@ pub struct BeSpec {
     pub body_force: [f64; 3],
     /// Uniform thermal strain, a symmetric tensor in global axes.
     pub thermal_strain: Matrix3<f64>,
-    /// Amplitude of all loads and prescribed displacements.
-    pub load_case: LoadCase,
 }
 
 /// Fit of a body's mesh to a frame.
@@ -71,6 +69,7 @@ pub struct FrameFit {
     pub thinnest_element: Option<(usize, f64)>,
 }
 
+/// Supports and loads at the nodes.
 pub(super) struct NodalConditions {
     /// Whether the displacement is prescribed, by dof.
     pub(super) held: Vec<bool>,
@@ -81,9 +80,28 @@ pub(super) struct NodalConditions {
 }
 
 impl NodalConditions {
+    fn is_at_rest(&self) -> bool {
+        self.weight.is_none() && self.values.iter().all(|value| *value == 0.0)
+    }
+
+    /// Values on the boundary for the body with the unconstrained modes `free`.
+    pub(super) fn boundary_values(
+        &self,
+        free: Option<&RigidBodyModes>,
+        elements: &BoundaryElements,
+    ) -> BoundaryValues {
+        let mean_displacement = free.map_or_else(Vec::new, |free| self.counter_mean(free, elements));
+        BoundaryValues { at_dofs: self.values.clone(), mean_displacement }
+    }
+
+    /// Given traction components, with their dofs.
+    pub(super) fn tractions(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.values.iter().copied().enumerate().filter(|(dof, _)| !self.held[*dof])
+    }
+
     /// Negative mean of u·m over the surface, for the particular solution u and each unconstrained mode m. Prescribed dofs do not
     /// contribute. Empty without a particular solution.
-    pub(super) fn counter_mean(&self, free: &RigidBodyModes, elements: &BoundaryElements) -> Vec<f64> {
+    fn counter_mean(&self, free: &RigidBodyModes, elements: &BoundaryElements) -> Vec<f64> {
         let Some(weight) = &self.weight else { return Vec::new() };
         let (positions, areas) = (elements.positions(), elements.areas());
         let total: f64 = areas.iter().sum();
@@ -177,6 +195,21 @@ impl BeSpec {
         Ok(NodalConditions { held: held.iter().map(Option::is_some).collect(), values, weight })
     }
 
+    /// Load cases of the body with the conditions of each at amplitude 1. Without `cases`, all loads of the body form one.
+    pub(super) fn load_conditions(
+        &self,
+        cases: &[(LoadCase, Self)],
+        elements: &BoundaryElements,
+        number: &HashMap<CellRef, usize>,
+    ) -> Result<Vec<(LoadCase, NodalConditions)>> {
+        let conditions = |spec: &Self| spec.nodal_conditions(elements, number);
+        if !cases.is_empty() {
+            return cases.iter().map(|(case, spec)| Ok((case.clone(), conditions(spec)?))).collect();
+        }
+        let all = conditions(self)?;
+        Ok(if all.is_at_rest() { Vec::new() } else { vec![(LoadCase::default(), all)] })
+    }
+
     /// Unconstrained rigid-body modes; `None` if the supports fix the body.
     ///
     /// # Errors
@@ -249,16 +282,17 @@ impl BeSpec {
         SolutionMethod::of(3 * self.n_nodes())
     }
 
-    /// Peak memory to build a body with `n_loaded` nodes under the frame, bytes.
+    /// Peak memory to build a body with `n_loaded` nodes under the frame and `n_loads` loads, bytes.
     ///
     /// # Errors
     /// If the surface is invalid.
-    pub fn bytes(&self, n_loaded: usize) -> Result<u128> {
+    pub fn bytes(&self, n_loaded: usize, n_loads: usize) -> Result<u128> {
+        let columns = n_loads + 3 * n_loaded;
         let equations = match self.solved_by() {
-            SolutionMethod::Dense => BoundaryValueProblem::dense_bytes(self.n_nodes(), n_loaded),
+            SolutionMethod::Dense => BoundaryValueProblem::dense_bytes(self.n_nodes(), columns),
             SolutionMethod::Compressed(tolerance) => CompressedEquations::expected_bytes(
                 &self.with_unit_material()?.elements(None)?.0,
-                n_loaded,
+                columns,
                 tolerance,
             ),
         };

@@ -19,8 +19,8 @@ impl BeBody {
     /// Stress at the points of the surface mesh due to contact tractions and loads. A point has one value for each smooth part of
     /// the surface around it: the mean over the elements of this part.
     pub(super) fn surface_stress(&self, loading: Loading) -> StressField {
-        let (nodal, amplitude) = (self.nodal_tractions(loading.tractions), loading.amplitude(0));
-        let state = self.solution.state(amplitude, &nodal);
+        let nodal = self.nodal_tractions(loading.tractions);
+        let state = self.solution.state(loading.amplitudes, &nodal);
         let field = self.elements.surface_solution(&state);
         let mut of_contact = vec![[0.0; 3]; self.elements.n_nodes()];
         for (j, &node) in self.map.nodes().iter().enumerate() {
@@ -45,11 +45,11 @@ impl BeBody {
             {
                 let mut gradient = field.surface_gradient(i, *xi);
                 let mut own_traction = field.traction(i, *xi);
-                if let Some(of_weight) = &self.weight {
-                    let x = panel.position(*xi);
-                    gradient += amplitude * of_weight.gradient(&x);
+                let x = panel.position(*xi);
+                for (weight, amplitude) in self.weights(loading) {
+                    gradient += amplitude * weight.gradient(&x);
                     let normal = area.try_normalize(0.0).unwrap_or_default();
-                    own_traction += amplitude * of_weight.stress(&x) * normal;
+                    own_traction += amplitude * weight.stress(&x) * normal;
                 }
                 let sample = FaceContribution { area, weight, gradient, stiffness, own_traction };
                 whole.add(point, &sample);
@@ -68,11 +68,11 @@ impl BeBody {
     }
 
     pub(super) fn inside_points(&self, loading: Loading, points: &[Point]) -> Result<Vec<PointState>> {
-        let (state, amplitude) = (self.state(loading), loading.amplitude(0));
+        let state = self.state(loading);
         let field = self.elements.interior_solution(&state, Domain::Interior);
         let at = |x: &Point| {
             let mut found = field.at(x);
-            if let Some(weight) = &self.weight {
+            for (weight, amplitude) in self.weights(loading) {
                 found.displacement += amplitude * weight.displacement(x);
                 found.stress += amplitude * weight.stress(x);
             }

@@ -188,10 +188,22 @@ impl BodyMaterial {
 impl BeBodyPlan {
     /// Input of the boundary-element module; `name` names the body in messages.
     pub fn bem_spec(&self, name: &str) -> body::BeSpec {
-        let fem::FeSpec { supports, pressures, tractions, body_force, temperature_change, mesh, .. } =
-            self.meshed.fem_spec(name);
+        self.spec_with_loads(self.meshed.fem_spec(name))
+    }
+
+    /// For each load case, the input of the boundary-element module with the loads of this case alone.
+    pub fn load_specs(&self, name: &str) -> Vec<(LoadCase, body::BeSpec)> {
+        let specs = self.meshed.load_specs(name).into_iter();
+        specs.map(|(case, spec)| (case, self.spec_with_loads(spec))).collect()
+    }
+
+    /// Input of the boundary-element module with the loads of a finite-element body.
+    fn spec_with_loads(&self, spec: fem::FeSpec) -> body::BeSpec {
+        let fem::FeSpec {
+            name, supports, pressures, tractions, body_force, temperature_change, mesh, ..
+        } = spec;
         body::BeSpec {
-            name: name.to_owned(),
+            name,
             mesh,
             stiffness: self.meshed.material.stiffness_in_frame(0.0),
             interpolation: self.interpolation,
@@ -200,7 +212,6 @@ impl BeBodyPlan {
             tractions,
             body_force,
             thermal_strain: self.meshed.material.thermal_strain(temperature_change),
-            load_case: self.meshed.load_cases().first().map_or_else(LoadCase::default, |&case| case.clone()),
         }
     }
 }

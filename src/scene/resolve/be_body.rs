@@ -11,7 +11,7 @@ use super::materials::{Materials, find_material};
 use super::resolver::Resolver;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, closed_surface};
-use crate::scene::plan::{BeBodyPlan, BodyPlan};
+use crate::scene::plan::{BeBodyPlan, BodyPlan, PrescribedDisplacement};
 use crate::scene::spec::body::{BeBody, FeBody, NearField};
 use crate::scene::spec::direction::FibreDirection;
 
@@ -101,13 +101,25 @@ pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Opti
 
 fn check_rigid_body_modes(r: &mut Resolver, key: &str, be: &BeBodyPlan) {
     let help = "put each face into one support only, or prescribe the same value in both";
-    if be.meshed.load_cases().len() > 1 {
-        r.report(
-            key,
-            "the loads of a boundary-element body have one amplitude, but these have different names or treatments before contact",
-            "has these loads",
-            "give all loads and displacements of this body the same `name` and `preload`, or use kind = \"fe\"",
-        );
+    let modes = be.bem_spec(key).free_motions();
+    if modes.is_ok() {
+        report_shared_dofs(r, key, be);
     }
-    report_rigid_body_modes(r, key, be.bem_spec(key).free_motions(), &be.meshed.supports, [key, help]);
+    report_rigid_body_modes(r, key, modes, &be.meshed.supports, [key, help]);
+}
+
+/// Reports nodes that several loads displace along one direction by the same values at amplitude 1.
+fn report_shared_dofs(r: &mut Resolver, key: &str, be: &BeBodyPlan) {
+    let Some(error) = be.load_specs(key).into_iter().find_map(|(_, spec)| spec.free_motions().err()) else {
+        return;
+    };
+    let of_group = |support: &&PrescribedDisplacement| error.group.as_ref() == Some(&support.group);
+    let Some(support) = be.meshed.supports.iter().rfind(of_group) else { return };
+    let message = format!(
+        "faces of the group \"{}\" are displaced by different loads along the same direction",
+        support.group
+    );
+    let mend =
+        "give these displacements the same `name` and `preload`, or put each face into one of them only";
+    r.report(&support.key, message, "this displacement", mend);
 }

@@ -111,8 +111,9 @@ fn build_be(
 ) -> Result<BuiltBody, SceneError> {
     let key = BODY_KEYS[index];
     face_map(&be.meshed, index, frame)?;
-    let (spec, contact, cache) = (be.bem_spec(key), &be.meshed.contact, plan.flexibility_cache.as_ref());
-    let mut body = BeBody::new(&spec, contact, SIDES[index], frame, cache, &left).at(key)?;
+    let (spec, cases, contact) = (be.bem_spec(key), be.load_specs(key), &be.meshed.contact);
+    let cache = plan.flexibility_cache.as_ref();
+    let mut body = BeBody::new(&spec, &cases, contact, SIDES[index], frame, cache, &left).at(key)?;
     let (held, warning) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
     let elastic = &be.meshed.material;
     body.limit = plan.strength_limits.get(&elastic.name).map(|limit| (*limit, elastic.material_axes(0.0)));

@@ -36,12 +36,11 @@ pub fn spec(
         tractions: vec![],
         body_force: [0.0; 3],
         thermal_strain: nalgebra::Matrix3::zeros(),
-        load_case: LoadCase::default(),
     }
 }
 
 pub fn body(spec: &BeSpec, contact: &str, side: Side, frame: &ContactFrame) -> BeBody {
-    BeBody::new(spec, contact, side, frame, None, &MemoryLimit::of_machine()).unwrap()
+    BeBody::new(spec, &[], contact, side, frame, None, &MemoryLimit::of_machine()).unwrap()
 }
 
 fn gap(bodies: [&mut dyn ElasticBody; 2], frame: &ContactFrame, tractions: &[f64]) -> Vec<f64> {
@@ -70,22 +69,47 @@ pub fn held(group: &str, component: usize) -> Support {
 }
 
 /// Truth: between smooth walls the top of a column of height H sinks by (p H + b H² / 2) / C33 under a pressure p and a weight b
-/// per volume. Linear elements represent the field exactly after the particular field of the weight is subtracted.
+/// per volume. Linear elements represent the field exactly after the particular field of the weight is subtracted. By superposition,
+/// loads with amplitudes of their own scale their terms.
 #[test]
 fn column_between_smooth_walls() {
     let (height, pressure, weight, lift) = (2.0, 50.0, 30.0, 1e-3);
     let mesh = block(Hex8, [3, 3, 4], [1.0; 3], |[x, y, z]| [x, y, height * (z - 1.0)]);
     let walls = [held("x0", 0), held("x1", 0), held("y0", 1), held("y1", 1)];
-    let base = Support { value: [0.0, 0.0, lift], ..held("z0", 2) };
-    let mut spec = spec(&mesh, &steel(), Linear, [&walls[..], &[base]].concat());
-    spec.pressures.push(("z1".into(), pressure));
-    spec.body_force = [0.0, 0.0, -weight];
+    let column = |[pressure, weight, lift]: [f64; 3]| {
+        let base = Support { value: [0.0, 0.0, lift], ..held("z0", 2) };
+        BeSpec {
+            pressures: vec![("z1".into(), pressure)],
+            body_force: [0.0, 0.0, -weight],
+            ..spec(&mesh, &steel(), Linear, [&walls[..], &[base]].concat())
+        }
+    };
+    let all = column([pressure, weight, lift]);
     let frame = ContactFrame::grid([0.3; 2], [4; 2], [0.5; 2], 0.0).unwrap();
-    let body = body(&spec, "z1", Side::Lower, &frame);
+    check_column(&body(&all, "z1", Side::Lower, &frame), &frame, [1.0; 1], [pressure, weight, lift]);
+    let cases = [[pressure, 0.0, 0.0], [0.0, weight, 0.0], [0.0, 0.0, lift]].map(column);
+    let cases = cases.map(|spec| (LoadCase::default(), spec));
+    let memory = MemoryLimit::of_machine();
+    let apart = BeBody::new(&all, &cases, "z1", Side::Lower, &frame, None, &memory).unwrap();
+    check_column(&apart, &frame, [0.5, 2.0, -1.0], [0.5 * pressure, 2.0 * weight, -lift]);
+}
+
+/// Checks the state of the column of [`column_between_smooth_walls`] with the `amplitudes` of its loads, which amount to a pressure,
+/// a weight and a displacement of the base.
+fn check_column<const LOADS: usize>(
+    body: &BeBody,
+    frame: &ContactFrame,
+    amplitudes: [f64; LOADS],
+    [pressure, weight, lift]: [f64; 3],
+) {
+    let height = 2.0;
+    let mesh = &body.surface().unwrap().mesh;
     let modulus = steel().component(2, 2, 2, 2);
     let sinks = (pressure * height + 0.5 * weight * height * height) / modulus - lift;
-    let found = &body.loads()[0].gap;
+    assert_eq!(body.loads().len(), LOADS);
     let n = frame.n_cells();
+    let gap = |k: usize| body.loads().iter().zip(amplitudes).map(|(load, a)| a * load.gap[k]).sum::<f64>();
+    let found: Vec<f64> = (0..3 * n).map(gap).collect();
     for (cell, gap) in found[2 * n..].iter().enumerate() {
         assert!((gap - sinks).abs() < 1e-5 * sinks.abs(), "{gap} {sinks}");
         assert!(found[cell].abs().max(found[n + cell].abs()) < 1e-5 * sinks.abs());
@@ -93,9 +117,9 @@ fn column_between_smooth_walls() {
     assert!(body.residual() < 1e-12);
     // All points move down by (p (z + H) + b ((z + H) H - (z + H)² / 2)) / C33, less the displacement of the base.
     let nothing = vec![0.0; 3 * n];
-    let loading = Loading { tractions: &nothing, amplitudes: &[1.0] };
+    let loading = Loading { tractions: &nothing, amplitudes: &amplitudes };
     let field = body.recover(loading).unwrap();
-    for (x, u) in spec.mesh.points.iter().zip(&field.displacement) {
+    for (x, u) in mesh.points.iter().zip(&field.displacement) {
         let z = x[2] + height;
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;
         assert!((u[2] - exact).abs() < 1e-4 * sinks.abs(), "{x:?} {u:?} {exact}");
@@ -105,7 +129,7 @@ fn column_between_smooth_walls() {
     let wanted = |z: f64| [ratio, ratio, 1.0, 0.0, 0.0, 0.0].map(|part| part * (weight * z - pressure));
     let stress = body.recover_stress(loading, &field.displacement, ErrorEstimation::Skip).unwrap().unwrap();
     for (&node, found) in stress.points.mesh_nodes.iter().zip(&stress.stress) {
-        let wanted = wanted(spec.mesh.points[node][2]);
+        let wanted = wanted(mesh.points[node][2]);
         assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
     }
     assert!(stress.contact.len() == 16, "{}", stress.contact.len());
@@ -114,7 +138,7 @@ fn column_between_smooth_walls() {
         assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
     }
     let points = [[0.5, 0.5, -1.0], [0.3, 0.9, -0.01], [0.3, 0.2, 0.0]].map(Point::from);
-    for (x, found) in points.iter().zip(body.recover_at_points(&frame, loading, &points).unwrap().unwrap()) {
+    for (x, found) in points.iter().zip(body.recover_at_points(frame, loading, &points).unwrap().unwrap()) {
         let (z, stress, wanted) = (x.z + height, found.voigt(), wanted(x.z));
         assert!((0..6).all(|c| (stress[c] - wanted[c]).abs() < 1e-4 * pressure), "{stress:?} {wanted:?}");
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;

@@ -3,7 +3,8 @@
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::finite::{
-    BoundaryElements, BoundarySolution, BoundaryValueProblem, Domain, Interpolation, Panel, SurfaceState,
+    BoundaryElements, BoundarySolution, BoundaryValueProblem, BoundaryValues, Domain, Interpolation, Panel,
+    SurfaceState,
 };
 use orthowear::bem::full_space::FullSpaceField;
 use orthowear::element::ElementKind::{Quad9, Tri6};
@@ -81,10 +82,9 @@ pub(super) fn solved(
         elements,
         domain,
         displacement_known: &is_held,
-        boundary_values: &known,
+        loads: &[BoundaryValues::new(known)],
         loaded: &[],
         free_motions: free.as_ref(),
-        mean_displacement: &[],
     };
     let solution = problem.solve(Par::Seq).unwrap();
     assert!(solution.residual() < 1e-12, "{}", solution.residual());
@@ -154,7 +154,7 @@ fn uniform_strain_in_a_cube() {
         let linear = Linear::new(&stiffness, gradient);
         let data = (|x: &Point| linear.gradient * x, |_: &Point, n: &Point| linear.stress * n);
         let solution = solved(&elements, Domain::Interior, |x| x.z < -1.0 + 1e-9, data);
-        let state = solution.state(1.0, &[]);
+        let state = solution.state(&[1.0], &[]);
         let wrong = off(&elements, &state, |x| linear.gradient * x);
         assert!(wrong < 1e-6, "{triangles} {wrong:e}");
         for (traction, normal) in state.traction.iter().zip(elements.normals()) {
@@ -197,7 +197,7 @@ fn nearly_incompressible_and_slender_bodies_in_tension() {
         let gradient = Matrix3::from_diagonal(&Vector3::new(1.0, -nu, -nu)) * (100.0 / 210e3);
         let linear = Linear { gradient, stress: Matrix3::from_diagonal(&Vector3::new(100.0, 0.0, 0.0)) };
         let data = (|x: &Point| linear.gradient * x, |_: &Point, n: &Point| linear.stress * n);
-        let state = solved(&elements, Domain::Interior, |x| x.x < -1.0 + 1e-9, data).state(1.0, &[]);
+        let state = solved(&elements, Domain::Interior, |x| x.x < -1.0 + 1e-9, data).state(&[1.0], &[]);
         let wrong = off(&elements, &state, |x| linear.gradient * x);
         let accuracy = 1e-6 / (1.0 - 2.0 * nu);
         assert!(wrong < accuracy.max(1e-6), "{nu} {stretch:?}: {wrong:e}");
@@ -222,7 +222,7 @@ fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Doma
         Domain::Exterior => x * (pressure / (4.0 * e / (2.0 * (1.0 + nu)))),
     };
     let data = (|_: &Point| Point::zeros(), |_: &Point, n: &Point| -n * pressure);
-    let state = solved(&elements, domain, |_| false, data).state(1.0, &[]);
+    let state = solved(&elements, domain, |_| false, data).state(&[1.0], &[]);
     off_in_the_mean(&elements, &state, exact)
 }
 
@@ -269,7 +269,7 @@ fn anisotropic_sphere_under_uniform_stress() {
     let error = |n: usize, interpolation: Interpolation| {
         let elements = elements(sphere(n, 10.0, false), interpolation, &stiffness, 1e-7);
         let data = (|_: &Point| Point::zeros(), |_: &Point, n: &Point| linear.stress * n);
-        let state = solved(&elements, Domain::Interior, |_| false, data).state(1.0, &[]);
+        let state = solved(&elements, Domain::Interior, |_| false, data).state(&[1.0], &[]);
         off_in_the_mean(&elements, &state, |x| linear.gradient * x)
     };
     let cells = [2, 3, 6];
@@ -289,7 +289,7 @@ fn rigid_motions() {
     for (turn, bound) in [(Point::zeros(), 1e-12), (turn, 1e-6)] {
         let motion = |x: &Point| Point::new(0.3, -0.1, 0.2) + turn.cross(x);
         let data = (motion, |_: &Point, _: &Point| Point::zeros());
-        let state = solved(&elements, Domain::Interior, |x| x.x > 1.0 - 1e-9, data).state(1.0, &[]);
+        let state = solved(&elements, Domain::Interior, |x| x.x > 1.0 - 1e-9, data).state(&[1.0], &[]);
         let most = state.traction.iter().map(|t| Point::from(*t).norm()).fold(0.0, f64::max) / 140e3;
         let wrong = off(&elements, &state, motion);
         assert!(wrong < bound && most < 10.0 * bound, "{wrong:e} {most:e}");
@@ -310,13 +310,12 @@ fn threads_change_nothing() {
         elements: &elements,
         domain: Domain::Interior,
         displacement_known: &held,
-        boundary_values: &known,
+        loads: &[BoundaryValues::new(known)],
         loaded: &loaded,
         free_motions: None,
-        mean_displacement: &[],
     };
     let tractions: Vec<f64> = (0..3 * loaded.len()).map(|k| (k as f64).cos()).collect();
     let [one, two, four] = [Par::Seq, Par::rayon(2), Par::rayon(4)]
-        .map(|par| problem.solve(par).unwrap().state(1.0, &tractions));
+        .map(|par| problem.solve(par).unwrap().state(&[1.0], &tractions));
     assert!(one == two && one == four);
 }

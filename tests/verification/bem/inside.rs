@@ -59,7 +59,7 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     }
     let elements = elements(panels, interpolation, &steel(), 1e-7);
     let data = (|_: &Point| Point::zeros(), |_: &Point, n: &Point| -n * pressure);
-    let state = solved(&elements, domain, |_| false, data).state(1.0, &[]);
+    let state = solved(&elements, domain, |_| false, data).state(&[1.0], &[]);
     let exact = |x: &Point| {
         let (r, n) = (x.norm(), x.normalize());
         match domain {
