@@ -42,7 +42,7 @@ impl ActiveControls {
         Vector3::new(x, y, n)
     }
 
-    /// Prescribed loads of these controls, with the tangential displacement fixed instead of a tangential force.
+    /// Loads of these controls without the tangential force; the tangential displacement is given instead.
     pub fn loads_at_shift(&self) -> PrescribedLoads {
         let normal = match self.normal {
             Normal::Approach(_) => NormalControl::Approach,
@@ -102,15 +102,16 @@ pub(super) struct LoadPathStart {
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct LoadPath {
-    /// State at the start of the path. The force along constrained directions is the contact force on body 1. Along unconstrained
-    /// directions it is the force that the earlier controls prescribe, because the contact also carries the bodies' own loads.
+    /// State at the start of the path. Along directions in which a body is unconstrained, `force` is the force that the earlier
+    /// controls prescribe, because the contact force there also balances loads of the bodies. Along other directions `force` is the
+    /// contact force on body 1.
     start: LoadPathStart,
     first_touch: f64,
     pub end: ActiveControls,
 }
 
 impl LoadPath {
-    /// Path of `step` from `start`, which contains the contact force. `held` are the controls before the step.
+    /// Path of `step` from the state `start` with the contact force. `held` are the controls before the step.
     pub fn new(
         step: &Step,
         held: ActiveControls,
@@ -120,6 +121,11 @@ impl LoadPath {
         let carried = Vector3::from(start.force);
         start.force = (carried + prepared.free_part(held.force() - carried)).into();
         Self { start, first_touch: prepared.first_touch, end: held.after(step) }
+    }
+
+    /// Force at the start of the path, N. See [`Self::start`].
+    pub fn start_force(&self) -> [f64; 3] {
+        self.start.force
     }
 
     /// This path after the first touch has moved by `by` (mm) along n; the start of the path moves by the same distance.

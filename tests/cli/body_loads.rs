@@ -70,3 +70,36 @@ fn loads_that_grow_with_the_contact() {
     assert!(!said(&LOADS.replace("\"clamp\"", "\"clamp\", preload = true"), &[]));
     assert!(!said(LOADS, &["steps.0.loads={ clamp = 0.0 }", "steps.1.loads={ clamp = 1.0 }"]));
 }
+
+/// Truth: equilibrium. The contact carries the tangential load of an unconstrained body, and the amplitude of the cycles about it.
+#[test]
+fn cycles_of_an_unconstrained_body_about_its_load() {
+    let keys = "fibre = { tilt = 0.0 }\nnear_field = \"mesh\"\ntraction = [{ group = \"base\", value = [0.1, 0.05, 0.0] }]";
+    let folder = folder(keys, "", &[]);
+    let path = folder.path().join("scene.toml");
+    let scene = std::fs::read_to_string(&path).unwrap();
+    let steps = "[[steps]]\nname = \"press\"\napproach = 0.005\n[[steps]]\nname = \"shake\"\n\
+                 cycles = { count = 2, force_amplitude = 0.2, angle = 30.0, jumps = 1 }\n[output]\nfields = []\n";
+    let scene = scene
+        .split("[[steps]]")
+        .next()
+        .unwrap()
+        .replace("fixed = [{ group = \"base\" }]", "fixed = [{ group = \"base\", components = [\"z\"] }]");
+    std::fs::write(&path, scene + steps).unwrap();
+    let (code, text, errors) = orthowear(folder.path(), &["run", "scene.toml", "--quiet"]);
+    assert_eq!(code, Some(0), "{text} {errors}");
+    let summary = std::fs::read_to_string(folder.path().join("scene.out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    // Cells that stick fix the position of the body.
+    let said = summary["warnings"].to_string();
+    assert!(!said.contains("ratcheting") && !said.contains("steady-state"), "{said}");
+    let force = |entry: &serde_json::Value| [0, 1].map(|k| entry["tangential_force"][k].as_f64().unwrap());
+    let [press, shake] = [0, 1].map(|step| &summary["steps"][step]);
+    let (load, [plus, minus]) = (force(press), [0, 1].map(|end| force(&shake["stroke_ends"][end])));
+    let amplitude = [30.0_f64.to_radians().cos(), 30.0_f64.to_radians().sin()].map(|part| 0.2 * part);
+    assert!(load[0].abs() > 0.1 && (load[1] / load[0] - 0.5).abs() < 1e-6, "{load:?}");
+    for k in 0..2 {
+        let errors = [plus[k] - load[k] - amplitude[k], minus[k] - load[k] + amplitude[k]];
+        assert!(errors.iter().all(|error| error.abs() < 1e-6), "{load:?} {plus:?} {minus:?}");
+    }
+}

@@ -22,7 +22,8 @@ impl Run<'_> {
             let moved = [0, 1, 2].map(|k| it.rigid_motion[point][k] - from[k]);
             let turned =
                 std::array::from_fn(|k| it.mode_amplitudes[point][k] - it.mode_amplitudes[before][k]);
-            let stroke = moved[0].hypot(moved[1]);
+            let [x, y, _] = self.prepared.motion(&moved, &turned);
+            let stroke = x.hypot(y);
             for i in (0..n).filter(|i| it.tractions[point * 3 * n + 2 * n + i] > 0.0) {
                 let motion = problem.rigid_gap(i, moved, &turned);
                 let slip = [it.slip[point * 2 * n + i], it.slip[point * 2 * n + n + i]];

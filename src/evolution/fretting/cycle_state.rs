@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::{ContactState, SlipReference, Unknowns};
 use crate::evolution::fretting::path::FrettingPath;
+use crate::evolution::fretting::settings::STICK_ZONE;
+use crate::evolution::model::PreparedModel;
 
 /// Cells that stick through the whole cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -115,10 +117,16 @@ impl CycleState {
 
     /// Half of the largest distance between the positions of body 2 at two path points, or the motion by loads of the bodies if it is
     /// larger, mm.
-    pub(super) fn amplitude(&self) -> f64 {
-        let rigid = &self.contact.rigid_motion;
+    pub(super) fn amplitude(&self, prepared: &PreparedModel) -> f64 {
+        let points = self.contact.rigid_motion.iter().zip(&self.contact.mode_amplitudes);
+        let positions: Vec<[f64; 3]> = points.map(|(rigid, modes)| prepared.motion(rigid, modes)).collect();
         let apart = |a: &[f64; 3], b: &[f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
-        let farthest = |a: &[f64; 3]| rigid.iter().map(|b| apart(a, b)).fold(0.0, f64::max);
-        f64::max(0.5 * rigid.iter().map(farthest).fold(0.0, f64::max), self.stick_zone.load_motion)
+        let farthest = |a: &[f64; 3]| positions.iter().map(|b| apart(a, b)).fold(0.0, f64::max);
+        f64::max(0.5 * positions.iter().map(farthest).fold(0.0, f64::max), self.stick_zone.load_motion)
+    }
+
+    /// Slip at a path point up to which a cell counts as sticking, mm.
+    pub(super) fn slip_limit(&self, prepared: &PreparedModel) -> f64 {
+        STICK_ZONE.stick_slip_share * self.amplitude(prepared)
     }
 }

@@ -209,7 +209,7 @@ impl Run<'_> {
         let Some(origin) = zone.origin.filter(|_| zone.may_drift()) else { return };
         let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.corrects);
         let drift = resolved.map_or([at[0] - origin[0], at[1] - origin[1]], |resolved| resolved.body_drift);
-        if self.cycles().count * drift[0].hypot(drift[1]) > MIN_DRIFT_SHARE * cycle.amplitude()
+        if self.cycles().count * drift[0].hypot(drift[1]) > MIN_DRIFT_SHARE * cycle.amplitude(&self.prepared)
             && self.is_first_in_step(StepWarning::Drift)
         {
             self.result.warnings.push(warning(&format!(

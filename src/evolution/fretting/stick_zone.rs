@@ -21,14 +21,13 @@ use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_prob
 use crate::evolution::run::Run;
 
 impl CycleState {
-    /// Decides which cells stick, from the solution `it` of the increment that ends at path point `point`.
+    /// Decides which cells stick, from the solution `it` of an increment of a stroke. Cells that slip by up to `slip_limit` stick.
     ///
     /// At the first increment the zone `starts` with all cells: at point 1, after the + reversal point. At the - reversal point, the
     /// zone therefore describes the stroke from + to -. In a periodic cycle, the other stroke reverses the slip of this stroke. With
     /// loads in phase a body may move on from cycle to cycle, so the zone describes both strokes.
-    pub(super) fn decide_by_stroke(&mut self, it: &ContactState, starts: bool) {
+    pub(super) fn decide_by_stroke(&mut self, it: &ContactState, slip_limit: f64, starts: bool) {
         let n = self.stick_zone.mask.len();
-        let slip_limit = STICK_ZONE.stick_slip_share * self.amplitude();
         if starts {
             self.stick_zone.mask.fill(true);
         }
@@ -38,9 +37,8 @@ impl CycleState {
     }
 
     /// Removes cells that slip at a path point from the stick zone. Returns whether there were any.
-    pub fn release_slipping_cells(&mut self, problem: &Increment) -> bool {
-        let (n, points, slip_limit) =
-            (problem.n(), problem.path_points.len(), STICK_ZONE.stick_slip_share * self.amplitude());
+    pub fn release_slipping_cells(&mut self, problem: &Increment, slip_limit: f64) -> bool {
+        let (n, points) = (problem.n(), problem.path_points.len());
         let mut any = false;
         for i in 0..n {
             let slips = |point: usize| {
@@ -63,9 +61,8 @@ impl CycleState {
     /// Returns whether the stick zone agrees with the solution: cells of the zone stick or slip little at all path points, and each
     /// other cell slips at a path point. A cell that starts to stick needs new strokes, because its stick gap depends on the
     /// history.
-    pub fn has_consistent_stick_zone(&self, problem: &Increment) -> bool {
-        let (n, points, slip_limit) =
-            (problem.n(), problem.path_points.len(), STICK_ZONE.stick_slip_share * self.amplitude());
+    pub fn has_consistent_stick_zone(&self, problem: &Increment, slip_limit: f64) -> bool {
+        let (n, points) = (problem.n(), problem.path_points.len());
         (0..n).all(|i| {
             let mut sticks = (0..points).map(|point| problem.sticks(&self.contact, point, i));
             let slips_little = |point: usize| {
@@ -119,10 +116,15 @@ impl Run<'_> {
             jump.checks = before.worst(&checks);
             let SlipSource::ClosedPath(path) = &wear_step.slip_source else { return Ok(()) };
             // Cells that had to stick but would slip can prevent convergence.
-            if report.stop == StopReason::Iterations && jump.cycle.release_slipping_cells(&problem) {
+            let slip_limit = jump.cycle.slip_limit(&self.prepared);
+            if report.stop == StopReason::Iterations
+                && jump.cycle.release_slipping_cells(&problem, slip_limit)
+            {
                 continue;
             }
-            if report.stop != StopReason::Converged || jump.cycle.has_consistent_stick_zone(&problem) {
+            if report.stop != StopReason::Converged
+                || jump.cycle.has_consistent_stick_zone(&problem, slip_limit)
+            {
                 return Ok(());
             }
             let now = self.responses_at_path_points(&jump.cycle, path);
@@ -183,7 +185,8 @@ impl Run<'_> {
                     return Ok((sum, solves));
                 }
                 let starts = if self.prepared.cyclic_gap.is_some() { k == 0 } else { point == 1 };
-                cycle.decide_by_stroke(&solved.next.contact, starts);
+                let slip_limit = cycle.slip_limit(&self.prepared);
+                cycle.decide_by_stroke(&solved.next.contact, slip_limit, starts);
                 cycle.record_increment(&solved.next.contact, point);
                 reference = solved.next.reference;
             }

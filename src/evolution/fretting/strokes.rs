@@ -71,7 +71,8 @@ impl Run<'_> {
                 let (it, more) = self.advance_stroke(fine, loads, point, coupled, cycle)?;
                 work += more;
                 let starts = if self.prepared.cyclic_gap.is_some() { k == 0 } else { point == 1 };
-                cycle.decide_by_stroke(&it, starts);
+                let slip_limit = cycle.slip_limit(&self.prepared);
+                cycle.decide_by_stroke(&it, slip_limit, starts);
             }
             let found = self.responses_at_path_points(cycle, path);
             if before.is_some_and(|before| found.are_periodic(&before)) {
@@ -149,7 +150,11 @@ impl Run<'_> {
             return Responses { values: of_cells.collect(), may_drift: false };
         }
         let at = |point: usize| match path.drive {
-            Drive::Force => [0, 1].map(|k| cycle.contact.rigid_motion[point][k]),
+            Drive::Force => {
+                let it = &cycle.contact;
+                let [x, y, _] = self.prepared.motion(&it.rigid_motion[point], &it.mode_amplitudes[point]);
+                [x, y]
+            }
             Drive::Shift => {
                 let tractions = &cycle.contact.tractions[point * 3 * n..(point + 1) * 3 * n];
                 let ([x, y, _], _) = self.prepared.resultants(tractions);

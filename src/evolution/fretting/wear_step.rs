@@ -170,9 +170,10 @@ impl Run<'_> {
 
     fn new_wear_step(&self) -> WearStepState {
         let (cycles, n, center) = (self.cycles(), self.prepared.n(), self.state.rigid_motion);
+        let load_path = self.load_path();
         let (cycle, slip_source) = match &self.step().kind {
             StepKind::Fretting { path: closed, .. } => {
-                let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
+                let [x, y, _] = load_path.start_force();
                 let path = FrettingPath::new(closed, [center[0], center[1]], [x, y]);
                 let can_drift = path.drive == Drive::Force && self.prepared.model.frame.has_uniform_axes();
                 let cycle = CycleState::new(n, &path, center, can_drift, self.motion_by_cyclic_loads());
@@ -193,7 +194,7 @@ impl Run<'_> {
             wear_rate: vec![0.0; n],
             dissipation_rate: 0.0,
             path_correction: None,
-            load_path: self.load_path(),
+            load_path,
             step_controller: StepController::new(cycles.count, cycles.integrator.order()),
             jumps_done: 0,
             critical_length: None,
