@@ -41,6 +41,11 @@ fn what_is_refused() {
             &cycles.replace("jumps = 4", "jumps = 4, loads = { b = 1.0 }"),
             ["steps.1.cycles.loads.b", "named loads: bulk"],
         ),
+        (
+            cycles,
+            "cycles = { count = 1000, angle = 30.0, loads = { bulk = 0.5 } }",
+            ["steps.1.cycles.angle", "only loads of the bodies vary"],
+        ),
         (cycles, rolling, ["body1.bulk_stress", "combined with rolling"]),
         ("\"bulk\", value", "\"\", value", ["body1.bulk_stress.name", "empty name"]),
         ("[100.0, 0.0, 0.0]", "[100.0, 0.0]", ["body1.bulk_stress", "value"]),

@@ -76,6 +76,11 @@ fn drive_and_amplitude(r: &mut Resolver, key: &str, cycles: &Keys) -> Option<(Dr
         (None, Some(amplitude)) => (Drive::Force, amplitude.0),
         // Body 2 is held, or carries a constant force (`steps`).
         (None, None) if cycles.path == CyclePath::Line && cycles.loads.values().any(|by| *by != 0.0) => {
+            if cycles.angle != 0.0 {
+                let message = "`angle` is the direction of the stroke, but only loads of the bodies vary";
+                let mend = "remove it, or give `amplitude` or `force_amplitude`";
+                r.report(&format!("{key}.angle"), message, "without an amplitude", mend);
+            }
             (Drive::Shift, 0.0)
         }
         (both, _) => {
