@@ -1,8 +1,9 @@
-//! Contact frames with one cell per node of a body's contact faces. A cell is the part of these faces nearest to its node.
+//! Contact frames with one cell per node of a body's contact faces. A cell is the polygon through the midpoints of
+//! the edges and faces around its node.
 //!
 //! Tractions that alternate in sign from face to face give no nodal forces on a uniform mesh of quadrangles. One traction per face
-//! of the finer mesh thus leaves a checkerboard mode undetermined; one traction per node does not. In general, tractions are unique
-//! only if no region has more cells than displacement nodes of the finer mesh.
+//! of the finer mesh thus leaves a checkerboard mode undetermined; one traction per node does not. Tractions are unique
+//! only if each region has at most as many cells as nodes of the finer mesh.
 
 use std::collections::HashMap;
 

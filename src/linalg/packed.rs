@@ -80,7 +80,7 @@ impl PackedSymmetric {
 
     /// Computes `y = A x`; overwrites `y`. The bits are the same for any number of threads. Does not allocate.
     ///
-    /// Most entries (i, j) with x_i = x_j = 0 are not read.
+    /// Entries are skipped where x vanishes on a block of rows and a block of columns.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         if self.n == 0 {
             return;
@@ -98,7 +98,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Contribution of the stored rows `rows` and of their mirror images to the product, in `part[..rows.end]`.
+    /// Contribution of the stored rows `rows` and of their transposes to the product, in `part[..rows.end]`.
     fn multiply_stripe(&self, rows: Range<usize>, x: &[f64], filled: &[Range<usize>], part: &mut [f64]) {
         part[..rows.end].fill(0.0);
         let mut i = rows.start;
@@ -115,7 +115,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Multiplies rows i..i + [`ROWS_PER_BLOCK`] and their mirror images.
+    /// Multiplies rows i..i + [`ROWS_PER_BLOCK`] and their transposes.
     fn multiply_rows(&self, i: usize, x: &[f64], part: &mut [f64]) {
         let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
@@ -144,7 +144,8 @@ impl PackedSymmetric {
         }
     }
 
-    /// As [`Self::multiply_rows`], for rows on which x vanishes. The order of summation is the same, so the bits are the same.
+    /// As [`Self::multiply_rows`], if x vanishes on these rows, so that their transposes contribute nothing. The order of
+    /// summation is the same, so the bits are the same.
     fn dot_rows(&self, i: usize, x: &[f64], filled: &[Range<usize>], part: &mut [f64]) {
         let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
@@ -167,7 +168,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Multiplies columns `from`..=i of row i and their mirror images.
+    /// Multiplies columns `from`..=i of row i and their transposes.
     fn multiply_tail(&self, i: usize, from: usize, x: &[f64], part: &mut [f64]) {
         let row = &self.lower[start(i)..start(i + 1)];
         let mut sum = row[i] * x[i];

@@ -139,7 +139,7 @@ tangential_force = [1.0, 0.5]
 increments = 3
 "#;
 
-/// The names of keys and their allowed values from the schema.
+/// Words that mutations insert: keys and allowed values of the schema, and pieces of TOML.
 pub fn words(schema: &serde_json::Value) -> Vec<String> {
     let mut found = Vec::new();
     collect(schema, &mut found);
@@ -200,7 +200,7 @@ pub fn axes() -> String {
 }
 
 pub fn seeds() -> Vec<Vec<u8>> {
-    // A user's own scenes may be in the same folder.
+    // Only committed scenes, because users may keep their own in the same folder.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let listed =
         Command::new("git").current_dir(root).args(["ls-files", "scenes/*.toml"]).output().expect("git");
@@ -215,7 +215,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
 /// Read once for all cases.
 static MESHES: LazyLock<MeshCache> = LazyLock::new(MeshCache::default);
 
-/// The plan without its document and without the free memory of the machine.
+/// The plan with an empty document and a fixed memory limit, so that plans can be compared.
 pub fn bare(mut plan: Plan) -> Plan {
     plan.document = Document::new(Path::new("scene"), String::new(), &[]);
     plan.document.folder.clear();
@@ -260,7 +260,7 @@ pub fn check_plan(path: &Path, plan: Plan) -> String {
     let plan = bare(plan);
     let debug = format!("{plan:?}");
     if let Some(place) = not_finite(&debug, true) {
-        panic!("a plan with a number that is none: {place}");
+        panic!("the plan contains a number that is not finite: {place}");
     }
     put(path, written.as_bytes());
     match scene::read_with_meshes(path, &[], &MESHES) {
@@ -268,7 +268,7 @@ pub fn check_plan(path: &Path, plan: Plan) -> String {
             let same = parts(&format!("{:?}", bare(again))) == parts(&debug);
             assert!(same, "another plan is read from\n{written}");
         }
-        Err(mistakes) => panic!("refused when written anew: {mistakes}\n{written}"),
+        Err(mistakes) => panic!("refused after writing it again: {mistakes}\n{written}"),
     }
     format!("a plan of {} steps {:?}", plan.steps.len(), plan.notes)
 }
@@ -281,8 +281,8 @@ fn parts(debug: &str) -> Vec<&str> {
     parts
 }
 
-/// Truth (rel-no-panics, rel-nan-guard, rel-input-validation): a scene is refused with mistakes at places in its text, or it gives
-/// a plan of finite numbers, also after writing and reading its keys.
+/// Truth (rel-no-panics, rel-nan-guard, rel-input-validation): a scene is refused with messages whose places lie in its text, or
+/// it gives a plan of finite numbers, also after writing and reading its keys.
 #[test]
 fn scene_files() {
     let folder = folder();
@@ -297,7 +297,7 @@ fn scene_files() {
     reader.check(|bytes| examine(&path, bytes));
 }
 
-/// Truth (rel-no-panics): keys and lists of any depth are refused or read, on the stack of a program thread.
+/// Truth (rel-no-panics): deeply nested keys and lists are read or refused, on a stack like that of the program's threads.
 #[test]
 fn deep_scenes() {
     let folder = folder();

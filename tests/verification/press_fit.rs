@@ -1,4 +1,4 @@
-//! Press fits: bodies that overlap as meshed, and the torque that their friction carries.
+//! Press fits without friction: pressure between bodies that overlap as meshed.
 
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{FeBody, INTERFERENCE};
@@ -23,8 +23,8 @@ use crate::fem_meshes::block;
 const RADII: [f64; 2] = [25.0, 40.0];
 const INTERFERENCE_MM: f64 = 0.02;
 
-/// A quarter of a ring about the y axis, 1 mm thick, with `around` elements along the arc, below z = 0: "z0" is the inner and "z1"
-/// the outer cylinder.
+/// A quarter of a ring about the y axis, 1 mm long along y, in z <= 0. It has `around` elements along the arc and four along the
+/// radius. "z0" is the inner and "z1" the outer cylinder.
 fn ring(kind: ElementKind, [inner, outer]: [f64; 2], around: usize, plane_strain: bool) -> FeSpec {
     let mesh = block(kind, [around, 1, 4], [1.0; 3], |[t, y, r]| {
         let (sin, cos) = (std::f64::consts::FRAC_PI_2 * t).sin_cos();
@@ -41,7 +41,7 @@ fn as_meshed() -> InitialGap {
     InitialGap { as_meshed: true, ..GapShape::Mesh.into() }
 }
 
-/// The hub and a shaft with a bore of `bore` mm, each with its number of elements.
+/// The hub, and a shaft with the bore radius `bore`, mm. `elements` are their numbers of elements along the arc: hub, shaft.
 fn fit(kind: ElementKind, bore: f64, elements: [usize; 2], plane_strain: bool) -> Result<Model> {
     fit_with(INTERFERENCE_MM, kind, bore, elements, plane_strain)
 }
@@ -91,7 +91,8 @@ fn pressures(model: &Model, steps: &[Step]) -> Vec<f64> {
 }
 
 /// Truth: Lamé 1852. The pressure is uniform, and its error decreases with the square of the element size. The meshed radii differ by
-/// the interference, which changes the pressure by δ/R = 8e-4 of it.
+/// the interference, which changes the pressure by the fraction
+/// δ/R = 8e-4 (interference δ, radius R).
 #[test]
 fn rings_by_lame() {
     for (bore, plane_strain) in [(2.0, false), (15.0, false), (15.0, true)] {
@@ -127,9 +128,9 @@ fn half_of_the_interference() {
     }
 }
 
-/// Truth: chords lie h²/8R inside a circle. Between 6 and 8 straight faces on a quarter this is far more than the interference, so
-/// that the gap of straight faces is refused. With equal faces on both sides it cancels. Overlap as meshed is negative, and the
-/// clearance of rings that do not overlap is their distance.
+/// Truth: chords of length h lie h²/8R inside a circle. With 6 and 8 straight faces per quarter, the difference of these depths far
+/// exceeds the interference, and the gap is refused. With equal numbers of faces the difference vanishes. Rings that do not overlap
+/// have a positive distance, their clearance.
 #[test]
 fn straight_faces_against_interference() {
     let refused = fit(ElementKind::Hex8, 15.0, [6, 8], false).err().expect("a refusal");

@@ -11,7 +11,8 @@ use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::step::ClosedPath;
 
 impl Run<'_> {
-    /// Resolves the cycle at the current wear depth and records its fretting loop. The state of the run does not change.
+    /// Solves two cycles at the current wear depth and records the second as a fretting loop. Tractions and wear depth of the run do
+    /// not change. If an increment does not converge, there is a warning and no loop.
     pub(super) fn record_fretting_loop(&mut self, wear_step: &WearStepState) -> Advance {
         let (step, cycles) = (self.step(), self.cycles());
         let (SlipSource::ClosedPath(coupled_path), Some(closed)) =
@@ -24,7 +25,7 @@ impl Run<'_> {
         let path = coupled_path.refined(&ClosedPath { increments, ..*closed }, 1.0);
         let half = coupled_path.reversal_index();
         let (loads, _) = self.loads_at(wear_step, wear_step.completed / cycles.count);
-        // The state of the run is at the - reversal point.
+        // The gap of this cycle is not evaluated. The slip reference of the run, at the - reversal point, replaces it.
         let mut start = IncrementStart {
             reference: self.state.slip_reference.clone(),
             ..IncrementStart::at_path_point(&CycleState::from(&wear_step.cycle).contact, half)

@@ -60,8 +60,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: if the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node j (docs/theory-coupling.md). A_I is the
-/// area of cell I, and I_Ij is the mean of the shape function N_j over the cell. The integrals are negative at the corners of quad8
+/// Truth: if the cells tile the contact face, sum_I A_I m_Ij = int N_j dS for every node j (docs/theory-coupling.md). A_I is the
+/// area of cell I, and m_Ij is the mean of the shape function N_j over the cell. The integrals are negative at the corners of quad8
 /// and zero at the corners of tri6. The tolerance is 1e-12 of the area of the face (rounding).
 #[test]
 fn weights_sum_to_the_consistent_loads() {
@@ -122,7 +122,7 @@ fn averages_reproduce_quadratic_fields() {
     }
 }
 
-/// The lower face is a sphere of radius 50 mm, in `n` x `n` faces of order 2.
+/// A block whose lower side follows a sphere of radius 50 mm, in `n` x `n` faces of the kind that `raised` gives.
 fn cap(n: usize, raised: fn(ElementKind) -> ElementKind) -> Mesh {
     let across = steps(-1.5, 1.5, n);
     let axes = [across.clone(), across, growing(0.0, 2.0, 1.0, 2)];
@@ -136,8 +136,8 @@ fn cap(n: usize, raised: fn(ElementKind) -> ElementKind) -> Mesh {
 }
 
 /// Truth: the mean height of a sphere over a cell. Faces of order 2 follow it to the fourth order of their size, faces of order 1
-/// to the second order. Halving the faces divides the error of quad9 by about 16. The bound is 12, because cells and faces do not
-/// match and quad8 lacks x^2 y^2, a term of the same order.
+/// to the second order. Halving the face size divides the error of quad9 by about 16. The bound is only 12: cells and faces do not
+/// match, and quad8 lacks x² y², which is of fourth order, too.
 #[test]
 fn gaps_of_curved_faces() {
     let frame = ContactFrame::grid([1.1; 2], [9; 2], [0.0; 2], 0.3).unwrap();
@@ -169,7 +169,8 @@ fn gaps_of_curved_faces() {
 }
 
 /// Truth: the cells, polygons through all corner and middle nodes, tile the faces even if edges are bent in their plane. Rows of
-/// the map sum to 1 to rounding (1e-13), so that nodal forces balance cell forces. They reproduce linear fields up to the bend.
+/// the map sum to 1 to rounding (1e-13), so that nodal forces balance cell forces. They reproduce linear fields up to an error of
+/// the order bend² / face size.
 #[test]
 fn faces_with_bent_edges() {
     let mut mesh = raise(&brick(false), serendipity);
@@ -199,7 +200,7 @@ fn faces_with_bent_edges() {
     let x: Vec<f64> = map.nodes().iter().map(|&node| mesh.points[node][0]).collect();
     map.average(&x, &mut means);
     for (mean, center) in means.iter().zip(&frame.centers) {
-        // The tolerance is 4 × bend² / face size.
+        // The tolerance is 4 bend² / h with the bend of 0.02 mm; h = 0.5 mm is below the shortest side of a face.
         assert!((mean - center.x).abs() < 0.02 * 0.02 / 0.5 * 4.0, "{mean} {}", center.x);
     }
 }

@@ -1,7 +1,7 @@
 //! Influence of a distant rectangle: integral of Γ(φ) / r as a series in the ratio of the sides to the distance.
 //!
-//! As in [`super::polygon_multipole`], each order is a function of the direction, divided by a power of r. The moments of a
-//! rectangle are known in advance, so the sum over the moments of each order is tabulated.
+//! As in [`super::polygon_multipole`], each order is a function of the direction, divided by a power of r. All rectangles
+//! of a grid have the same sides and thus the same moments. The table contains the sum over the moments of each order.
 
 use nalgebra::Complex;
 
@@ -11,10 +11,10 @@ use crate::bem::half_space::green::kernel_component::KernelComponent;
 use crate::bem::half_space::integrals::polygon_moments::{PolygonMoments, n_moments, powers};
 use crate::bem::half_space::integrals::polygon_multipole::derivative_harmonics;
 
-/// Number of terms of the expansion, up to derivatives of order 2 (TERMS - 1).
+/// Number of terms of the expansion. Term m has derivatives of order 2 m.
 const TERMS: usize = 6;
 
-/// Share of the largest entry below which the first omitted term lies.
+/// Bound on the first omitted term, relative to the largest leading term.
 const TRUNCATION_TOLERANCE: f64 = 1e-14;
 
 const COMPONENTS: [KernelComponent; 9] = [
