@@ -62,7 +62,7 @@ pub struct ContactState {
     pub slip: Vec<f64>,
     /// Derivative of the wear depth of a pass with respect to the pressure at each path point, `[N]` per path point, mm/MPa. Wear
     /// adds `implicit_passes` times this derivative to the diagonal of S_nn.
-    pub wear_path: Vec<f64>,
+    pub wear_per_pressure: Vec<f64>,
     /// Wear depth of one pass through the path points, `[N]`, mm.
     pub wear_per_pass: Vec<f64>,
     /// Scaled slip and normal gap, `[3, N]` per path point, mm.
@@ -98,7 +98,7 @@ impl ContactState {
             elastic: zeros(),
             gap: zeros(),
             slip: vec![0.0; 2 * n * ends],
-            wear_path: vec![0.0; n * ends],
+            wear_per_pressure: vec![0.0; n * ends],
             wear_per_pass: vec![0.0; n],
             gradient: zeros(),
         }

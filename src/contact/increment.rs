@@ -313,12 +313,12 @@ impl Increment<'_> {
                 for i in 0..n {
                     let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
                     let path = self.path_factor(i) * path_of(slip);
-                    it.wear_path[end * n + i] = path;
+                    it.wear_per_pressure[end * n + i] = path;
                     let gap = it.gap[end * 3 * n + 2 * n + i] + self.wear_depth[i];
                     it.wear_per_pass[i] += self.mean_pressure(it, end, i, gap) * path;
                 }
             }
-            self.differentiate_wear(&mut it.wear_path);
+            self.differentiate_wear(&mut it.wear_per_pressure);
         }
         for end in 0..self.path_points.len() {
             for i in 0..n {

@@ -51,7 +51,7 @@ impl Increment<'_> {
         let p = it.scaled[base + 2 * n + i];
         let (mut rho, mut changes) = (p, [0.0; 2]);
         if self.pressures == Pressures::Unknown {
-            let wear = self.implicit_passes * it.wear_path[end * n + i];
+            let wear = self.implicit_passes * it.wear_per_pressure[end * n + i];
             let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
             let star = p - c * it.gap[base + 2 * n + i];
             rho = if star > 0.0 { star } else { 0.0 * star };

@@ -101,7 +101,7 @@ impl Run<'_> {
         let (mut dissipation, mut worn) = (0.0, 0.0);
         for (i, area) in frame.areas.iter().enumerate() {
             dissipation -= area * (mean(0, i) * it.slip[i] + mean(1, i) * it.slip[n + i]);
-            worn += area * mean(2, i) * it.wear_path[i];
+            worn += area * mean(2, i) * it.wear_per_pressure[i];
         }
         self.state.rolling_wear_volume += worn * passages;
         self.state.dissipation += dissipation * passages;

@@ -26,7 +26,7 @@ const MAX_STEPS_WITHOUT_GAIN: usize = 400;
 pub(super) fn step_sizes(problem: &Increment, it: &mut ContactState, factor: f64) -> StepSizes {
     problem.evaluate(it);
     let ends = problem.path_points.len() as f64;
-    let diagonal = it.wear_path.iter().copied().fold(0.0, f64::max);
+    let diagonal = it.wear_per_pressure.iter().copied().fold(0.0, f64::max);
     let (scales, operator, areas) = (&problem.scales, problem.flexibility, problem.areas);
     let normal = scales.max_normal_eigenvalue(operator, areas);
     let tangential =

@@ -19,7 +19,7 @@ impl Run<'_> {
     pub(super) fn critical_length(&self, it: &ContactState) -> Option<f64> {
         let (n, points) = (self.prepared.n(), it.rigid_motion.len());
         let touching = self.cells_in_contact(&it.scaled);
-        let wear = |cell: usize| (0..points).map(|point| it.wear_path[point * n + cell]).sum::<f64>();
+        let wear = |cell: usize| (0..points).map(|point| it.wear_per_pressure[point * n + cell]).sum::<f64>();
         let wear: Vec<f64> = (0..n).map(|cell| if touching[cell] { wear(cell) } else { 0.0 }).collect();
         let model = self.prepared.model;
         smallest_eigenvalue(model.flexibility.as_ref(), &model.frame.areas, &wear).map(|least| 2.0 * least)

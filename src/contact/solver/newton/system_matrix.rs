@@ -207,8 +207,8 @@ impl NewtonSystem<'_, '_> {
         if row.tangential || column.tangential || to.cell != from.cell || self.problem.wear.is_none() {
             return 0.0;
         }
-        let path = self.change.wear_path[from.end * self.problem.n() + from.cell];
-        row.vector[2] * self.problem.implicit_passes * path
+        let wear = self.change.wear_per_pressure[from.end * self.problem.n() + from.cell];
+        row.vector[2] * self.problem.implicit_passes * wear
     }
 }
 

@@ -112,7 +112,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
     }
 
     fn keep_wear(&mut self, it: &ContactState) {
-        self.change.wear_path.copy_from_slice(&it.wear_path);
+        self.change.wear_per_pressure.copy_from_slice(&it.wear_per_pressure);
     }
 
     /// Number of unknowns.
@@ -140,7 +140,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
             for cell in 0..n {
                 let worn: f64 = (0..problem.path_points.len())
                     .map(|end| {
-                        self.change.wear_path[end * n + cell] * self.change.scaled[end * 3 * n + 2 * n + cell]
+                        self.change.wear_per_pressure[end * n + cell]
+                            * self.change.scaled[end * 3 * n + 2 * n + cell]
                     })
                     .sum();
                 for end in 0..problem.path_points.len() {

@@ -99,7 +99,7 @@ fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Opt
     let n = problem.n();
     let base = end * 3 * n + cell;
     let p = it.scaled[base + 2 * n];
-    let wear = problem.implicit_passes * it.wear_path[end * n + cell];
+    let wear = problem.implicit_passes * it.wear_per_pressure[end * n + cell];
     let radius = match problem.pressures {
         Pressures::Given => p,
         Pressures::Unknown => p - it.gap[base + 2 * n] / (1.0 / problem.scales.c_normal[cell] + wear),
