@@ -173,6 +173,8 @@ fn supports_of_other_kinds() {
         refused(&instead(keys), &words);
         refused(&instead(keys), &["--> scene.toml:10:"]);
     }
+    let across = "symmetry = [\"base\"]\nbody_force = { value = [0.0, 0.0, 1.0], name = \"weight\" }";
+    refused(&instead(across), &["body1.body_force", "across the plane of symmetry \"base\""]);
 }
 
 /// Truth: the contact surface ends at x = 1 mm, within the half-width of 1.5 mm of the frame.

@@ -12,6 +12,7 @@ use crate::body::LoadCase;
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::{self, RigidBodyModes};
+use crate::geometry::AXIS_NAMES;
 use crate::material::RegionMaterial;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, PhysicalGroup};
@@ -62,9 +63,9 @@ pub(super) fn meshed_plan(
     regions: Vec<(Option<String>, RegionMaterial)>,
     materials: &Materials,
 ) -> Option<MeshedBodyPlan> {
-    let (body_force, body_force_case) = match &body.body_force {
-        BodyForce::Value(value) => (*value, LoadCase::default()),
-        BodyForce::Load(NamedBodyForce { value, name, preload }) => (*value, load_case(name, *preload)),
+    let body_force_case = match &body.body_force {
+        BodyForce::Value(_) => LoadCase::default(),
+        BodyForce::Load(NamedBodyForce { name, preload, .. }) => load_case(name, *preload),
     };
     Some(MeshedBodyPlan {
         material: body_material(body, materials)?,
@@ -88,7 +89,7 @@ pub(super) fn meshed_plan(
                 case: load_case(&load.name, load.preload),
             })
             .collect(),
-        body_force,
+        body_force: body.body_force.value(),
         body_force_case,
         temperature: body.temperature_change.clone().map(Into::into),
         regions,
@@ -275,9 +276,22 @@ pub(super) fn symmetry_supports(
             let mut support = PrescribedDisplacement::free(place, group);
             support.values[component] = Some(0.0);
             supports.push(support);
+            refuse_force_across(r, key, body, group, component);
         }
     }
     (supports.len() == body.symmetry.len()).then_some(supports)
+}
+
+/// Refuses a body force along the normal `component` of the plane of symmetry `group`.
+fn refuse_force_across(r: &mut Resolver, key: &str, body: &FeBody, group: &str, component: usize) {
+    if body.body_force.value()[component] != 0.0 {
+        let message = format!(
+            "the body force has a component along {}, across the plane of symmetry \"{group}\": on the other side of the plane it would act in the opposite direction",
+            AXIS_NAMES[component]
+        );
+        let mend = "remove this component, or mesh the whole body";
+        r.report(&format!("{key}.body_force"), message, "not symmetric", mend);
+    }
 }
 
 /// A component that is named twice is probably a typing error.

@@ -217,6 +217,15 @@ pub enum BodyForce {
     Load(NamedBodyForce),
 }
 
+impl BodyForce {
+    /// Force per volume along x, y, z.
+    pub fn value(&self) -> [f64; 3] {
+        match self {
+            Self::Value(value) | Self::Load(NamedBodyForce { value, .. }) => *value,
+        }
+    }
+}
+
 impl Default for BodyForce {
     fn default() -> Self {
         Self::Value([0.0; 3])
