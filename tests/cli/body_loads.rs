@@ -1,6 +1,7 @@
 //! Loads of meshed bodies in scenes: names, preloads, refusals, the table of `check`, and continued runs.
 
 use crate::materials::{folder, orthowear};
+use crate::moved::layer;
 
 const LOADS: &str = "pressure = [{ group = \"top\", value = 50.0, name = \"clamp\" }]";
 
@@ -102,4 +103,35 @@ fn cycles_of_an_unconstrained_body_about_its_load() {
         let errors = [plus[k] - load[k] - amplitude[k], minus[k] - load[k] + amplitude[k]];
         assert!(errors.iter().all(|error| error.abs() < 1e-6), "{load:?} {plus:?} {minus:?}");
     }
+}
+
+/// Truth: strokes as plain steps. A free plate under its own pressure and half of the force that friction carries slips in the first
+/// strokes, and then sticks: settled cycles dissipate nothing. Its position follows from its unconstrained motion alone.
+#[test]
+fn force_cycles_of_a_free_plate() {
+    let head = "[materials.al]\nmodel = \"isotropic\"\nE = 70e3\nnu = 0.3\n[body1]\nkind = \"fe\"\nmaterial = \"al\"\nmesh = \"plate.msh\"\n\
+                contact = \"top\"\npressure = [{ group = \"base\", value = 2.0 }]\n[body2]\nkind = \"rigid\"\n[frame]\nkind = \"mesh\"\nbody = 1\n\
+                [gap]\nkind = \"flat\"\n[friction]\nlaw = \"elliptic\"\nmu1 = 0.4\nmu2 = 0.1\n[output]\nfields = []\n[[steps]]\nname = \"press\"\n";
+    let (sin, cos) = 20.0_f64.to_radians().sin_cos();
+    let stroke = |sign: f64| {
+        format!("[[steps]]\ntangential_force = [{:?}, {:?}]\n", sign * 100.0 * cos, sign * 100.0 * sin)
+    };
+    let strokes: String = [1.0, -1.0, 1.0, -1.0, 1.0].map(stroke).concat();
+    let cycles = "[[steps]]\nwear = false\ncycles = { count = 2, force_amplitude = 100.0, angle = 20.0 }\n";
+    let dissipation = |steps: &str| -> Vec<f64> {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("plate.msh"), layer([8.0; 2], 0.5, [12, 12, 1])).unwrap();
+        std::fs::write(folder.path().join("scene.toml"), format!("{head}{steps}")).unwrap();
+        let (code, text, errors) = orthowear(folder.path(), &["run", "scene.toml", "--quiet"]);
+        assert_eq!(code, Some(0), "{text} {errors}");
+        let summary = std::fs::read_to_string(folder.path().join("scene.out/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let steps = summary["steps"].as_array().unwrap();
+        steps.iter().map(|step| step["dissipation"].as_f64().unwrap()).collect()
+    };
+    let marched = dissipation(&strokes);
+    let first = marched[1] - marched[0];
+    assert!(first > 0.0 && marched[5] - marched[3] < 1e-3 * first, "{marched:?}");
+    let cycled = dissipation(cycles);
+    assert!(cycled[1] - cycled[0] < 1e-3 * first, "{cycled:?} {marched:?}");
 }
