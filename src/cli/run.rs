@@ -228,7 +228,9 @@ pub(super) fn explain_divergence(reason: Divergence) -> &'static str {
             "the tangential load exceeds the friction limit: reduce it, or prescribe displacements (`shift`, `twist`) \
              of a supported body instead; the run's notes say how the bodies slide"
         }
-        Divergence::ContactLost => "the bodies separated: check approach, forces and moments",
+        Divergence::ContactLost => {
+            "the bodies separated: check approach, forces, moments and loads of the bodies"
+        }
         Divergence::LargeRotation => {
             "the loads rotate a body beyond the small rotations of the model: check moments, frame.center \
              and supports"

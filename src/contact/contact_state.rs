@@ -128,6 +128,12 @@ impl ContactState {
         p > 0.0 && planes[i].hypot(planes[n + i]) < p * (1.0 - STICK_MARGIN)
     }
 
+    /// Whether any cell carries pressure at any path point.
+    pub fn has_contact(&self) -> bool {
+        let n = self.wear_per_pass.len();
+        self.scaled.chunks_exact(3 * n).any(|planes| planes[2 * n..].iter().any(|p| *p > 0.0))
+    }
+
     /// Returns whether cell `i` slips at a path point, or carries no pressure there, if there is friction.
     pub fn slips(&self, i: usize) -> bool {
         (0..self.rigid_motion.len()).any(|end| !self.is_inside_cone(end, i))

@@ -127,6 +127,10 @@ pub(super) fn solve_and_check(
         let sums = if stage.to == 1.0 { OperatorCheck::SampleCells } else { OperatorCheck::Skip };
         let checks = certificate::check(problem, it, gap, sums);
         let overlapping = problem.complete_unformed_cells(it)?;
+        // Nothing holds an unconstrained body without contact, so that its position would be arbitrary.
+        if report.stop == StopReason::Converged && prepared.normal_is_free() && !it.has_contact() {
+            report.stop = StopReason::ContactLost;
+        }
         if overlapping.is_empty() || report.stop == StopReason::Interrupted {
             return Ok((report, checks));
         }

@@ -1,5 +1,6 @@
 //! History of a run as a table, `history.csv`: one row per increment or cycle jump.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::error::{Error, Result};
@@ -73,9 +74,13 @@ const HISTORY_COLUMNS: [Column; 47] = [
 /// # Errors
 /// If a number is not finite (kind `Numerical`).
 pub fn history_csv(records: &[IncrementRecord]) -> Result<String> {
-    let mut text = HISTORY_COLUMNS.map(|(name, _)| name).join(",") + "\n";
+    let loads: BTreeSet<&str> =
+        records.iter().flat_map(|record| record.loads.keys()).map(String::as_str).collect();
+    let mut text = HISTORY_COLUMNS.map(|(name, _)| name).join(",");
+    loads.iter().for_each(|name| text += &format!(",{}", quoted(&format!("load_{name}"))));
+    text.push('\n');
     for (row, record) in records.iter().enumerate() {
-        write_row(&mut text, record).map_err(|error| {
+        write_row(&mut text, record, &loads).map_err(|error| {
             error.context(format!("history.csv, row {}, step \"{}\"", row + 1, record.name))
         })?;
     }
@@ -105,12 +110,15 @@ pub fn loops_csv(loops: &[FrettingLoop]) -> Result<String> {
     Ok(text)
 }
 
-fn write_row(text: &mut String, record: &IncrementRecord) -> Result<()> {
-    for (i, (name, cell)) in HISTORY_COLUMNS.iter().enumerate() {
+/// Cells of all columns, and of the amplitudes of `loads`.
+fn write_row(text: &mut String, record: &IncrementRecord, loads: &BTreeSet<&str>) -> Result<()> {
+    let fixed = HISTORY_COLUMNS.iter().map(|&(name, cell)| (name, cell(record)));
+    let amplitudes = loads.iter().map(|&name| (name, record.loads.get(name).map_or(Missing, |a| Number(*a))));
+    for (i, (name, cell)) in fixed.chain(amplitudes).enumerate() {
         if i > 0 {
             text.push(',');
         }
-        *text += &match cell(record) {
+        *text += &match cell {
             Text(text) => quoted(text),
             Number(value) if !value.is_finite() => {
                 return Err(Error::numerical(format!("`{name}` is {value}, not a finite number")));
@@ -200,6 +208,20 @@ mod tests {
             let column = HISTORY_COLUMNS.iter().position(|(column, _)| *column == name).unwrap();
             assert_eq!(cells[column].parse::<f64>().unwrap(), value, "{name}");
         }
+    }
+
+    /// Truth (docs/results.md): each named load has a column, which is empty in entries without this load.
+    #[test]
+    fn loads_have_columns() {
+        let loads = [("a, b".to_owned(), 0.5), ("bulk".to_owned(), -2.0)];
+        let entries = [
+            IncrementRecord { loads: loads.into(), ..Default::default() },
+            IncrementRecord { loads: [("bulk".to_owned(), 3.0)].into(), ..Default::default() },
+        ];
+        let text = history_csv(&entries).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[0].ends_with(",\"load_a, b\",load_bulk"), "{}", lines[0]);
+        assert!(lines[1].ends_with(",0.5,-2.0") && lines[2].ends_with(",,3.0"), "{text}");
     }
 
     /// Truth: the error names the column of a number that is not finite.

@@ -1,4 +1,6 @@
-use serde_json::{Value, json};
+use std::collections::BTreeSet;
+
+use serde_json::{Map, Value, json};
 
 use crate::error::Result;
 use crate::output::number_format::{five_digits, five_digits_of_small};
@@ -186,12 +188,16 @@ fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
         .collect();
     let mut heads = vec![["entry".to_owned(), String::new()], ["step".to_owned(), String::new()]];
     heads.extend(columns.iter().map(|(key, head)| [(*head).to_owned(), unit_of_key(units, key)]));
+    let loads: BTreeSet<&String> =
+        records.iter().filter_map(|record| record["loads"].as_object()).flat_map(Map::keys).collect();
+    heads.extend(loads.iter().map(|name| [format!("load {name}"), String::new()]));
     heads.push(["converged".to_owned(), String::new()]);
     let row = |&i: &usize| {
         let record = &records[i];
         let mut cells =
             vec![(i + 1).to_string(), format!("{}, {}", to_line(&record["name"]), record["increment"])];
         cells.extend(columns.iter().map(|(key, _)| format_quantity(key, at_plus_reversal(record, key))));
+        cells.extend(loads.iter().map(|name| format_quantity(name, &record["loads"])));
         cells.push(if record["converged"] == false { "NO".to_owned() } else { "yes".to_owned() });
         cells
     };

@@ -28,6 +28,12 @@ impl CollectedQuantity {
         let Some((step, fields)) = parts.split_first() else {
             return Err(("the path is empty".to_owned(), EXAMPLE.to_owned()));
         };
+        // The names of loads depend on the scene.
+        if let [kind, _] = fields
+            && kind == "loads"
+        {
+            return Ok(Self { path: path.to_owned(), step: step.clone(), fields: fields.to_vec() });
+        }
         let template = template();
         let mut at = &template;
         for (i, field) in fields.iter().enumerate() {

@@ -77,6 +77,14 @@ pub(super) fn check(
             refuse_rolling(r, &surface_loads);
         }
         check_names(r, &format!("{key}.loads"), &keys.loads, &names);
+        if as_meshed && keys.loads.get(INTERFERENCE).is_some_and(|amplitude| *amplitude < 0.0) {
+            r.report(
+                &format!("{key}.loads.{INTERFERENCE}"),
+                "the amplitude of the interference is negative: the bodies would be apart where their meshes overlap",
+                "negative",
+                "give the share of the overlap that acts, 0 or more",
+            );
+        }
         if let Some(cycles) = &keys.cycles {
             check_names(r, &format!("{key}.cycles.loads"), &cycles.loads, &names);
             if !cycles.loads.is_empty() && r.document.get("wear.move_mesh").is_some() {

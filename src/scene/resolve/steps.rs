@@ -31,7 +31,10 @@ pub(super) fn resolve(
     note_large_rotations(r, &steps);
     note_duplicate_names(r, &steps);
     let steps: Option<Vec<Step>> = steps.into_iter().map(|(_, step)| step).collect();
+    // As meshed, the approach 0 is the position of the meshes, and their overlap presses.
+    let as_meshed = r.document.get("gap.reference").is_some_and(|node| node.to_serde_json() == "as-meshed");
     if let Some(steps) = &steps
+        && !as_meshed
         && steps.first().is_some_and(|step| step.normal.is_none())
     {
         r.note(format!(

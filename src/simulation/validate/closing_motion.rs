@@ -65,9 +65,12 @@ pub(super) fn interference_note(plan: &Plan, frame: &ContactFrame, gap: &[f64]) 
         "gap.reference = \"as-meshed\": the meshes overlap by up to {} {unit} in {cells} of {n} cells. The load \"{INTERFERENCE}\" removes the overlap",
         format_short(-least)
     );
-    if -least > MAX_INTERFERENCE * frame.size() {
+    let amplitudes = plan.steps.iter().flat_map(|step| &step.loads).filter(|(name, _)| name == INTERFERENCE);
+    let interference = -least * amplitudes.fold(1.0, |largest: f64, (_, amplitude)| largest.max(*amplitude));
+    if interference > MAX_INTERFERENCE * frame.size() {
         return Warning::uncertain(&format!(
-            "{text}. This is more than {} % of the size of the frame: check the positions of the meshes",
+            "{text}. An interference of {} {unit} is more than {} % of the size of the frame: check the positions of the meshes and the amplitudes",
+            format_short(interference),
             100.0 * MAX_INTERFERENCE
         ));
     }
