@@ -165,6 +165,7 @@ mod tests {
             tangential_force: [volume, -2.0],
             cycles_done: 10 * increment as u64,
             stroke_ends: Some([Resultants::default(); 2]),
+            loads: [("bulk".to_owned(), 0.5 * volume)].into(),
             ..Default::default()
         };
         let records = [IncrementRecord::default(), entry(1, 3.0), entry(2, 4.0)];
@@ -173,6 +174,8 @@ mod tests {
         assert_eq!(quantity("rub.tangential_force.1").final_value(&records), Some(-2.0));
         assert_eq!(quantity("rub.worn_volume").curve(&records), [[0.0, 0.0], [10.0, 3.0], [20.0, 4.0]]);
         assert_eq!(quantity("rub.tangential_force.0").curve(&records), [[10.0, 3.0], [20.0, 4.0]]);
+        assert_eq!(quantity("rub.loads.bulk").final_value(&records), Some(2.0));
+        assert_eq!(quantity("rub.loads.other").final_value(&records), None);
         assert_eq!(quantity("rub.rolling.spin").final_value(&records), None);
         assert_eq!(quantity("rest.worn_volume").final_value(&records), None);
         assert_eq!(quantity("rub.worn_volume").label(&Units::default()), "wear volume, mm^{3}");

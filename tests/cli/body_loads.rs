@@ -105,13 +105,39 @@ fn cycles_of_an_unconstrained_body_about_its_load() {
     }
 }
 
+/// A free plate of 16 x 16 mm under a pressure on a rigid plane, and its press.
+const PLATE: &str = r#"
+[materials.al]
+model = "isotropic"
+E = 70e3
+nu = 0.3
+[body1]
+kind = "fe"
+material = "al"
+mesh = "plate.msh"
+contact = "top"
+pressure = [{ group = "base", value = 2.0, name = "p" }]
+[body2]
+kind = "rigid"
+[frame]
+kind = "mesh"
+body = 1
+[gap]
+kind = "flat"
+[friction]
+law = "elliptic"
+mu1 = 0.4
+mu2 = 0.1
+[output]
+fields = []
+[[steps]]
+name = "press"
+"#;
+
 /// Truth: strokes as plain steps. A free plate under its own pressure and half of the force that friction carries slips in the first
 /// strokes, and then sticks: settled cycles dissipate nothing. Its position follows from its unconstrained motion alone.
 #[test]
 fn force_cycles_of_a_free_plate() {
-    let head = "[materials.al]\nmodel = \"isotropic\"\nE = 70e3\nnu = 0.3\n[body1]\nkind = \"fe\"\nmaterial = \"al\"\nmesh = \"plate.msh\"\n\
-                contact = \"top\"\npressure = [{ group = \"base\", value = 2.0 }]\n[body2]\nkind = \"rigid\"\n[frame]\nkind = \"mesh\"\nbody = 1\n\
-                [gap]\nkind = \"flat\"\n[friction]\nlaw = \"elliptic\"\nmu1 = 0.4\nmu2 = 0.1\n[output]\nfields = []\n[[steps]]\nname = \"press\"\n";
     let (sin, cos) = 20.0_f64.to_radians().sin_cos();
     let stroke = |sign: f64| {
         format!("[[steps]]\ntangential_force = [{:?}, {:?}]\n", sign * 100.0 * cos, sign * 100.0 * sin)
@@ -121,7 +147,7 @@ fn force_cycles_of_a_free_plate() {
     let dissipation = |steps: &str| -> Vec<f64> {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("plate.msh"), layer([8.0; 2], 0.5, [12, 12, 1])).unwrap();
-        std::fs::write(folder.path().join("scene.toml"), format!("{head}{steps}")).unwrap();
+        std::fs::write(folder.path().join("scene.toml"), format!("{PLATE}{steps}")).unwrap();
         let (code, text, errors) = orthowear(folder.path(), &["run", "scene.toml", "--quiet"]);
         assert_eq!(code, Some(0), "{text} {errors}");
         let summary = std::fs::read_to_string(folder.path().join("scene.out/summary.json")).unwrap();
@@ -134,4 +160,35 @@ fn force_cycles_of_a_free_plate() {
     assert!(first > 0.0 && marched[5] - marched[3] < 1e-3 * first, "{marched:?}");
     let cycled = dissipation(cycles);
     assert!(cycled[1] - cycled[0] < 1e-3 * first, "{cycled:?} {marched:?}");
+}
+
+/// Truth: without its load nothing presses a free plate, and its position is arbitrary. The run keeps the press, whose normal force is
+/// the pressure of 2 MPa on 256 mm².
+#[test]
+fn unloaded_bodies_lose_contact() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("plate.msh"), layer([8.0; 2], 0.5, [6, 6, 1])).unwrap();
+    let scene = format!("{PLATE}[[steps]]\nname = \"unload\"\nloads = {{ p = 0.0 }}\n");
+    std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let (code, text, errors) = orthowear(folder.path(), &["run", "scene.toml", "--quiet"]);
+    assert!(code == Some(3) && (text + &errors).contains("contact-lost"), "{errors}");
+    let summary = std::fs::read_to_string(folder.path().join("scene.out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let force = summary["steps"][0]["normal_force"].as_f64().unwrap();
+    assert!((force / 512.0 - 1.0).abs() < 1e-6, "{force}");
+}
+
+/// Truth: docs/scene.md: the interference of a fit cannot be negative, which would part bodies whose meshes overlap.
+#[test]
+fn negative_interference() {
+    let scene = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/press-fit.toml");
+    let scene = scene.to_str().unwrap();
+    let negative = ["check", scene, "--set", "steps.0.loads.interference=-0.5"];
+    let (code, text, errors) = orthowear(std::path::Path::new("."), &negative);
+    let words = text + &errors;
+    assert!(code == Some(2) && words.contains("the amplitude of the interference is negative"), "{words}");
+    let large = ["check", scene, "--set", "steps.0.loads.interference=100.0"];
+    let (code, text, errors) = orthowear(std::path::Path::new("."), &large);
+    let words = (text + &errors).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(code == Some(0) && words.contains("is more than 1 % of the size of the frame"), "{words}");
 }
