@@ -2,7 +2,7 @@
 
 mod bodies;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use super::document::Document;
@@ -189,6 +189,13 @@ impl FramePlan {
 }
 
 impl Plan {
+    /// Names of all loads, with the overlap of meshes as interference.
+    pub fn load_names(&self) -> BTreeSet<String> {
+        let of_bodies = [0, 1].into_iter().flat_map(|index| self.load_cases(index));
+        let all = of_bodies.chain(self.gap.as_meshed.then(LoadCase::interference));
+        all.filter_map(|case| case.name).collect()
+    }
+
     /// Load cases of body `index`.
     pub fn load_cases(&self, index: usize) -> Vec<LoadCase> {
         match self.bodies[index].as_meshed() {

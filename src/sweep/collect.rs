@@ -58,6 +58,14 @@ impl CollectedQuantity {
         }
     }
 
+    /// Name of the load whose amplitude this is, if it is one.
+    pub fn load(&self) -> Option<&str> {
+        match &self.fields[..] {
+            [kind, name] if kind == "loads" => Some(name),
+            _ => None,
+        }
+    }
+
     /// The number in an entry, if it has one. Booleans are 0 or 1.
     pub fn value_in(&self, record: &IncrementRecord) -> Option<f64> {
         let entry = serde_json::to_value(record).ok()?;

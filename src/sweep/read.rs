@@ -116,7 +116,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>
     let meshes = Arc::new(MeshCache::default());
     let mut reader = SceneReader::new(&document, &scene, &meshes);
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
-    reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
+    reader.check_names([(&collect, "collect"), (&curves, "curves")]);
     let scene_diagnostics = reader.scene_diagnostics();
     let SceneReader { study_diagnostics: mut mistakes, first, step_kinds, .. } = reader;
     mistakes.extend(output_mistakes);

@@ -20,13 +20,14 @@ pub(super) struct SceneReader<'a> {
     n_runs: usize,
     pub first: Option<Plan>,
     steps: BTreeSet<String>,
+    loads: BTreeSet<String>,
     /// Kinds of the steps with wear jumps, by step name.
     pub step_kinds: BTreeMap<String, StepKind>,
 }
 
 impl<'a> SceneReader<'a> {
     pub fn new(document: &'a Document, scene: &'a Path, meshes: &'a MeshCache) -> Self {
-        let (steps, step_kinds) = (BTreeSet::new(), BTreeMap::new());
+        let (steps, loads, step_kinds) = (BTreeSet::new(), BTreeSet::new(), BTreeMap::new());
         Self {
             document,
             scene,
@@ -37,6 +38,7 @@ impl<'a> SceneReader<'a> {
             n_runs: 0,
             first: None,
             steps,
+            loads,
             step_kinds,
         }
     }
@@ -47,6 +49,7 @@ impl<'a> SceneReader<'a> {
         match scene::read_with_meshes(self.scene, overrides, self.meshes) {
             Ok(plan) => {
                 self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
+                self.loads.extend(plan.load_names());
                 let wear_steps = plan.steps.iter().filter(|step| step.kind.cycles().is_some());
                 self.step_kinds.extend(wear_steps.map(|step| (step.name.clone(), step.kind)));
                 let memory = plan.memory_limit;
@@ -166,21 +169,30 @@ impl<'a> SceneReader<'a> {
         None
     }
 
-    pub fn check_steps(&mut self, lists: [(&Vec<CollectedQuantity>, &str); 2]) {
+    /// Reports collected quantities of steps and loads that no run has.
+    pub fn check_names(&mut self, lists: [(&Vec<CollectedQuantity>, &str); 2]) {
         if self.first.is_none() {
             return;
         }
-        let names = self.steps.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
         for (quantities, key) in lists {
             for (i, quantity) in quantities.iter().enumerate() {
-                if !self.steps.contains(&quantity.step) {
-                    let message = format!("the scene has no step \"{}\"", quantity.step);
-                    let place = format!("output.{key}.{i}");
-                    let mistake = Diagnostic::at(self.document, &place, message);
-                    self.study_diagnostics
-                        .push(mistake.label("no such step").help(format!("its steps are {names}")));
+                let place = format!("output.{key}.{i}");
+                self.check_name(&place, ["step", "steps"], &quantity.step, self.steps.clone());
+                if let Some(load) = quantity.load() {
+                    self.check_name(&place, ["load", "named loads"], load, self.loads.clone());
                 }
             }
         }
+    }
+
+    fn check_name(&mut self, place: &str, [kind, kinds]: [&str; 2], name: &str, known: BTreeSet<String>) {
+        if known.contains(name) {
+            return;
+        }
+        let names = known.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        let help =
+            if known.is_empty() { format!("it has no {kinds}") } else { format!("its {kinds} are {names}") };
+        let mistake = Diagnostic::at(self.document, place, format!("the scene has no {kind} \"{name}\""));
+        self.study_diagnostics.push(mistake.label(format!("no such {kind}")).help(help));
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::materials::{folder, orthowear};
 use crate::moved::layer;
+use crate::near_field::run;
 
 const LOADS: &str = "pressure = [{ group = \"top\", value = 50.0, name = \"clamp\" }]";
 
@@ -87,10 +88,7 @@ fn cycles_of_an_unconstrained_body_about_its_load() {
         .unwrap()
         .replace("fixed = [{ group = \"base\" }]", "fixed = [{ group = \"base\", components = [\"z\"] }]");
     std::fs::write(&path, scene + steps).unwrap();
-    let (code, text, errors) = orthowear(folder.path(), &["run", "scene.toml", "--quiet"]);
-    assert_eq!(code, Some(0), "{text} {errors}");
-    let summary = std::fs::read_to_string(folder.path().join("scene.out/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let summary = run(folder.path(), &[]);
     // Cells that stick fix the position of the body.
     let said = summary["warnings"].to_string();
     assert!(!said.contains("ratcheting") && !said.contains("steady-state"), "{said}");
@@ -148,10 +146,7 @@ fn force_cycles_of_a_free_plate() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("plate.msh"), layer([8.0; 2], 0.5, [12, 12, 1])).unwrap();
         std::fs::write(folder.path().join("scene.toml"), format!("{PLATE}{steps}")).unwrap();
-        let (code, text, errors) = orthowear(folder.path(), &["run", "scene.toml", "--quiet"]);
-        assert_eq!(code, Some(0), "{text} {errors}");
-        let summary = std::fs::read_to_string(folder.path().join("scene.out/summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let summary = run(folder.path(), &[]);
         let steps = summary["steps"].as_array().unwrap();
         steps.iter().map(|step| step["dissipation"].as_f64().unwrap()).collect()
     };

@@ -457,6 +457,16 @@ colect = []
     );
     let lost = one(&tilt) + "[output]\ncollect = [\"rub.worn_volume\"]\n";
     told(&lost, &[], &["the scene has no step \"rub\"", "its steps are \"fretting\", \"indent\""]);
+    let bulk = |name: &str| format!("{}[output]\ncollect = [\"fretting.loads.{name}\"]\n", one(&tilt));
+    told(&bulk("bulk"), &[], &["the scene has no load \"bulk\"", "it has no named loads"]);
+    let fibre = "fibre = { tilt = 30.0, azimuth = 0.0 }";
+    let stressed = format!("{fibre}\nbulk_stress = {{ name = \"bulk\", value = [50.0, 0.0, 0.0] }}");
+    fs::write(folder.path().join("scene.toml"), SOUND.replace(fibre, &stressed)).unwrap();
+    told(
+        &bulk("bulkk"),
+        &[],
+        &["study.toml", "the scene has no load \"bulkk\"", "its named loads are \"bulk\""],
+    );
     fs::write(folder.path().join("scene.toml"), SOUND.replace("radius = 50.0", "radius = -50.0")).unwrap();
     told(&one(&tilt), &["--set", "frame.cels=3"], &["gap.radius", "--> scene.toml:26", "--set frame.cels=3"]);
     // A value makes another key of the scene invalid.
