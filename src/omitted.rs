@@ -43,15 +43,15 @@ impl OmittableWork {
     ];
 }
 
-/// Kinds of work that may be omitted.
+/// Set of kinds of work that may be omitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AllowedOmissions(u16);
 
 impl AllowedOmissions {
-    /// All kinds.
+    /// All kinds of work.
     pub const ALL: Self = Self((1 << OmittableWork::ALL.len()) - 1);
 
-    /// No kinds.
+    /// No kind of work.
     pub const NONE: Self = Self(0);
 
     /// Whether `skip` may be omitted.
@@ -84,7 +84,7 @@ pub struct OmittedWork {
 }
 
 impl OmittedWork {
-    /// Creates a record with the name in `solver.skip`, if there is one, a description and the reason.
+    /// Creates a record from the name in `solver.skip` (if the work has one), the description and the reason.
     pub fn new(
         skip: impl Into<Option<OmittableWork>>,
         what: impl Into<String>,

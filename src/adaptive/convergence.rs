@@ -1,23 +1,25 @@
-//! Convergence of a value as a size decreases.
+//! Convergence of a value as the size h of cells, increments or jumps decreases.
 
 /// Bounds of the order p. `MIN_NOISY_ORDER` is the lower bound for values that do not change steadily.
 const ORDERS: [f64; 2] = [0.5, 2.0];
 const MIN_NOISY_ORDER: f64 = 1.0;
 
-/// Bounds on the ratios of successive differences of values that change steadily; sizes decrease by a factor of about 2/3.
+/// Smallest and largest ratio of successive differences of values that change steadily, for sizes that decrease by a
+/// factor of about 2/3.
 const STEADY: [f64; 2] = [0.55, 1.6];
 
 /// Assumed order if there are too few values.
 const ASSUMED: f64 = 1.0;
 
-/// Numbers of last differences that determine the order and the constant.
+/// Number of last differences to which the order is fitted (at most), and number of last differences that determine the
+/// constant.
 const MAX_FITTED_DIFFERENCES: usize = 4;
 const ENVELOPE_DIFFERENCES: usize = 3;
 
-/// Least number of differences to fit an order.
+/// Smallest number of differences to which an order is fitted.
 const MIN_FITTED_DIFFERENCES: usize = 3;
 
-/// A limit is extrapolated if the orders of two successive pairs of differences differ by no more than this.
+/// Largest difference between the orders of two successive pairs of differences with which a limit is extrapolated.
 const MAX_ORDER_DIFFERENCE: f64 = 0.3;
 
 /// Error estimate C h^p with a constant C, the size h and the order p.
@@ -42,11 +44,11 @@ impl Convergence {
         Self { constant: found.constant.max(least / sizes[n - 1].powf(found.order)), ..found }
     }
 
-    /// Fits the order p to the last differences; p is 1 if there are too few. If the differences change steadily, p is limited to
-    /// [1/2, 2]; otherwise p is reduced by its standard error and limited to [1, 2].
+    /// Fits the order p to the last differences; p is 1 if there are too few differences. If the differences change
+    /// steadily, p is limited to [1/2, 2]. Otherwise p is reduced by its standard error and limited to [1, 2].
     ///
-    /// C is the largest constant of the last three differences. Contacts end between cells, so that a single difference may be
-    /// small by chance.
+    /// The constant C is the largest constant of the last three differences. Cells do not resolve the edge of a
+    /// contact, so a single difference may be small by chance.
     fn fit(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
         let first = differences.len().saturating_sub(MAX_FITTED_DIFFERENCES);
@@ -72,7 +74,7 @@ impl Convergence {
         Self { order, observed_order, constant }
     }
 
-    /// Fitted order p; `None` if it is out of bounds or if there are too few values.
+    /// Fitted order p. `None` if p is out of bounds, or if there are too few values.
     pub fn order(&self) -> Option<f64> {
         self.observed_order
     }
@@ -102,7 +104,8 @@ pub fn limit(sizes: &[f64], values: &[f64]) -> Option<f64> {
         .then(|| values[3] + d[2] / ((sizes[2] / sizes[3]).powf(last) - 1.0))
 }
 
-/// Order p for which the error C h^p explains both differences `d`, by bisection.
+/// Order p with which the error C h^p has the differences `d` between the sizes `h`, found by bisection. `None` if no
+/// admissible p fits.
 fn order_between(h: [f64; 3], d: [f64; 2]) -> Option<f64> {
     let excess = |p: f64| (h[0].powf(p) - h[1].powf(p)) / (h[1].powf(p) - h[2].powf(p)) - d[0] / d[1];
     let [mut low, mut high] = [0.5 * ORDERS[0], 1.5 * ORDERS[1]];
@@ -153,8 +156,8 @@ mod tests {
         }
     }
 
-    /// Truth: errors that change sign have no limit to extrapolate. The estimate exceeds their amplitude 0.1 h², even if a
-    /// difference is small by chance.
+    /// Truth: values whose errors change sign have no extrapolated limit. The estimate exceeds the amplitude 0.1 h² of
+    /// the errors, even if a difference is small by chance.
     #[test]
     fn values_that_jump() {
         let signs = [1.0, -1.0, 1.0, 1.0, -0.4];
@@ -167,8 +170,8 @@ mod tests {
         }
     }
 
-    /// Truth: values have the error h (1 + a cos t) at phases t, as for a stick zone that ends between cells. At least 7 of 8
-    /// estimates exceed it; the others use few values, which are close by chance.
+    /// Truth: values have the error h (1 + a cos t) at phases t, as for a stick zone whose edge lies between cells. At
+    /// least 7 of 8 estimates exceed the error. The other estimates use few values, which are close by chance.
     #[test]
     fn first_order_with_noise() {
         let sizes = [12.0, 18.0, 26.0, 40.0, 60.0, 90.0, 136.0, 200.0, 300.0, 450.0].map(|n: f64| 1.0 / n);
@@ -189,7 +192,7 @@ mod tests {
         }
     }
 
-    /// Truth: with two equal last values, the estimate decreases at most by the squared ratio of the sizes.
+    /// Truth: if the last two values are equal, the estimate decreases at most by the squared ratio of the sizes.
     #[test]
     fn no_faster_than_second_order() {
         let values = [1.1, 1.06, 1.02, 1.01, 1.01];

@@ -1,4 +1,4 @@
-//! Levels of refinement and their settings.
+//! Levels of refinement of cells, increments and jumps, and the settings at each level.
 
 use crate::evolution::step::{ClosedPath, Correction, JumpPolicy, Step, StepKind};
 use crate::frame::GapShape;
@@ -8,24 +8,26 @@ use crate::simulation::build::contact_frame::contact_frame;
 use crate::simulation::build::near_field::choose_near_fields;
 use crate::simulation::failure::SceneError;
 
-/// Cells along the shorter side of the frame at each level. Even numbers put a border of cells through the middle of the frame.
+/// Number of cells along the shorter side of the frame at each level. The numbers are even, so the middle of the frame
+/// lies between cells.
 const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];
 
 /// Largest number of cells of a frame.
 const MOST: usize = 1_000_000;
 
-/// Largest levels of the increments (`DOUBLINGS`) and of the jumps (`JUMP_LEVELS`). Each level doubles the increments; for jumps,
-/// it divides their tolerance by four or doubles their number.
+/// Largest levels of the increments (`DOUBLINGS`) and of the jumps (`JUMP_LEVELS`). Each level doubles the increments.
+/// For jumps, each level divides their tolerance by four or doubles their number.
 const DOUBLINGS: usize = 9;
 const JUMP_LEVELS: usize = 7;
 
-/// Later refinements restart from this level at most, if the finest level of increments or jumps does not reach the accuracy.
+/// Highest level to which increments or jumps are reset for later refinements, if they did not reach the accuracy at
+/// their finest level.
 const FALLBACK_LEVEL: usize = 3;
 
 /// Number of increments per stroke at which the refinement of closed paths ends.
 const MAX_INCREMENTS_PER_STROKE: usize = 128;
 
-/// Least number of cells in contact for values to converge, for area contacts and line contacts.
+/// Smallest number of cells in contact with which values are expected to converge, for area contacts and line contacts.
 const MIN_CONTACT_CELLS: usize = 40;
 const MIN_LINE_CONTACT_CELLS: usize = 6;
 
@@ -70,11 +72,12 @@ pub(super) struct RefinementLadder {
     relative: f64,
     /// Whether cells, increments and jumps are refined.
     is_refined: [bool; 3],
-    /// Cells along x and y relative to the shorter side (see the function `aspect`); both `None` without a grid.
+    /// Number of cells along x and y, divided by the number along the shorter side (see the function `aspect`). Both
+    /// are `None` without a grid.
     aspect: [Option<f64>; 2],
-    /// Largest number of increments per stroke of refinable closed paths; 0 without such paths.
+    /// Largest number of increments per stroke of closed paths that may be refined; 0 without these paths.
     increments_per_stroke: usize,
-    /// Smallest number of cycles of any step, which limits the jumps.
+    /// Smallest number of cycles of all steps, which limits the number of jumps.
     cycles: f64,
     /// Whether the scene prescribes the tolerances of the solver and of compressed operators.
     has_own_tolerances: [bool; 2],
@@ -103,14 +106,16 @@ impl RefinementLadder {
         };
         if let FramePlan::Grid { cells, half_width, periodic, .. } = &plan.frame {
             ladder.aspect = aspect(*cells, *half_width, *periodic);
-            // The cells stay if a body has its own boundary-element mesh, or if the gap is given at the scene's cells.
+            // Cells are not refined if a body has its own boundary-element mesh, or if the gap is given at the cells
+            // of the scene.
             let own = plan.bodies.iter().any(|body| matches!(body, BodyPlan::Be(_)))
                 || matches!(&plan.gap.shape, GapShape::Heights(heights) if heights.spacing.is_none())
                 || matches!(plan.gap.shape, GapShape::PerCell(_));
             if ladder.aspect != [None; 2] && !own && !kept(RefinementParameter::Cells) {
                 ladder.is_refined[0] = true;
                 let coarse = ladder.plan(plan, &ladder.first());
-                // Cells finer than the faces of a condensed mesh resolve nothing more.
+                // Cells are not refined on a condensed mesh, because cells finer than its faces do not improve the
+                // result.
                 ladder.is_refined[0] = !choose_near_fields(&coarse, &contact_frame(&coarse)?)?
                     .iter()
                     .any(|near| near.is_condensed());
@@ -166,20 +171,21 @@ impl RefinementLadder {
         cells >= if self.aspect.contains(&None) { MIN_LINE_CONTACT_CELLS } else { MIN_CONTACT_CELLS }
     }
 
-    /// Size h of a parameter at its level, for the error estimate C h^p.
+    /// Size h of the parameter `knob` at its level, for the error estimate C h^p.
     pub fn size(&self, knob: RefinementParameter, levels: &Levels) -> f64 {
         match knob {
             RefinementParameter::Cells => {
                 1.0 / CELLS_BY_LEVEL[levels.cells.min(CELLS_BY_LEVEL.len() - 1)] as f64
             }
             RefinementParameter::Increments => 0.5f64.powi(levels.increments as i32),
-            // The tolerance of jumps decreases by four per level, so an error proportional to it has order 2.
+            // The tolerance of jumps decreases by four per level, so an error proportional to the tolerance has
+            // order 2.
             RefinementParameter::Jumps => 0.5f64.powi(levels.jumps as i32),
         }
     }
 
-    /// Relative error of the outline area: (area of the cells with centres in the outline) / (outline area) - 1. `None` without an
-    /// outline, if the frame cuts it, or for fixed cells.
+    /// Relative error of the outline area: (area of the cells with centres in the outline) / (outline area) - 1. `None`
+    /// without an outline, if the outline extends beyond the frame, or if cells are not refined.
     pub fn outline_area_error(&self, plan: &Plan, levels: &Levels) -> Option<f64> {
         let FramePlan::Grid { half_width, outline: Some(outline), .. } = &plan.frame else { return None };
         let reaches =
@@ -198,7 +204,7 @@ impl RefinementLadder {
         Some(inside as f64 * cell / outline.area() - 1.0)
     }
 
-    /// Area of the cells within an outline; `cut` is [`Self::outline_area_error`].
+    /// Area of the cells with centres in the outline. `cut` is the error from [`Self::outline_area_error`].
     pub fn outline_cell_area(&self, plan: &Plan, cut: Option<f64>) -> Option<f64> {
         let FramePlan::Grid { outline: Some(outline), .. } = &plan.frame else { return None };
         cut.map(|cut| (1.0 + cut) * outline.area())
@@ -239,7 +245,8 @@ impl RefinementLadder {
                 if let StepKind::Fretting { path: ClosedPath { resolved_cycles: Some(used), .. }, .. } =
                     &mut step.kind
                 {
-                    // The accuracy search estimates the errors of resolved cycles itself.
+                    // The error warning of resolved cycles is off, because the accuracy search estimates these
+                    // errors itself.
                     (used.tolerance, used.error_warning) = (share, f64::INFINITY);
                 }
             }
@@ -271,13 +278,16 @@ impl RefinementLadder {
     }
 }
 
-/// Whether the increments of a path may be refined. With `increments = "auto"`, resolved cycles correct the wear instead.
+/// Whether the increments of a path may be refined. With `increments = "auto"` they are not refined, because resolved
+/// cycles correct the wear.
 fn is_refinable(path: &ClosedPath) -> bool {
     path.resolved_cycles.is_none_or(|used| used.increments.is_some() || used.correction != Correction::Always)
 }
 
-/// Numbers of cells along x and y, divided by the smaller number. Side lengths replace them if only one direction has a single cell
-/// and none is periodic. `None` for a periodic direction with a single cell, and for a frame of one cell.
+/// Number of cells along x and y, divided by the smaller number.
+///
+/// If only one direction has a single cell and no direction is periodic, side lengths replace the numbers of cells. The
+/// value is `None` for a periodic direction with a single cell, and for a frame of one cell.
 fn aspect(cells: [usize; 2], half_width: [f64; 2], periodic: [bool; 2]) -> [Option<f64>; 2] {
     let several = |axis: usize| cells[axis] > 1;
     let numbers = [0, 1].map(|axis| match (several(axis), periodic[axis]) {

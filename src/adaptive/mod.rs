@@ -1,7 +1,8 @@
 //! Adaptive accuracy: runs of a plan are refined until the estimated errors of the requested results are small enough.
 //!
-//! [`AccuracySearch`] first refines increments and jumps on coarse cells, because their errors hardly depend on the cells, and then
-//! the cells. The sum of the errors of the parameters is compared with the accuracy. [`run()`] performs the runs.
+//! [`AccuracySearch`] refines increments, then jumps, then cells. Increments and jumps are refined on coarse cells,
+//! because their errors hardly depend on the cells. The sum of the errors of these parameters is compared with the
+//! accuracy. [`run()`] performs the runs.
 
 mod convergence;
 mod levels;
@@ -25,18 +26,18 @@ use crate::simulation::failure::SceneError;
 /// Share of the accuracy that increments and jumps may each use if cells are refined as well.
 const PATH_TOLERANCE_SHARE: f64 = 0.3;
 
-/// Least number of runs for a parameter; two suffice if the errors are below `UNCHANGED_SHARE` of the accuracy.
+/// Smallest number of runs for a parameter. Two runs suffice if the errors are below `UNCHANGED_SHARE` of the accuracy.
 const MIN_RUNS_PER_PARAMETER: usize = 3;
 const UNCHANGED_SHARE: f64 = 0.05;
 
-/// A value counts as divergent after this number of successive changes that do not decrease.
+/// Number of successive changes of a value without a decrease after which the value counts as divergent.
 const MAX_GROWING_CHANGES: usize = 3;
 
 #[derive(Debug, Clone)]
 struct MeasuredRun {
     levels: Levels,
     values: Vec<TargetValue>,
-    /// See [`RefinementLadder::outline_area_error`].
+    /// Relative error of the outline area (see [`RefinementLadder::outline_area_error`]).
     outline_area_error: Option<f64>,
     seconds: f64,
 }
@@ -44,19 +45,20 @@ struct MeasuredRun {
 /// Relative error of the load of a punch, divided by the relative error of the total area of its cells.
 const LOAD_ERROR_PER_AREA_ERROR: f64 = 0.5;
 
-/// A run writes files if its predicted errors are at most this multiple of the allowed ones: files cost less than another run.
+/// Largest ratio of predicted error to allowed error with which a run writes files. Files that a later run replaces
+/// cost less than another run.
 const WRITE_FILES_FACTOR: f64 = 2.0;
 
 /// Next action of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NextRun {
-    /// Run at these levels; the flag says whether it is probably the last run.
+    /// Runs at these levels. The flag states whether this run is probably the last one.
     Run(Levels, bool),
-    /// No further run: the run at these levels is the result.
+    /// Ends the search. The run at these levels is the result.
     Done(Levels),
 }
 
-/// Search for sufficiently fine settings.
+/// Search for the levels of refinement at which the results reach the requested accuracy.
 pub struct AccuracySearch<'p> {
     plan: &'p Plan,
     spec: &'p AccuracyPlan,
@@ -71,7 +73,7 @@ pub struct AccuracySearch<'p> {
 }
 
 impl<'p> AccuracySearch<'p> {
-    /// Creates a search for the accuracy that `plan` requests; `None` if it requests none.
+    /// Creates a search for the accuracy that `plan` requests. `None` if `plan` requests no accuracy.
     ///
     /// # Errors
     /// If there is nothing to refine, or the plan cannot be computed. If only the accuracy of the wear volume is requested, but the
@@ -116,7 +118,8 @@ impl<'p> AccuracySearch<'p> {
         self.samples.last().map(|sample| sample.levels)
     }
 
-    /// Adds the records of a converged run, with its time and, if the frame is a grid, the area of a cell.
+    /// Adds the records of a converged run. `cell` is the area of a cell if the frame is a grid, and `seconds` is the
+    /// time of the run.
     pub fn add_run(&mut self, levels: Levels, records: &[IncrementRecord], cell: Option<f64>, seconds: f64) {
         let cells = cell.map_or(usize::MAX, |cell| min_contact_cells(self.plan, records, cell));
         let outline_area_error = self.ladder.outline_area_error(self.plan, &levels);
@@ -141,7 +144,7 @@ impl<'p> AccuracySearch<'p> {
         {
             let index = self.refinements.len() - 1;
             if !self.meets_tolerance(index, &self.refinements[index]) {
-                // The accuracy is out of reach, so later runs restart from coarser levels to save time.
+                // This parameter cannot reach the accuracy, so later runs restart from coarser levels to save time.
                 self.base = Some(levels.coarser(self.knobs[index]));
                 self.refinements.push(Vec::new());
                 break;
@@ -153,7 +156,8 @@ impl<'p> AccuracySearch<'p> {
         }
     }
 
-    /// Index of a value whose last [`MAX_GROWING_CHANGES`] changes have one direction, do not decrease and are larger than allowed.
+    /// Index of a value that diverges: its last [`MAX_GROWING_CHANGES`] changes have one direction, do not decrease and
+    /// are larger than allowed.
     fn diverging_value(&self) -> Option<usize> {
         let index = self.refinements.len().checked_sub(1)?;
         let refinement = &self.refinements[index];
@@ -199,7 +203,7 @@ impl<'p> AccuracySearch<'p> {
         )
     }
 
-    /// Message that the search ended at the finest level without reaching the accuracy; `None` otherwise.
+    /// Message if the search ended at the finest level without reaching the accuracy; `None` otherwise.
     fn finest_level_message(&self) -> Option<String> {
         let knob = self.knobs[self.refinements.len().checked_sub(1)?];
         let last = self.samples.last()?;
@@ -213,7 +217,7 @@ impl<'p> AccuracySearch<'p> {
         })
     }
 
-    /// Message about the last run: the largest estimated error due to the parameter that is refined at present.
+    /// Message about the last run. It states the largest estimated error due to the parameter that is being refined.
     pub fn round_message(&self) -> Option<String> {
         let index = self.refinements.len().checked_sub(1)?;
         let (refinement, knob) = (&self.refinements[index], self.knobs[index]);
@@ -232,7 +236,7 @@ impl<'p> AccuracySearch<'p> {
         ))
     }
 
-    /// Stops the refinement after a failed run. Returns false if there is no earlier result.
+    /// Stops the refinement after a failed run, for the reason `why`. Returns false if no earlier run has a result.
     pub fn stop_refining(&mut self, why: String) -> bool {
         self.stop_reason = Some(why);
         !self.samples.is_empty()
@@ -288,7 +292,7 @@ impl<'p> AccuracySearch<'p> {
         errors.iter().enumerate().all(|(value, error)| *error <= self.allowed(index, value))
     }
 
-    /// Largest relative error that a parameter may cause in a value.
+    /// Largest relative error that the parameter `index` may cause in the value `value`.
     fn allowed(&self, index: usize, value: usize) -> f64 {
         let whole = self.spec.relative;
         if index + 1 < self.knobs.len() {
@@ -300,17 +304,20 @@ impl<'p> AccuracySearch<'p> {
         }
         let before =
             (0..index).filter_map(|other| self.error_contribution(other)).map(|errors| errors[value]);
-        // The lower bound leaves a tolerance for the last parameter, even if the other parameters have too large errors.
+        // The lower bound leaves a tolerance for the last parameter, even if the errors of the other parameters are
+        // too large.
         (whole - before.sum::<f64>())
             .max((1.0 - PATH_TOLERANCE_SHARE * (self.knobs.len() - 1) as f64) * whole)
     }
 
     fn error_contribution(&self, index: usize) -> Option<Vec<f64>> {
-        // The levels of the last run count, because a parameter that did not suffice may have been reset to a coarser level.
+        // Uses the levels of the last run, because a parameter that did not reach the accuracy may have been reset
+        // to a coarser level.
         self.errors(self.refinements.get(index)?, self.knobs[index], &self.samples.last()?.levels)
     }
 
-    /// Relative errors of all values at `levels`, estimated from the runs `turn` of a parameter; `None` for fewer than two runs.
+    /// Relative errors of all values at `levels`, estimated from the runs `turn` of the parameter `knob`. `None` for
+    /// fewer than two runs.
     fn errors(&self, turn: &[usize], knob: RefinementParameter, levels: &Levels) -> Option<Vec<f64>> {
         if turn.len() < 2 {
             return None;
@@ -332,7 +339,8 @@ impl<'p> AccuracySearch<'p> {
         Some(last.values.iter().enumerate().map(relative).collect())
     }
 
-    /// Sizes and values of the runs of a parameter; values of a punch are corrected for the area of its cells.
+    /// Sizes and values of the runs `turn` of the parameter `knob`. Values of a punch are corrected for the error of
+    /// its cell area.
     fn convergence_data(
         &self,
         turn: &[usize],

@@ -15,7 +15,8 @@ use crate::scene::spec::solver::Output;
 use crate::simulation::SceneError;
 use crate::simulation::segments::{RunOptions, conclude_refused, run_simulation};
 
-/// Runs the plan (once if it requests no accuracy) into `output`, if given, and completes `summary`. Returns the exit code.
+/// Runs the plan and writes its results to `output`, if given. Completes `summary` and returns the exit code. A plan
+/// that requests no accuracy runs once.
 pub fn run(
     plan: &Plan,
     output: Option<OutputDir>,
@@ -55,7 +56,7 @@ impl AccuracyRun<'_, '_, '_> {
         loop {
             match self.search.next_run() {
                 NextRun::Done(levels) if self.written == Some(levels) => return Ok(self.code()),
-                // The run at these levels wrote no files.
+                // The run at these levels wrote no files, so it is repeated with output.
                 NextRun::Done(levels) => return self.final_run(levels),
                 NextRun::Run(levels, false) => match self.trial_run(levels) {
                     Ended::Converged => {}
@@ -120,7 +121,7 @@ impl AccuracyRun<'_, '_, '_> {
         }
     }
 
-    /// Runs the plan of `levels` with output. Its files are the results unless finer runs follow.
+    /// Runs the plan at `levels` with output. The written files are the results unless finer runs follow.
     fn final_run(&mut self, levels: Levels) -> Result<u8, SceneError> {
         let plan = self.search.plan(&levels);
         let output = match (self.output.take(), &self.directory) {
@@ -135,7 +136,7 @@ impl AccuracyRun<'_, '_, '_> {
         let record = self.search.record();
         let coarser = record.runs.iter().map(|run| run.seconds).sum::<f64>();
         self.summary.timings.add("coarser runs", coarser);
-        // The summary keeps this record if the run ends before its own values exist.
+        // If the run ends without values, the summary keeps the record of the earlier runs.
         self.summary.accuracy = Some(record);
         let search = &mut self.search;
         let words = search.describe(&levels);

@@ -8,13 +8,13 @@ use crate::mesh::size_field::{SizeBounds, edge_length, nodal_sizes};
 /// Requirements on the next mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefinementTarget {
-    /// Relative error of the stress in the energy norm; `None` for half of the present error.
+    /// Target of the relative error of the stress in the energy norm. `None` stands for half of the present error.
     pub error: Option<f64>,
-    /// Least element size.
+    /// Smallest element size.
     pub least: Option<f64>,
     /// Largest element size.
     pub largest: Option<f64>,
-    /// Growth of the element size per distance.
+    /// Largest increase of the element size per distance.
     pub growth: f64,
 }
 
@@ -25,7 +25,7 @@ pub struct SizeField {
     pub nodal: Vec<f64>,
     /// Target of the relative stress error in the energy norm.
     pub error: f64,
-    /// Whether one round with the smallest admissible size ratio reaches the target.
+    /// Whether one refinement with the smallest admissible ratio of next to present size reaches the target.
     pub reaches_target: bool,
     /// Number of elements of the present mesh.
     pub elements: usize,
@@ -35,10 +35,11 @@ pub struct SizeField {
     pub bounds: SizeBounds,
 }
 
-/// Default least size relative to the smallest present size, and default largest size relative to the largest present size.
+/// Default bounds: ratio of the smallest next size to the smallest present size, and ratio of the largest next size to
+/// the largest present size.
 const BOUNDS: [f64; 2] = [SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1]];
 
-/// Size field that reduces the errors of all `estimates` of a body to the target.
+/// Computes the size field that reduces the errors of all `estimates` of a body to the target.
 ///
 /// # Errors
 /// If there is no stress, or the bounds contradict one another.
@@ -81,7 +82,7 @@ pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementT
     Ok(SizeField { nodal, error, reaches_target, elements: cells.len(), next_elements, bounds })
 }
 
-/// Each present element is replaced by (size / next size)³ elements.
+/// Expected number of elements of the next mesh: sum of (size / next size)³ over the present elements.
 fn expected(mesh: &Mesh, nodal: &[f64], sizes: &[f64], volumes: &[f64]) -> f64 {
     let of_cell = |((cell, size), volume): ((crate::mesh::CellRef, &f64), &f64)| {
         let corners = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];

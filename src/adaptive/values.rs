@@ -6,21 +6,21 @@ use crate::laws::wear::WearLaw;
 use crate::scene::plan::Plan;
 use crate::scene::spec::accuracy::AccuracyQuantity;
 
-/// Least reference value, as a fraction of the largest reference value with the same name over all steps.
+/// Smallest reference value, as a fraction of the largest reference value with the same name over all steps.
 const LEAST: f64 = 0.01;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TargetValue {
     pub step: String,
-    /// Name as in `summary.steps`.
+    /// Name in `summary.steps`.
     pub name: &'static str,
     pub quantity: AccuracyQuantity,
     pub value: f64,
-    /// Reference value of the relative error; 0 if there is none.
+    /// Reference value of the relative error; 0 without a reference value.
     pub scale: f64,
     /// Exponent k of a value that is proportional to the k-th power of the area of a punch; 0 if unknown.
     pub area_power: f64,
-    /// Whether contact fills the outline, so that the error of the outline area matters.
+    /// Whether the contact fills the outline, so the error of the outline area affects the value.
     pub fills_outline: bool,
 }
 
@@ -31,15 +31,15 @@ impl TargetValue {
     }
 }
 
-/// Exponent of the area A of a flat punch: its load at a given displacement is proportional to A^0.5, its displacement under a
-/// given load to A^-0.5.
+/// Exponent of the area A of a flat punch. The load of the punch at a given displacement is proportional to A^0.5. The
+/// displacement under a given load is proportional to A^-0.5.
 ///
 /// # Source
 /// King 1987, "Elastic analysis of some punch problems for a layered medium": load / depth is 1.13 to 1.17 E* √A for circles,
 /// squares, triangles.
 const PUNCH_LOAD_AREA_POWER: f64 = 0.5;
 
-/// Whether a step prescribes the force along the normal and in the tangential plane.
+/// Whether a step prescribes the normal force, and whether it prescribes the tangential force.
 #[derive(Clone, Copy)]
 struct ForceControls {
     normal_force: bool,
@@ -57,9 +57,11 @@ impl ForceControls {
     }
 }
 
-/// Least number of cells in contact at the ends of the steps, for cells of the area `cell`. A step without contact counts as 0 if
-/// its approach is positive and its normal force is not prescribed; otherwise it is skipped. [`usize::MAX`] if all steps are
-/// skipped.
+/// Smallest number of cells in contact at the ends of the steps, for cells of the area `cell`. [`usize::MAX`] if no
+/// step counts.
+///
+/// A step without contact counts as 0 cells if its approach is positive and its normal force is not prescribed.
+/// Otherwise a step without contact does not count.
 pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
     let mut held = ForceControls::NOTHING;
     let mut fewest = usize::MAX;
@@ -73,7 +75,7 @@ pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: 
     fewest
 }
 
-/// Values at the ends of the steps; `punch` is the area of the cells within an outline.
+/// Values at the ends of the steps. `punch` is the area of the cells within the outline of a punch.
 pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64>) -> Vec<TargetValue> {
     let wanted = plan.accuracy.as_ref().map_or(&AccuracyQuantity::ALL[..], |spec| &spec.quantities);
     let mut held = ForceControls::NOTHING;
@@ -99,7 +101,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             let [qx, qy] = record.tangential_force;
             let [sx, sy] = record.shift;
             let force = record.normal_force.hypot(qx).hypot(qy);
-            // Without contact the motion is arbitrary.
+            // Without contact the motion is arbitrary, so it is no reference value.
             let touches = record.contact_area > 0.0;
             let motion = if touches { record.approach.hypot(sx).hypot(sy) } else { 0.0 };
             match held.normal_force {

@@ -1,9 +1,12 @@
 //! Assembled block system of two bodies and the frame, a reference for the flexibility of condensed bodies.
 //!
-//! The unknowns are the displacements x1, x2 of the bodies and the gap k; the tractions P are given. x contains the free
-//! displacement components of the nodes of a mesh, or the displacements of a half-space at the cells. I maps displacements to
-//! cells. A is the matrix of the cell areas, and F are the loads. G integrates the Green's function over the cells. k_go is the
-//! distance of the undeformed surfaces plus the gap due to prescribed displacements. C_gn w is the wear depth as a normal gap:
+//! The unknowns are the displacements x1, x2 of the bodies and the gap k. The tractions P are given. x contains the
+//! free displacement components of the nodes of a mesh, or the displacements of a half-space at the cells. K is the
+//! stiffness matrix of a mesh. I maps displacements to cells, A is the diagonal matrix of the cell areas, and F are the
+//! loads.
+//!
+//! G is the flexibility of a half-space for the tractions of the cells. k_go is the distance of the undeformed surfaces
+//! plus the gap due to prescribed displacements. C_gn w is the wear depth w as a normal gap:
 //!
 //! ```text
 //! | R1   0    0 | | x1 |   | s1 I1^T A P + F1 |          R = K for finite elements, 1 for a half-space, whose
@@ -32,7 +35,7 @@ use crate::linalg::sparse_lu::{LuWorkspace, MAX_RHS, SparseLu};
 /// Largest number of unknowns. The LU factors of larger systems of meshed solids take many GiB.
 const MAX_UNKNOWNS: usize = 60_000;
 
-/// Factorised block system. As a [`Flexibility`] it computes the gap k that tractions alone cause.
+/// Factorised block system. As a [`Flexibility`], the system computes the part of the gap k that tractions alone cause.
 pub struct BlockSystem {
     n_cells: usize,
     bodies: [BodyRows; 2],
@@ -49,7 +52,7 @@ struct BlockWorkspace {
 }
 
 impl BlockSystem {
-    /// Assembles and factors the system.
+    /// Assembles and factorises the system.
     ///
     /// # Errors
     /// If both bodies are rigid, the block system does not support a body, or the system has too many unknowns. If a matrix cannot
@@ -170,7 +173,8 @@ impl Flexibility for BlockSystem {
         normal_gap.copy_from_slice(&gap[2 * n..]);
     }
 
-    /// The blocks of half-spaces need no solution of the system. For meshes, the system is solved for unit tractions on each cell.
+    /// Half-spaces give their blocks without a solution of the system. For meshes, the system is solved for unit
+    /// tractions on each cell.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let (n, rows) = (self.n_cells, self.lu.n());
         let mut blocks = vec![Matrix3::zeros(); n];

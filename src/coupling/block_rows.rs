@@ -29,7 +29,8 @@ pub(super) enum ForcedBodies {
     Meshed,
 }
 
-/// Equations of one body. `first` is the index of the body's first row in the system, and of its first unknown.
+/// Equations of one body. `first` is the index of the first row of the body in the system, and of the first unknown of
+/// the body.
 pub(super) enum BodyRows {
     Rigid,
     HalfSpace { first: usize, side: Side, matrix: DenseFlexibility, scratch: Mutex<Vec<f64>> },
@@ -139,8 +140,8 @@ impl BodyRows {
         }
     }
 
-    /// Entries of the gap rows in the columns of the body: the map of its displacements to the cells, times minus the body's gap
-    /// sign. The first gap row has the index 0.
+    /// Entries -s I of the gap rows in the columns of the body. I maps displacements of the body to the cells, and s is
+    /// the gap sign of the body. The first gap row has the index 0.
     pub(super) fn projection(&self, n_cells: usize) -> Box<dyn Iterator<Item = Entry> + '_> {
         match self {
             Self::Rigid => Box::new(std::iter::empty()),
@@ -151,7 +152,8 @@ impl BodyRows {
         }
     }
 
-    /// Adds the contact tractions to the body's scaled right-hand side in `rows`, which covers the rows of both bodies.
+    /// Adds the contact tractions to the scaled right-hand side of the body in `rows`. `rows` covers the rows of both
+    /// bodies.
     pub(super) fn load(
         &self,
         tractions: &[f64],
@@ -173,8 +175,8 @@ impl BodyRows {
         }
     }
 
-    /// Adds load `load` of a meshed body to the scaled right-hand side in `rows`, and the scaled gap due to prescribed displacements
-    /// of its contact nodes to `frame_rows`.
+    /// Adds load `load` of a meshed body to the scaled right-hand side in `rows`. Adds the scaled gap due to prescribed
+    /// displacements of the contact nodes to `frame_rows`.
     pub(super) fn add_load(
         &self,
         load: usize,

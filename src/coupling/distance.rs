@@ -4,24 +4,26 @@ use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, MeshedSurface, edge_sagittas, first_touch};
 use crate::geometry::Point;
 
-/// Cells determine the first touch if the cosine n_I.n exceeds this share of the largest cosine (n_I cell normal, n frame normal).
-/// In steeper cells, a small error of the meshes causes a large motion of body 2.
+/// Smallest cosine n_I.n of the cells that determine the first touch, as a share of the largest cosine. n_I is the
+/// normal of cell I, n the normal of the frame. In steeper cells, a small error of the meshes causes a large motion of
+/// body 2.
 const MIN_FACING_COSINE: f64 = 0.5;
 
-/// Replaces `MIN_FACING_COSINE` if the first touch leaves an overlap. Also the smallest admissible cosine n_I.n of a cell opposite
-/// a plane.
+/// Value that replaces `MIN_FACING_COSINE` if the first touch leaves an overlap. Also the smallest admissible cosine
+/// n_I.n of a cell opposite a plane.
 pub const MIN_STEEP_COSINE: f64 = 0.05;
 
 /// Allowed overlap, as a share of the mean cell side, because flat faces deviate from the curved surface.
 const OVERLAP_TOLERANCE_CELLS: f64 = 0.1;
 
-/// Possible error of the estimated sagitta of a straight edge, as a share of the larger sagitta at its ends. The difference between
-/// the larger and the applied sagitta is added.
+/// Possible error of the estimated sagitta of a straight edge, as a share of the larger sagitta at the two ends of the
+/// edge. The total error also includes the difference between the larger sagitta and the sagitta that the correction
+/// applies.
 const CURVED_SHAPE_ERROR: f64 = 0.01;
 
 const SHAPE_ERROR_MARGIN: f64 = 3.0;
 
-/// Largest error of the gap by straight faces, as a share of the largest overlap of bodies as meshed.
+/// Largest error of the gap due to straight faces, as a share of the largest overlap of the bodies as meshed.
 const MAX_INTERFERENCE_ERROR: f64 = 0.05;
 
 /// Rounding error of overlaps, as a share of the mean cell side.
@@ -36,8 +38,8 @@ pub struct MeshedGap {
     pub closing_motion: f64,
 }
 
-/// Distance of the surfaces as meshed, with body 2 in its meshed position; negative where they overlap. A surface `None` is as in
-/// [`mesh_distance`].
+/// Distance of the surfaces as meshed, with body 2 in its meshed position; negative where the surfaces overlap. A
+/// surface that is `None` is a plane, as in [`mesh_distance`].
 ///
 /// # Errors
 /// If straight faces deviate too much from curved surfaces that overlap. If a plane is opposite to cells that do not face it.
@@ -62,14 +64,14 @@ pub fn as_meshed_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface
     Ok(MeshedGap { distance, closing_motion: 0.0 })
 }
 
-/// Distance of the undeformed surfaces with body 2 at the first touch. A surface `None` is the plane through the global origin
-/// normal to the frame's n.
+/// Distance of the undeformed surfaces with body 2 at the first touch. A surface that is `None` is the plane through
+/// the global origin normal to the frame's n.
 ///
-/// A motion of body 2 along the frame's n by t opens cell I by t n_I.n (n_I: cell normal). For the first touch, body 2 moves
+/// A motion of body 2 along n by t opens cell I by t n_I.n, with the cell normal n_I. For the first touch, body 2 moves
 /// against n by the minimum of d / n_I.n. The minimum is taken over points with distance d in the cells that face n.
 ///
-/// The heights of a mesh are means over its flat faces, because its displacements are averaged with the same shape functions. With
-/// [`MeshedSurface::curved_gap`], the heights are means over the curved surface.
+/// The heights of a mesh are means over its flat faces, because the displacements of the mesh are averaged with the
+/// same shape functions. With [`MeshedSurface::curved_gap`], the heights are means over the curved surface.
 ///
 /// # Errors
 /// If the first touch needs a motion away from body 1 above a tenth of the mean cell side. If the motion to the first touch does
@@ -91,7 +93,7 @@ pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]
             "no cell of the contact frame faces along its n, so that body 2 cannot be moved towards body 1: let frame.normal point from body 1 to body 2",
         ));
     }
-    // Overlap may remain on flanks that the first touch did not consider.
+    // An overlap may remain on steep cells that the first touch did not consider.
     if !frame.has_uniform_axes() {
         let flanks = curved_overlap(frame, &cosines, first, surfaces);
         if first < 0.0 {
@@ -122,9 +124,9 @@ fn deepest(distances: &[f64]) -> f64 {
 }
 
 struct CurvedOverlap {
-    /// Largest overlap in the meshed position, mm; negative if all cells are open.
+    /// Largest overlap in the meshed position, mm; negative if no cell overlaps.
     meshed: f64,
-    /// Largest overlap after the motion to the first touch, mm; negative if all cells are open.
+    /// Largest overlap after the motion to the first touch, mm; negative if no cell overlaps.
     left: f64,
     shape_error: f64,
     /// Number of cells that overlap in the meshed position, and number of all cells.
@@ -155,8 +157,8 @@ fn curved_overlap(
     }
 }
 
-/// Refuses curved surfaces that overlap by more than the shape error, both as meshed and after the motion to the first touch
-/// (interference fit).
+/// Refuses an interference fit: curved surfaces that overlap by more than the shape error, as meshed and also after the
+/// motion to the first touch.
 fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     if overlap.meshed <= overlap.shape_error || !overlap.is_certain() {
         return Ok(());
@@ -168,8 +170,9 @@ fn refuse_interference(overlap: &CurvedOverlap, first: f64) -> Result<()> {
     )))
 }
 
-/// Possible error of a curved surface between the nodes of its mesh, mm. For a circle, quadratic interpolation over an edge of
-/// length h with sagitta s has an error of at most s^3 / h^2. The result allows for 4/3 `SHAPE_ERROR_MARGIN` times this error.
+/// Possible error of a curved surface between the nodes of its mesh, mm. For a circle, quadratic interpolation over an
+/// edge of length h with sagitta s has an error of at most s^3 / h^2. The result is 4/3 `SHAPE_ERROR_MARGIN` times this
+/// error.
 fn shape_error(surface: &MeshedSurface) -> f64 {
     let edges = edge_sagittas(&surface.mesh, &surface.faces).into_iter().flatten().flatten();
     let flat = edges.map(|edge| edge.disagreement() + CURVED_SHAPE_ERROR * edge.largest());
@@ -187,7 +190,7 @@ fn shape_error(surface: &MeshedSurface) -> f64 {
     flat.chain(curved.map(|error| SHAPE_ERROR_MARGIN * error)).fold(0.0, f64::max)
 }
 
-/// Refuses cells that do not face the plane, since their distance from the plane is uncertain or undefined.
+/// Refuses cells that do not face the plane, because their distance from the plane is uncertain or undefined.
 fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
     let Some(cell) = cosines.iter().position(|cosine| *cosine < MIN_STEEP_COSINE) else { return Ok(()) };
     let x = frame.centers[cell];

@@ -1,8 +1,9 @@
 //! Coupling of two bodies on one contact frame: the gap is g = g_0 + Σ_k a_k g_k + S P + w n.
 //!
-//! S (mm/MPa) is the flexibility of both bodies, P (MPa) the traction on body 2, w (mm) the wear depth, n the normal. g_k is the
-//! change of the gap due to load k of a body at amplitude a_k = 1. [`couple`] computes S and g_k, [`surface_distance`] the distance
-//! of the undeformed surfaces. [`BlockSystem`] is the reference implementation of S and g_k.
+//! g_0 is the initial gap. g_k is the change of the gap due to load k of a body at amplitude a_k = 1. S (mm/MPa) is the
+//! flexibility of both bodies, P (MPa) the traction on body 2, w (mm) the wear depth, n the normal. [`couple`] computes
+//! S and g_k. [`surface_distance`] computes the distance of the undeformed surfaces. [`BlockSystem`] is the reference
+//! implementation of S and g_k.
 
 pub mod block;
 mod block_rows;
@@ -43,19 +44,19 @@ pub enum Coupling {
 
 /// Flexibility and loads of two bodies on a frame.
 pub struct CoupledBodies {
-    /// S: gap change (mm) per traction (MPa) on body 2.
+    /// Flexibility S: change of the gap (mm) per traction (MPa) on body 2.
     pub flexibility: Arc<dyn Flexibility>,
     /// Loads of body 1, then of body 2.
     pub loads: Vec<BodyLoad>,
     /// Unconstrained rigid-body modes of the bodies.
     pub floating: Vec<UnconstrainedModes>,
-    /// Work that was omitted, with the reasons.
+    /// Omitted work, with the reasons.
     pub skipped: Vec<OmittedWork>,
 }
 
 impl CoupledBodies {
-    /// Gap at zero tractions, zero rigid motion and zero amplitudes of the loads, `[3, N]`, mm, with the distance `normal` `[N]` of
-    /// the undeformed surfaces.
+    /// Gap at zero tractions, zero rigid motion and zero amplitudes of the loads, `[3, N]`, mm. `normal` is the
+    /// distance of the undeformed surfaces, `[N]`, mm.
     pub fn initial_gap(&self, normal: &[f64]) -> Vec<f64> {
         let n = self.flexibility.n_cells();
         let mut gap = vec![0.0; 3 * n];
@@ -69,7 +70,7 @@ impl CoupledBodies {
 pub struct HalfSpaceOperators {
     /// Treatment of vanishing blocks between normal and tangential components.
     pub cross: CrossBlocks,
-    /// Whether two half-spaces share one operator of their summed Green's functions.
+    /// Whether two half-spaces share one operator, computed from the sum of their Green's functions.
     pub summed: bool,
 }
 
@@ -98,7 +99,8 @@ pub fn couple(
     Ok(constrained(coupled, frame))
 }
 
-/// Removes the components across planes of symmetry from flexibility, loads and rigid-body modes, in the cells on these planes.
+/// Removes the components across planes of symmetry from flexibility, loads and rigid-body modes. Only cells on these
+/// planes change.
 fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
     let projectors = frame.symmetry_projectors();
     if projectors.is_empty() {
@@ -169,7 +171,7 @@ fn loads_of(bodies: [&dyn ElasticBody; 2]) -> Vec<BodyLoad> {
     bodies.iter().flat_map(|body| body.loads()).cloned().collect()
 }
 
-/// S = S_1 + S_2, and for each body whether it is rigid.
+/// Flexibility S = S_1 + S_2 of the two bodies. Also returns whether each body is rigid.
 fn sum_of_flexibilities(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
@@ -210,8 +212,10 @@ fn with_far_fields(
     }
 }
 
-/// Work that is omitted when two flexibilities are summed. `rigid`: whether each body is rigid. `summed`: whether one operator has
-/// the summed Green's functions. `couples`: whether the sum couples normal and tangential components.
+/// Work that is omitted when the flexibilities of two bodies are summed.
+///
+/// `rigid` states whether each body is rigid. `summed` states whether one operator contains the sum of the Green's
+/// functions. `couples` states whether the summed flexibility couples normal and tangential components.
 pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<OmittedWork> {
     let mut skipped = Vec::new();
     if summed {
@@ -234,7 +238,7 @@ pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Omitte
     skipped
 }
 
-/// Gap of the shape "mesh": [`as_meshed_distance`] or [`mesh_distance`].
+/// Gap of the shape "mesh", computed by [`as_meshed_distance`] or [`mesh_distance`].
 ///
 /// # Errors
 /// If the distance cannot be computed or is not admissible.
@@ -246,8 +250,10 @@ pub fn meshed_gap(
     if gap.as_meshed { as_meshed_distance(frame, surfaces) } else { mesh_distance(frame, surfaces) }
 }
 
-/// Splits the `distance` of bodies as meshed, `[N]`, into the clearance of cells that do not overlap, and the interference of those
-/// that do. The interference is a load: at amplitude a, the gap is max(distance, 0) + a min(distance, 0) cell by cell.
+/// Splits the `distance` of bodies as meshed, `[N]`, mm, into a clearance and an interference. Returns the clearance of
+/// the cells that do not overlap, and the interference of the overlapping cells as a load.
+///
+/// At the amplitude a of this load, the gap of each cell is max(distance, 0) + a min(distance, 0).
 pub fn clearance_and_interference(distance: &[f64]) -> (Vec<f64>, BodyLoad) {
     let n = distance.len();
     let mut gap = vec![0.0; 3 * n];

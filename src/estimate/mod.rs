@@ -32,11 +32,11 @@ use crate::simulation::validate::{ValidScene, validate};
 /// Floating-point operations per second that factorisations reach on one core.
 const FLOPS_PER_SECOND: f64 = 2.8e10;
 
-/// Seconds of ordering and symbolic analysis per unknown.
+/// Seconds per unknown for ordering and symbolic analysis.
 const PER_UNKNOWN: f64 = 5e-6;
 
-/// Expected number of conjugate gradient iterations for a batch of right-hand sides. An iteration takes `PER_ENTRY` × (stored
-/// matrix entries) seconds.
+/// Expected number of conjugate gradient iterations for a batch of right-hand sides. The time of an iteration is
+/// `PER_ENTRY` seconds per stored matrix entry.
 const EXPECTED_CG_ITERATIONS: usize = 40;
 const PER_ENTRY: f64 = 1.1e-8;
 
@@ -46,40 +46,41 @@ const READING: f64 = 6e8;
 /// Seconds of assembly per unknown.
 const ASSEMBLY: f64 = 1e-5;
 
-/// Bytes per second that operator products stream from memory; a cautious value.
+/// Bytes per second that operator products read from memory. The value is low on purpose.
 const MEMORY_BYTES_PER_SECOND: f64 = 6e9;
 
 /// Seconds per point of the zero-padded grid, for one application of a half-space operator.
 const FFT_SECONDS_PER_POINT: f64 = 4.0e-8;
 
-/// Seconds of the far field per unknown and column, with three columns for each polynomial. `TABLE` is the time, s, to tabulate the
-/// field of an anisotropic material.
+/// Seconds to compute the far field, per unknown and column (right-hand side). Each polynomial has three columns, one
+/// per direction of the force. `TABLE` is the time to tabulate the field of an anisotropic material, s.
 const PER_VALUE: f64 = 1.5e-6;
 const TABLE: f64 = 1.0;
 
-/// Costs of each quadrature point in another material than the half-space: `PER_FORCE` seconds per polynomial, [isotropic,
-/// anisotropic], and `PER_PAIR` seconds per pair of columns.
+/// Cost of each quadrature point in another material than the half-space. `PER_FORCE` is the time per polynomial for an
+/// isotropic and an anisotropic half-space, s. `PER_PAIR` is the time per pair of columns, s.
 const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
 const PER_PAIR: f64 = 5e-10;
 
-/// Seconds for the influence integrals of a pair of node and element: [isotropic, anisotropic].
+/// Seconds for the influence integrals of a pair of node and element, for an isotropic and an anisotropic material.
 const INFLUENCE_SECONDS_PER_PAIR: [f64; 2] = [2e-6, 4.5e-6];
 
-/// Scaling of compressed boundary elements with n unknowns: a row [a, b] stands for a (n / 10 000)^b. The rows give the share of
-/// the integrals that are computed, and the entries kept per matrix row. `PRODUCTS` is the number of products for each right-hand
-/// side.
+/// Scaling of compressed boundary elements with n unknowns: a row [a, b] stands for a (n / 10 000)^b.
+///
+/// The first row gives the share of the integrals that are computed. The second row gives the number of entries that
+/// are kept per matrix row. `PRODUCTS` is the number of operator products for each right-hand side.
 const COMPRESSED_BE_SCALING: [[f64; 2]; 2] = [[0.65, -0.57], [3500.0, 0.2]];
 const PRODUCTS: f64 = 15.0;
 
 /// Expected content of the cache for a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum CacheContent {
-    /// Not everything that the body needs.
+    /// The cache lacks data that the body needs.
     #[default]
     Insufficient,
-    /// The flexibility, which is all that the body needs.
+    /// The cache contains the flexibility, and the body needs nothing else.
     Flexibility,
-    /// The flexibility, and the factor for loads or fields.
+    /// The cache contains the flexibility, and also the factor for loads or fields.
     FlexibilityAndFactor,
 }
 
@@ -111,9 +112,9 @@ pub struct RunEstimate {
     pub frame_axes: Triad,
     /// Estimates of body 1 and body 2.
     pub bodies: [BodyEstimate; 2],
-    /// Number of contact problems to solve: increments, and path points of the solved cycles.
+    /// Number of contact problems to solve: increments, and path points of the cycles that are solved.
     pub n_contact_problems: usize,
-    /// Work that the run omits because the scene does not need it.
+    /// Work that the run omits because the results do not need it.
     pub skipped: Vec<OmittedWork>,
     /// Peak memory, bytes.
     pub memory_bytes: f64,
@@ -222,7 +223,7 @@ fn estimate_body(
     })
 }
 
-/// Seconds to compute the operator matrix of a half-space on `n_cells` polygons.
+/// Seconds to compute the operator matrix of a half-space for `n_cells` polygonal cells.
 fn dense_matrix_seconds(n_cells: usize) -> f64 {
     9.0 * (n_cells as f64).powi(2) * 2e-7
 }

@@ -11,17 +11,21 @@ use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::omitted::on_grid;
 use crate::simulation::plan_bodies::SIDES;
 
-/// Seconds per interior point: in an isotropic and an anisotropic half-space, and for each element of a boundary-element body.
+/// Seconds per interior point: in an isotropic half-space, in an anisotropic half-space, and for each element of a
+/// boundary-element body.
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
 
-/// Seconds for the table of the field inside a half-space, divided by √(C_max / C_min) of the diagonal stiffnesses.
+/// Seconds for the table of the field inside an anisotropic half-space, per √(C_max / C_min). C_max and C_min are the
+/// largest and the smallest diagonal stiffness.
 const INSIDE_TABLE: f64 = 0.5;
 
-/// Operator products per contact problem with an approximate inverse. On a grid of n cells they are `PRODUCTS_ON_GRID` × n^(1/6).
+/// Operator products per contact problem that uses an approximate inverse as preconditioner. On a grid of n cells, the
+/// number of products is `PRODUCTS_ON_GRID` × n^(1/6).
 const PRODUCTS_WITH_PRECONDITIONER: f64 = 70.0;
 const PRODUCTS_ON_GRID: f64 = 10.0;
 
-/// Factors on the cost of a product: on a window around the contact, and on a grid with pressures as the only unknowns.
+/// Factors on the cost of a product, for a window around the contact, and for a grid with pressures as the only
+/// unknowns.
 const WINDOW: f64 = 0.5;
 const PRESSURES: f64 = 0.3;
 
@@ -37,7 +41,8 @@ pub(super) fn of_steps(
     let n = frame.n_cells() as f64;
     let on_grid = on_grid(plan, frame, near);
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodyPlan::HalfSpace(_)));
-    // The number of iterations grows with the number of cells, but hardly with an approximate inverse.
+    // With an approximate inverse, the number of products hardly grows with the number of cells. Without it, the
+    // number grows as √n.
     let products = match on_grid {
         true => PRODUCTS_ON_GRID * n.powf(1.0 / 6.0),
         false if half_space && is_compressed(plan, frame) => PRODUCTS_WITH_PRECONDITIONER,
@@ -57,8 +62,9 @@ pub(super) fn of_steps(
 pub(super) fn contact_problems(step: &Step) -> usize {
     match step.kind.cycles() {
         None => step.increments,
-        // The path points of a cycle are solved together, and each counts as one contact problem. At the start and after each jump,
-        // three strokes are resolved in the given increments and three in half of them.
+        // The path points of a cycle are solved together, and each counts as one contact problem. With a given number
+        // of increments, cycles are resolved at the start and after each jump. Each time, three strokes have this
+        // number of increments, and three strokes have half of it.
         Some(cycles) => {
             let given = step.kind.closed_path().and_then(|path| path.resolved_cycles?.increments);
             let solves = cycles.expected_solves(step.wear);
@@ -74,7 +80,8 @@ pub(super) fn inside(plan: &Plan, n_solves: usize) -> f64 {
     inside_tables(plan) + n_solves as f64 * points
 }
 
-/// Time for the tables of the field inside anisotropic half-spaces, s, as if they were not cached.
+/// Time for the tables of the field inside anisotropic half-spaces, s. The estimate assumes that no table is in the
+/// cache.
 fn inside_tables(plan: &Plan) -> f64 {
     let of = |index: usize| match &plan.bodies[index] {
         BodyPlan::HalfSpace(elastic)

@@ -1,4 +1,4 @@
-//! Balance at a path point: prescribed forces and moments, and loads of unconstrained bodies.
+//! Balance of forces and moments at a path point: prescribed forces and moments, and loads of unconstrained bodies.
 
 use nalgebra::Vector3;
 
@@ -16,13 +16,15 @@ use crate::evolution::run::Run;
 use crate::evolution::step::Step;
 use crate::geometry::{Side, format_short};
 
-/// Norm below which the part of a unit direction that is orthogonal to the earlier directions counts as zero.
+/// Smallest norm of the part of a unit direction that is orthogonal to all earlier directions. With a smaller norm, the
+/// direction adds no constraint.
 const MIN_DIRECTION_NORM: f64 = 1e-6;
 
-/// Share of the larger of translation and rotation from which a message names the smaller one.
+/// Smallest ratio of translation to rotation, or of rotation to translation, for which a message names the smaller
+/// motion.
 const MIN_MOTION_SHARE: f64 = 0.01;
 
-/// Fraction of a load below which the part that friction carries is rounding.
+/// Smallest fraction of the tangential load that counts as carried by friction. Smaller fractions count as 0.
 const MIN_CARRIED_FRACTION: f64 = 1e-9;
 
 impl Run<'_> {
@@ -72,7 +74,7 @@ impl Run<'_> {
 }
 
 impl PreparedModel<'_> {
-    /// Local gap (x, y, n) in a cell per unit of a motion component.
+    /// Change of the local gap (x, y, n) in a cell per unit of a component of the rigid motion.
     fn unit_gap(&self, component: usize, cell: usize) -> [f64; 3] {
         if component >= 3 {
             let gap = &self.mode_gaps[component - 3];
@@ -83,7 +85,8 @@ impl PreparedModel<'_> {
         self.rigid_axes.as_ref().map_or(unit, |axes| axes[cell] * unit).into()
     }
 
-    /// Unknown motions, with the work that the tractions on body 2 must do on each.
+    /// Constraints for the unknown rigid motions. Each constraint states the work that the tractions on body 2 must do
+    /// on one motion.
     fn balance_constraints(&self, loads: &PrescribedLoads) -> Vec<BalanceConstraint> {
         let mut force = Vector3::zeros();
         let mut forced = Vec::new();
@@ -160,7 +163,7 @@ impl PreparedModel<'_> {
         }
     }
 
-    /// Translation and rotation of body 2 relative to body 1.
+    /// Translation and rotation of body 2 relative to body 1 in the rigid motion `motion`.
     fn six(&self, motion: &RigidMotion) -> [f64; 6] {
         let mut six = [0.0; 6];
         six[..3].copy_from_slice(&motion[..3]);
@@ -180,7 +183,7 @@ impl PreparedModel<'_> {
         }
     }
 
-    /// Warning that a body is rotated by `degrees`, more than the linearised rotation allows.
+    /// Warning that a body rotates by `degrees`, which is more than linearised rotations allow.
     pub(super) fn large_rotation_message(&self, record: &IncrementRecord, degrees: f64) -> String {
         let apart = if record.contact_area == 0.0 { ", and no cell remains in contact" } else { "" };
         let remedy = if self.controls_rotation {
@@ -197,8 +200,11 @@ impl PreparedModel<'_> {
         ))
     }
 
-    /// Words for a motion that nothing resists. A separation is named by the larger of rotation and translation. Sliding is named by
-    /// both, and the translation is that of the point at `frame.center`; a part below [`MIN_MOTION_SHARE`] of the other is left out.
+    /// Describes a rigid motion that nothing resists.
+    ///
+    /// For a separation, only the larger of rotation and translation is named. For sliding, rotation and translation
+    /// are named, with the translation at `frame.center`. A part below [`MIN_MOTION_SHARE`] of the larger part is left
+    /// out.
     fn loss_motion(&self, shift: Vector3<f64>, turn: Vector3<f64>, separates: bool) -> String {
         let (by_shift, by_turn) = (shift.norm(), turn.norm() * self.model.frame.size());
         if separates {
@@ -264,7 +270,7 @@ fn rotation_constraint(axis: &Vector3<f64>, work: f64) -> BalanceConstraint {
     BalanceConstraint { motion, work }
 }
 
-/// Part of a rotation that planes of symmetry with the given normals allow.
+/// Part of a rotation vector that planes of symmetry with the given normals allow.
 fn allowed_rotation(normals: &[Vector3<f64>], rotation: &Vector3<f64>) -> Vector3<f64> {
     match normals {
         [] => *rotation,

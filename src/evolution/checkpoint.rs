@@ -1,4 +1,4 @@
-//! Checkpoints, from which runs resume.
+//! Checkpoints from which runs resume.
 
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,7 @@ pub struct RunCheckpoint {
     pub(super) given_warnings: GivenWarnings,
     pub(super) timings: Vec<(String, f64)>,
     pub(super) fretting_loops: Vec<FrettingLoop>,
-    /// Work of jumps that were not taken on earlier, smaller frames.
+    /// Solver work on jumps that were discarded because the frame was too small.
     pub(super) discarded_work: SolveWork,
 }
 
@@ -46,7 +46,8 @@ pub(super) struct MonotoneProgress {
 }
 
 impl MonotoneProgress {
-    /// Amplitudes of the loads of the bodies at `fraction` of the step; exactly those of the end at 1.
+    /// Amplitudes of the loads of the bodies at `fraction` (0 to 1) of the step. At 1, these are exactly the amplitudes
+    /// at the end of the step.
     pub(super) fn amplitudes_at(&self, fraction: f64) -> Vec<f64> {
         let [start, end] = &self.load_amplitudes;
         let between = |(from, to): (&f64, &f64)| {

@@ -1,4 +1,5 @@
-//! Controls along a step: they change linearly from the state before the step to the prescribed values at the end of the step.
+//! Controls of a step: prescribed motions and loads of body 2. They change linearly from the state before the step to
+//! the values prescribed for its end.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -7,7 +8,7 @@ use crate::contact::{NormalControl, TangentialControl};
 use crate::evolution::model::PreparedModel;
 use crate::evolution::step::{Normal, Spin, Step, Tangential, Tilt};
 
-/// Present controls. A step changes the controls that it prescribes and keeps the others.
+/// Controls of the current step. A new step replaces the controls that it prescribes and keeps the others.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct ActiveControls {
     pub normal: Normal,
@@ -42,7 +43,8 @@ impl ActiveControls {
         Vector3::new(x, y, n)
     }
 
-    /// Loads of these controls without the tangential force; the tangential displacement is given instead.
+    /// Prescribed normal force and moments of these controls. The tangential displacement counts as given, so a
+    /// prescribed tangential force is left out.
     pub fn loads_at_shift(&self) -> PrescribedLoads {
         let normal = match self.normal {
             Normal::Approach(_) => NormalControl::Approach,
@@ -59,14 +61,14 @@ impl ActiveControls {
     }
 }
 
-/// Prescribed forces and moments. Along directions without a prescribed load, the motion is given.
+/// Prescribed forces and moments. Along directions without a prescribed load, the motion is prescribed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PrescribedLoads {
     pub normal: NormalControl,
     pub tangential: TangentialControl,
     /// Moments on body 2 about the axes x, y, n through the frame's origin, N mm; `None` where the rotation is given.
     pub moment: [Option<f64>; 3],
-    /// Factor on the cyclic part of the loads of the bodies, -1 to 1.
+    /// Phase of the cyclic loads of the bodies, from -1 to 1 at the + reversal point. It multiplies their amplitudes.
     pub phase: f64,
 }
 
@@ -102,16 +104,17 @@ pub(super) struct LoadPathStart {
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct LoadPath {
-    /// State at the start of the path. Along directions in which a body is unconstrained, `force` is the force that the earlier
-    /// controls prescribe, because the contact force there also balances loads of the bodies. Along other directions `force` is the
-    /// contact force on body 1.
+    /// State at the start of the path. `force` is the contact force on body 1, except along directions in which a body
+    /// is unconstrained. Along these directions the contact force also balances loads of the bodies, so `force` is the
+    /// force prescribed by the earlier controls.
     start: LoadPathStart,
     first_touch: f64,
     pub end: ActiveControls,
 }
 
 impl LoadPath {
-    /// Path of `step` from the state `start` with the contact force. `held` are the controls before the step.
+    /// Returns the path of `step`. `start` is the state before the step, with the contact force on body 1. `held` are
+    /// the controls before the step.
     pub fn new(
         step: &Step,
         held: ActiveControls,
@@ -123,21 +126,23 @@ impl LoadPath {
         Self { start, first_touch: prepared.first_touch, end: held.after(step) }
     }
 
-    /// Force at the start of the path, N. See [`Self::start`].
+    /// Force on body 1 at the start of the path, N (see [`Self::start`]).
     pub fn start_force(&self) -> [f64; 3] {
         self.start.force
     }
 
-    /// This path after the first touch has moved by `by` (mm) along n; the start of the path moves by the same distance.
+    /// Returns this path after the approach at first touch has increased by `by` (mm). The start of the path moves by
+    /// the same distance along n.
     pub fn with_later_first_touch(mut self, by: f64) -> Self {
         self.first_touch += by;
         self.start.rigid[2] += by;
         self
     }
 
-    /// Controls at `fraction` of the path. Translation `rigid` and rotation `turn` are the initial guess for unknown motions.
+    /// Controls at `fraction` (0 to 1) of the path. The translation `rigid` and the rotation `turn` are initial
+    /// guesses; the path replaces their prescribed components.
     pub fn at(&self, fraction: f64, mut rigid: [f64; 3], mut turn: [f64; 3]) -> IncrementControls {
-        // Returns the prescribed value itself at the end, without rounding.
+        // At the end of the path, returns exactly the prescribed value, without rounding error.
         let between = |from: f64, to: f64| if fraction == 1.0 { to } else { from + fraction * (to - from) };
         let start = &self.start;
         let normal = match self.end.normal {
@@ -152,7 +157,7 @@ impl LoadPath {
                 (0..2).for_each(|k| rigid[k] = between(start.rigid[k], shift[k]));
                 TangentialControl::Shift
             }
-            // Scene and results give forces and moments on body 1. The solver takes them on body 2.
+            // Scene and results contain forces and moments on body 1. The solver needs the opposite ones, on body 2.
             Tangential::Force(force) => {
                 TangentialControl::Force([0, 1].map(|k| -between(start.force[k], force[k])))
             }

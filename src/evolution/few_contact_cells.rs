@@ -7,10 +7,10 @@ use crate::frame::ContactFrame;
 /// Fewest cells in contact for an error of the peak pressure near 3 %, measured on Hertz contact of a sphere.
 const MIN_CONTACT_CELLS: usize = 12;
 
-/// Fewest cells across a line contact for an error of at most 3 %, measured on Hertz contact of a cylinder.
+/// Fewest cells across a line contact for errors of at most 3 %, measured on Hertz contact of a cylinder.
 const MIN_CELLS_ACROSS_LINE: usize = 4;
 
-/// Sorted coordinates of cells along an axis of the frame, without repetitions.
+/// Sorted coordinates of cells along an axis of the frame, without repeated values.
 struct Coordinates {
     values: Vec<f64>,
     /// Largest difference of coordinates that count as equal.
@@ -37,10 +37,10 @@ impl Coordinates {
     }
 }
 
-/// Warning about a step whose contact has too few cells at its end and was not larger before. `None` without contact, and for a
-/// contact that spans the frame in both directions.
+/// Warning about a step whose contact has too few cells at the end of the step. `None` without contact, if the contact
+/// was larger earlier in the step, and if it spans the frame in both directions.
 ///
-/// `pressures` `[N]` act at the end of the step, MPa.
+/// `pressures`, `[N]`, MPa, are the pressures at the end of the step.
 pub(super) fn few_contact_cells_warning(
     frame: &ContactFrame,
     records: &[IncrementRecord],
@@ -54,7 +54,7 @@ pub(super) fn few_contact_cells_warning(
     let all: Vec<usize> = (0..frame.n_cells()).collect();
     let whole =
         [0, 1].map(|axis| Coordinates::of(frame, axis, &contact).span(&Coordinates::of(frame, axis, &all)));
-    // Each plane of symmetry that bounds the frame doubles the contact along the normal of the plane.
+    // Each plane of symmetry that bounds the frame doubles the number of contact cells along its normal.
     let normals = frame.symmetry_normals();
     let images = |axis: usize| 1 + usize::from(normals.iter().any(|normal| normal[axis].abs() > 0.5));
     let across = |axis: usize| images(axis) * Coordinates::of(frame, axis, &contact).count();
@@ -83,8 +83,9 @@ pub(super) fn few_contact_cells_warning(
 mod tests {
     use super::*;
 
-    /// Truth: the chosen pressures give the numbers of cells. The warning appears below 12 cells in contact or 4 across a line
-    /// contact. There is no warning if the contact was larger before, covers the frame, or is absent.
+    /// Truth: the chosen pressures give the numbers of cells. The warning appears below 12 cells in contact, or below 4
+    /// cells across a line contact. There is no warning if the contact was larger before, covers the frame, or is
+    /// absent.
     #[test]
     fn contacts_of_few_cells() {
         let frame = ContactFrame::grid([1.0, 0.5], [20, 4], [0.0; 2], 0.0).unwrap();
@@ -102,7 +103,7 @@ mod tests {
             few_contact_cells_warning(&frame, &[record(earlier), record(columns * rows)], &pressures)
         };
         assert!(warned(4.0, 2.0, 0.0).is_some_and(|text| text.contains("only 8 cells lie in contact")));
-        // More cells help only if the meshes resolve them.
+        // The warning also asks for small contact faces, because finer cells help only if the meshes resolve them.
         assert!(
             warned(4.0, 2.0, 0.0).is_some_and(|text| text.contains("contact faces no larger than the cells"))
         );
@@ -112,8 +113,8 @@ mod tests {
         assert!(warned(20.0, 4.0, 0.0).is_none() && warned(0.0, 0.0, 0.0).is_none());
     }
 
-    /// Truth: number of cells across a strip of cells that are 40 times as wide as long, and of a quarter of a contact with its
-    /// images.
+    /// Truth: the warning counts the cells across a strip whose cells are 40 times as wide as long. In a quarter of a
+    /// contact, it also counts the mirror images of the cells.
     #[test]
     fn long_cells_and_planes_of_symmetry() {
         let record = [IncrementRecord { contact_area: 1.0, ..IncrementRecord::default() }];

@@ -10,12 +10,12 @@ pub enum StepWarning {
     /// Contact reaches an edge of the frame beyond which the bodies continue.
     FrameEdge,
     LargeSliding,
-    /// Nothing resists a motion of an unconstrained body, and no load drives it.
+    /// Nothing resists a rigid motion of an unconstrained body, and no load drives this motion.
     UnresistedMotion,
-    /// A jump exceeds the allowed error after the maximum number of trials.
+    /// The estimated error of a wear jump exceeds the allowed error, although no more trials are allowed.
     JumpError,
     UnstableJump,
-    /// Body 2 moves on from cycle to cycle.
+    /// The position of body 2 changes from cycle to cycle (ratcheting).
     Drift,
 }
 
@@ -24,7 +24,7 @@ pub enum StepWarning {
 pub(super) struct GivenWarnings(Vec<(usize, StepWarning)>);
 
 impl GivenWarnings {
-    /// Records the warning. Returns whether it is the first one of its kind in this step.
+    /// Records the warning. Returns whether it is the first warning of its kind in this step.
     pub fn is_first(&mut self, step: usize, kind: StepWarning) -> bool {
         let first = !self.0.contains(&(step, kind));
         if first {
@@ -46,8 +46,8 @@ impl GivenWarnings {
 mod tests {
     use super::*;
 
-    /// Truth: a warning is the first of its kind once per step. After a return to a rollback point, warnings given since this point
-    /// are first again.
+    /// Truth: only the first warning of a kind in a step counts as first. After a return to an earlier list of
+    /// warnings, a warning outside this list counts as first again.
     #[test]
     fn once_per_step_and_kind() {
         let mut given = GivenWarnings::default();

@@ -14,10 +14,12 @@ use crate::evolution::run::{Run, RunEnd};
 use crate::evolution::state;
 use crate::evolution::step::{Normal, Tangential};
 
-/// Grids with fewer cells across may be too coarse to show the gap between the contact and the edge of the frame.
+/// Smallest number of cells across a grid for which the frame-edge warning does not advise smaller cells. Coarser grids
+/// may not resolve the distance between the contact and the edge of the frame.
 const MIN_CELLS_ACROSS: usize = 12;
 
-/// Largest rotation that loads may cause, radians. Linearisation then neglects that lever arms shorten by 1 - cos = 0.5 %.
+/// Largest rotation that loads may cause, radians. At this angle, linearisation neglects a shortening of lever arms by
+/// 1 - cos = 0.5 %.
 const MAX_ROTATION: f64 = 0.1;
 
 pub(super) struct SolvedState<'s> {
@@ -45,7 +47,8 @@ impl Run<'_> {
         record.with_resultants(solved.values)
     }
 
-    /// Completes the record from the state of the run, and gives warnings. `Err` if the run ends with this record.
+    /// Completes the record from the state of the run, and gives warnings. Returns `Err` if the run ends with this
+    /// record.
     pub(super) fn complete_record(
         &mut self,
         record: &mut IncrementRecord,
@@ -79,7 +82,7 @@ impl Run<'_> {
         record.operator_applications = report.applications;
         let solved = report.stop == StopReason::Converged && checks.natural_residual <= tolerance;
         let turn = self.rotation_under_loads(record);
-        // Strokes before the first jump of cycles are not results.
+        // The strokes before the first jump are not results, so their rotation is not limited.
         let is_result = record.jump.is_some() || self.step().kind.cycles().is_none();
         record.converged = solved && !(is_result && turn > MAX_ROTATION);
         if solved && !record.converged {
@@ -114,14 +117,14 @@ impl Run<'_> {
         }
     }
 
-    /// Whether the step prescribes forces, and supports allow displacements in their place.
+    /// Whether the step prescribes forces although the supports also allow prescribed displacements.
     fn advises_displacements(&self) -> bool {
         let supported = self.prepared.model.floating.is_empty();
         let normal = matches!(self.controls.normal, Normal::Force(_));
         supported && (normal || matches!(self.controls.tangential, Tangential::Force(_)))
     }
 
-    /// Rotation of body 2 relative to body 1 about the axes along which no rotation is prescribed, radians.
+    /// Magnitude of the rotation of body 2 relative to body 1 about the axes without a prescribed rotation, radians.
     fn rotation_under_loads(&self, record: &IncrementRecord) -> f64 {
         let moment = self.effective_loads(self.controls.loads_at_shift()).moment;
         let floating = !self.prepared.model.floating.is_empty();
@@ -153,7 +156,7 @@ impl Run<'_> {
         ))
     }
 
-    /// Amplitudes of the loads at a point of a cycle with the phase `phase`.
+    /// Amplitudes of the loads of the bodies at the phase `phase` of a cycle, from -1 to 1 at the + reversal point.
     pub(super) fn amplitudes_at_phase(&self, phase: f64) -> Vec<f64> {
         let cyclic = self.prepared.cyclic_amplitudes.iter().map(|amplitude| phase * amplitude);
         self.state.load_amplitudes.iter().zip(cyclic).map(|(mean, by)| mean + by).collect()
@@ -176,10 +179,11 @@ impl Run<'_> {
     }
 }
 
-/// Residual up to which a relaxed tolerance is sensible advice.
+/// Largest residual for which the message advises a larger tolerance.
 const MAX_ADVISED_TOLERANCE: f64 = 1e-5;
 
-/// `displacements` states whether the message advises to prescribe displacements.
+/// Message about a solver that did not reach its tolerance. `displacements` states whether the message may advise
+/// prescribed displacements instead of forces.
 fn stagnation_message(record: &IncrementRecord, stagnation: &Stagnation, displacements: bool) -> String {
     let Stagnation { residual, tolerance, iterations, .. } = stagnation;
     let course: Vec<String> =

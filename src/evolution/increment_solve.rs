@@ -18,7 +18,7 @@ pub(super) struct ActiveLaws<'f> {
 }
 
 impl ActiveLaws<'_> {
-    /// Laws of a step for an increment whose wear does not change the gap.
+    /// Laws of `step`, for an increment whose wear does not change the gap.
     pub fn of(step: &Step) -> Self {
         Self { friction: step.friction, wear: step.wear, implicit_passes: 0.0, wear_path_factors: None }
     }
@@ -52,7 +52,7 @@ pub(super) fn increment_problem<'b>(
     }
 }
 
-/// Name of a stage of the run, and the fractions of the stage that are done before and after a solve.
+/// Name of a stage of the run, with the fractions of the stage that are completed before and after a solve.
 pub(super) struct ProgressSpan<'s> {
     pub name: &'s str,
     pub from: f64,
@@ -99,8 +99,8 @@ fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &s
     Ok(())
 }
 
-/// Solves the increment and checks the result. If the bodies overlap in cells without formed flexibility, forms the flexibility of
-/// these and nearby cells and solves again.
+/// Solves the increment and checks the result. The bodies may overlap in cells whose flexibility has not been formed.
+/// In this case, forms the flexibility of these and nearby cells and solves again.
 pub(super) fn solve_and_check(
     prepared: &PreparedModel,
     problem: &mut Increment,
@@ -123,18 +123,20 @@ pub(super) fn solve_and_check(
         let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap();
         let looked_at = looked_at || !options.skip.allows(OmittableWork::TangentialGap);
         let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Skip };
-        // The operator is the same in all increments of a step: only the increment that completes the step checks it.
+        // Checks the operator only in the increment that completes the step, because all increments of a step have
+        // the same operator.
         let sums = if stage.to == 1.0 { OperatorCheck::SampleCells } else { OperatorCheck::Skip };
         let checks = certificate::check(problem, it, gap, sums);
         let overlapping = problem.complete_unformed_cells(it)?;
-        // Nothing holds an unconstrained body without contact, so that its position would be arbitrary.
+        // Without contact, nothing supports an unconstrained body, so its position would be arbitrary.
         if report.stop == StopReason::Converged && prepared.normal_is_free() && !it.has_contact() {
             report.stop = StopReason::ContactLost;
         }
         if overlapping.is_empty() || report.stop == StopReason::Interrupted {
             return Ok((report, checks));
         }
-        // Also form the cells whose initial gap is at most the largest initial gap of the overlapping cells.
+        // Also forms the flexibility of all cells whose initial gap is at most the largest initial gap of the
+        // overlapping cells.
         let normal = &problem.initial_gap[2 * problem.n()..];
         let reach = overlapping.iter().map(|&cell| normal[cell]).fold(0.0, f64::max);
         cells = problem.flexibility.unformed_cells();

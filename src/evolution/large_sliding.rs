@@ -5,13 +5,13 @@ use crate::error::warning;
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, bounds};
 
-/// Largest reliable ratio of the tangential displacement of body 2 to the half-width of the contact. The model neglects that the
-/// surfaces move past each other. The error of the gap grows with the square of this ratio.
+/// Largest reliable ratio of the tangential displacement of body 2 to the half-width of the contact. The model neglects
+/// that the surfaces move past each other, and the error of the gap grows with the square of this ratio.
 const MAX_SLIDING_OVER_HALF_WIDTH: f64 = 0.2;
 
-/// Warning if the tangential displacement of body 2 exceeds a share of the half-width of the contact. `None` for steady rolling,
-/// without contact, and if neither tangential force nor wear occurs. `None` also if the contact covers the whole frame along the
-/// displacement.
+/// Warning if the tangential displacement of body 2 exceeds a share of the half-width of the contact. `None` for steady
+/// rolling and without contact. `None` also if neither tangential force nor wear occurs, or if the contact covers the
+/// whole frame along the displacement.
 pub(super) fn large_sliding_warning(
     frame: &ContactFrame,
     record: &IncrementRecord,
@@ -59,9 +59,9 @@ mod tests {
     use super::*;
     use crate::evolution::records::Resultants;
 
-    /// Truth: a warning appears if the displacement exceeds 0.2 times the half-width of the contact. Along x, 6 of 20 cells of side
-    /// 0.1 are in contact: half-width 0.3. Along y the contact covers the frame, so that no displacement is too large. For a
-    /// fretting cycle the displacements at the reversal points count.
+    /// Truth: a warning appears if the displacement exceeds 0.2 times the half-width of the contact. Along x, 6 of 20
+    /// cells of side 0.1 are in contact, so the half-width is 0.3. Along y the contact covers the frame, so no
+    /// displacement is too large. In a fretting cycle the displacements at the reversal points are compared.
     #[test]
     fn displacements_against_the_half_width() {
         let frame = ContactFrame::grid([1.0, 0.2], [20, 4], [0.0; 2], 0.0).unwrap();

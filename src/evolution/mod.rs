@@ -1,8 +1,8 @@
-//! Load steps, fretting cycles and cycle jumps: the main loop of a simulation.
+//! Main loop of a simulation: load steps, fretting cycles and wear jumps.
 //!
-//! [`run`] computes the steps of a [`Model`] in order. Each increment of a monotone step is one contact problem, whose slip refers
-//! to the end of the previous increment (docs/theory-contact.md). A step of fretting or steady sliding consists of jumps over many
-//! cycles (see `fretting`).
+//! [`run`] computes the steps of a [`Model`] in order. Each increment of a monotone step is one contact problem, whose
+//! slip refers to the end of the previous increment (docs/theory-contact.md). A step of fretting or steady sliding
+//! consists of wear jumps over many cycles or a distance (see `fretting`).
 
 mod balance;
 mod checkpoint;
@@ -52,9 +52,9 @@ use crate::evolution::step::{Normal, Step, StepKind};
 pub use crate::evolution::transfer::PreviousModel;
 use crate::evolution::warnings::{large_friction_warning, path_dependence_warning};
 
-/// Runs the steps in order, starting from the checkpoint `from` of an earlier run if there is one.
+/// Runs the steps in order. `from` is the checkpoint of an earlier run from which the run resumes.
 ///
-/// [`RunResult::outcome`] and [`RunResult::suspended`] tell whether the run ends early.
+/// [`RunResult::outcome`] and [`RunResult::suspended`] state whether the run ends early.
 ///
 /// # Errors
 /// If the model, a step or `from` is invalid, a body cannot be solved, or memory does not suffice. If pressures underflow, a number
@@ -66,7 +66,7 @@ pub fn run(
     from: Option<RunCheckpoint>,
     observer: &mut dyn Observer,
 ) -> Result<RunResult> {
-    // Runs on a thread of the pool. Any other thread would pass each parallel loop to the pool and wait.
+    // Runs on a thread of the pool, because any other thread would pass each parallel loop to the pool and wait.
     rayon::scope(|_| run_on_this_thread(model, steps, options, from, observer))
 }
 
@@ -100,7 +100,8 @@ fn run_on_this_thread(
         result.warnings.extend(path_dependence_warning(&model.friction, steps));
         result.warnings.extend(large_friction_warning(prepared.ellipse, model.flexibility.as_ref()));
     }
-    // With a body that is unconstrained along n, the first normal control is a force of 0: only the body's own loads press it.
+    // If a body is unconstrained along n, the first normal control is a force of 0. Only the loads of the bodies then
+    // press the surfaces together.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
     let controls = ActiveControls::at_rest(normal);
     let rollback_point = RollbackPoint {

@@ -1,4 +1,5 @@
-//! Model of a run: frame, flexibility, initial gap and laws, with derived quantities that are computed once.
+//! Model of a run: contact frame, flexibility, initial gap, friction law and wear law. `PreparedModel` adds derived
+//! quantities. N is the number of cells.
 
 use std::sync::{Arc, Mutex};
 
@@ -17,21 +18,21 @@ use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 use crate::laws::wear::{SpecificWearRate, WearLaw};
 use crate::linalg::hierarchical::ClusterTree;
 
-/// Largest number of cells of a patch. Its factors take 5 MB.
+/// Largest number of cells of a patch. The factors of its system of equations take 5 MB.
 const MAX_PATCH_CELLS: usize = 256;
 
-/// Largest difference of the distances of level surfaces, divided by the size of the frame.
+/// Largest variation of the normal gap with which surfaces count as parallel, divided by the size of the frame.
 const LEVEL_TOLERANCE: f64 = 1e-9;
 
 /// Inputs of a run.
 pub struct Model {
     /// The contact frame.
     pub frame: ContactFrame,
-    /// Operator S of both bodies on the frame.
+    /// Flexibility operator S of both bodies, for the cells of the frame.
     pub flexibility: Arc<dyn Flexibility>,
     /// Gap at zero tractions, zero rigid motion and zero amplitudes of the loads, `[3, N]` by components, mm.
     pub initial_gap: Vec<f64>,
-    /// Loads of the bodies with amplitudes.
+    /// Loads of the bodies.
     pub loads: Vec<BodyLoad>,
     /// Rigid-body modes of unconstrained bodies; empty if both bodies are fixed.
     pub floating: Vec<UnconstrainedModes>,
@@ -65,38 +66,44 @@ impl Model {
 pub(super) struct PreparedModel<'a> {
     pub model: &'a Model,
     pub ellipse: Option<FrictionEllipse>,
-    /// Wear volume per friction energy, 1/MPa; `None` if wear does not follow friction.
+    /// Wear volume per friction energy, 1/MPa; `None` if the friction energy does not determine the wear volume.
     pub volume_per_energy: Option<f64>,
     scales: Mutex<Arc<ContactScales>>,
-    /// Patch of neighbouring cells to which each cell belongs, `[N]`; empty without meshed bodies.
+    /// Number of the patch to which each cell belongs, `[N]`; empty without meshed bodies. A patch is a group of
+    /// neighbouring cells in the preconditioner of the solver.
     pub patches: Vec<usize>,
     /// Axes x, y, n of the frame.
     pub axes: Triad,
     pub edge: Vec<bool>,
     pub rigid_axes: Option<Vec<Matrix3<f64>>>,
-    /// Initial gap, `[3, N]`, minus `first_touch` in its normal part. The subtraction keeps small gaps from being lost in rounding.
+    /// Initial gap, `[3, N]`, mm, with `first_touch` subtracted from the normal components. Without the subtraction,
+    /// small gaps would be lost in rounding.
     pub initial_gap: Vec<f64>,
-    /// Initial gap with the loads at their present amplitudes, `[3, N]`, mm.
+    /// `initial_gap` plus the change of the gap by the loads at their present amplitudes, `[3, N]`, mm.
     pub loaded_gap: Vec<f64>,
-    /// Amplitudes of the loads that vary in phase with the strokes of a step, at the + reversal point; 0 for other loads.
+    /// Amplitudes of the loads at the + reversal point, for loads that vary in phase with the strokes of a step; 0 for
+    /// other loads.
     pub cyclic_amplitudes: Vec<f64>,
-    /// Change of the gap by loads that vary in phase with the strokes of a step, at the + reversal point, `[3, N]`, mm.
+    /// Change of the gap at the + reversal point by loads that vary in phase with the strokes of a step, `[3, N]`, mm.
+    /// `None` without these loads.
     pub cyclic_gap: Option<Vec<f64>>,
-    /// Approach at which the first cell closes, mm; 0 unless all cells have the same axes.
+    /// Approach at which the first cell closes, mm; 0 if the cells have different axes.
     pub first_touch: f64,
-    /// Gap per unit of each additional mode, `[3, N]`.
+    /// Change of the gap per unit of each additional mode, `[3, N]`. Additional modes supplement the translations of
+    /// body 2: rigid-body modes of unconstrained bodies, or rotations of body 2 that steps control.
     pub mode_gaps: Vec<Vec<f64>>,
     /// Translation and rotation of body 2 relative to body 1 in the frame's axes, for each additional mode.
     pub mode_motions: Vec<[f64; 6]>,
     /// Whether the additional modes are rotations of body 2 that steps control.
     pub controls_rotation: bool,
-    /// Work of the loads at their present amplitudes on each rigid-body mode of unit amplitude, N mm/mm.
+    /// Work of the loads at their present amplitudes on each rigid-body mode of unit amplitude, N mm per unit.
     pub mode_loads: Vec<f64>,
-    /// As `mode_loads`, for loads that vary in phase with the strokes of a step, at the + reversal point.
+    /// Work on each rigid-body mode of unit amplitude at the + reversal point, N mm per unit. Only loads that vary in
+    /// phase with the strokes of a step count.
     pub cyclic_mode_loads: Vec<f64>,
-    /// Groups of cells whose flexibility the run has formed, in order.
+    /// Groups of cells whose flexibility has been formed during the run, in the order of formation.
     formed_cells: Mutex<Vec<Vec<usize>>>,
-    /// Orthonormal basis of the translations of unconstrained bodies.
+    /// Orthonormal basis of the translations in which unconstrained bodies can move.
     pub free_translations: Vec<Vector3<f64>>,
 }
 
@@ -143,7 +150,7 @@ fn contact_scales(model: &Model, ellipse: Option<&FrictionEllipse>) -> Result<Co
     Ok(scales)
 }
 
-/// Patch of neighbouring cells to which each cell belongs, `[N]`; empty without meshed bodies.
+/// Number of the patch to which each cell belongs, `[N]`; empty without meshed bodies.
 fn patches(model: &Model) -> Vec<usize> {
     if !model.flexibility.is_condensed() {
         return Vec::new();
@@ -220,7 +227,7 @@ impl<'a> PreparedModel<'a> {
         Ok(prepared)
     }
 
-    /// Whether the undeformed surfaces close in all cells at once.
+    /// Whether the undeformed surfaces are parallel, so that all cells close at once.
     pub fn starts_level(&self) -> bool {
         let [least, largest] = bounds(self.initial_gap[2 * self.n()..].iter().copied());
         let tolerance = LEVEL_TOLERANCE * self.model.frame.size();
@@ -228,7 +235,8 @@ impl<'a> PreparedModel<'a> {
         largest - least <= tolerance && (closed || self.model.frame.has_uniform_axes())
     }
 
-    /// Sets the amplitudes of the loads: the gap is g_0 + Σ_k a_k g_k.
+    /// Sets the amplitudes a_k of the loads. The gap becomes g_0 + Σ_k a_k g_k, with the initial gap g_0 and the change
+    /// g_k by load k at amplitude 1.
     pub fn apply_loads(&mut self, amplitudes: &[f64]) {
         let model = self.model;
         if model.loads.is_empty() {
@@ -277,7 +285,8 @@ impl<'a> PreparedModel<'a> {
         sum
     }
 
-    /// Mode amplitudes `now`, with the rotation about x, y, n replaced by `turn` if steps control it.
+    /// Returns the mode amplitudes `now`. If steps control the rotation of body 2, `turn` (about x, y, n) replaces the
+    /// rotation in `now`.
     pub fn with_rotation(&self, mut now: [f64; MAX_RIGID_MODES], turn: [f64; 3]) -> [f64; MAX_RIGID_MODES] {
         if self.controls_rotation {
             now[..3].copy_from_slice(&turn);
@@ -295,7 +304,7 @@ impl<'a> PreparedModel<'a> {
         if approach.abs() <= 2.0 * f64::EPSILON * self.first_touch.abs() { 0.0 } else { approach }
     }
 
-    /// Component of a direction (x, y, n) in the space of unconstrained translations.
+    /// Projects a direction (x, y, n) onto the space of translations in which unconstrained bodies can move.
     pub fn free_part(&self, direction: Vector3<f64>) -> Vector3<f64> {
         self.free_translations.iter().map(|free| free * free.dot(&direction)).sum()
     }
@@ -304,7 +313,8 @@ impl<'a> PreparedModel<'a> {
         (self.free_part(Vector3::z()) - Vector3::z()).norm() < 1e-6
     }
 
-    /// Specific wear rate with the given laws. `None` without wear, and for the energy law without friction.
+    /// Specific wear rate of a step in which wear and friction act as stated. `None` without wear, and for the energy
+    /// law without friction.
     pub fn specific_wear_rate(&self, wear: bool, friction: bool) -> Option<SpecificWearRate> {
         self.model.wear.specific_rate(self.ellipse.filter(|_| friction)).filter(|_| wear)
     }
@@ -330,7 +340,7 @@ impl<'a> PreparedModel<'a> {
         self.model.frame.n_cells()
     }
 
-    /// Force and moment (about the frame's origin) on body 1 in the frame's axes, for tractions on body 2.
+    /// Force and moment (about the frame's origin) on body 1 in the frame's axes, caused by the tractions on body 2.
     pub fn resultants(&self, tractions: &[f64]) -> ([f64; 3], [f64; 3]) {
         let n = self.n();
         let frame = &self.model.frame;
@@ -346,14 +356,15 @@ impl<'a> PreparedModel<'a> {
     }
 }
 
-/// Adds Σ_k a_k g_k, with the `amplitudes` a_k of the loads of `model`, to `gap`.
+/// Adds Σ_k a_k g_k to `gap`. a_k are the `amplitudes` of the loads of `model`. g_k is the change of the gap by load k
+/// at amplitude 1.
 fn add_load_gaps(model: &Model, amplitudes: &[f64], gap: &mut [f64]) {
     for (load, amplitude) in model.loads.iter().zip(amplitudes) {
         gap.iter_mut().zip(&load.gap).for_each(|(sum, by)| *sum += amplitude * by);
     }
 }
 
-/// Work of the loads on each rigid-body mode of unit amplitude.
+/// Work of the loads at `amplitudes` on each rigid-body mode of unit amplitude, N mm per unit.
 fn mode_loads(model: &Model, amplitudes: &[f64]) -> Vec<f64> {
     let mut sums = Vec::new();
     for body in &model.floating {
@@ -369,8 +380,8 @@ pub(super) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {
     if level { normal_gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 }
 }
 
-/// Local gap per unit (radian) of a rotation of body 2 about an axis of the frame through its origin, `[3, N]` by components,
-/// without components across planes of symmetry.
+/// Change of the gap per radian of rotation of body 2, in the axes of each cell, `[3, N]` by components. Body 2 rotates
+/// about an axis of the frame through the frame's origin. Components across planes of symmetry are removed.
 fn rotation_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
     let n = frame.n_cells();
     let direction: Vector3<f64> = frame.axes.0.column(axis).into();
@@ -385,13 +396,14 @@ fn rotation_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
     gap
 }
 
-/// Matrix per cell from a rigid motion in the frame's axes to the cell's axes, without components across planes of symmetry.
+/// Matrix of each cell that transforms a rigid motion from the frame's axes to the axes of the cell. Components across
+/// planes of symmetry are removed. `None` if every matrix is the identity.
 fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
     let projectors = frame.symmetry_projectors();
     if frame.has_uniform_axes() && projectors.is_empty() {
         return None;
     }
-    // With uniform axes, the product in the other branch would be the identity except for rounding.
+    // With uniform axes, the product in the other branch would differ from the identity by rounding errors.
     let mut matrices = if frame.has_uniform_axes() {
         vec![Matrix3::identity(); frame.n_cells()]
     } else {

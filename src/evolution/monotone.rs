@@ -16,7 +16,8 @@ use crate::evolution::state;
 use crate::evolution::step::{HistoryRow, Spin, Tangential};
 use crate::omitted::OmittableWork;
 
-/// Number of increments from which loads may grow together with the contact.
+/// Smallest number of increments with which loads of the bodies may change while the contact grows. Fewer increments
+/// cause a warning.
 const MANY_INCREMENTS: usize = 40;
 
 impl Run<'_> {
@@ -41,7 +42,7 @@ impl Run<'_> {
         self.controls = ramp.load_path.end;
         self.warn_of_loads_before_contact(&ramp);
         while ramp.increments_done < step.increments {
-            // The solver polls for cancellation between iterations only, and an increment may need none.
+            // The solver polls for cancellation only between iterations, and an increment may need no iteration.
             if self.observer.cancelled() {
                 return Err(RunEnd::Interrupted.into());
             }
@@ -59,9 +60,11 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Warns if loads of the bodies grow in a step with friction that begins without contact: cells that close during an increment
-    /// slip by the whole motion of the increment. Level surfaces close at once. With 40 increments the error is about 0.1 % of usual
-    /// dissipations (docs/task-loads.md).
+    /// Warns if loads of the bodies change in a step with friction that begins without contact.
+    ///
+    /// Cells that close during an increment then slip by the whole motion of the increment. Parallel surfaces close in
+    /// all cells at once, so they cause no warning. With 40 increments the error of the dissipation is about 0.1 % of
+    /// usual values (docs/task-loads.md).
     fn warn_of_loads_before_contact(&mut self, ramp: &MonotoneProgress) {
         let [from, to] = &ramp.load_amplitudes;
         let grow = ramp.increments_done == 0 && from != to && self.step().increments < MANY_INCREMENTS;
@@ -145,7 +148,7 @@ impl Run<'_> {
         Ok(converged?)
     }
 
-    /// Reference of the slip at the state of the run.
+    /// Returns the reference for slip that starts at the present state of the run.
     pub(super) fn previous_increment(&self) -> SlipReference {
         SlipReference::Previous {
             gap: self.state.slip_reference.clone(),
@@ -153,8 +156,8 @@ impl Run<'_> {
         }
     }
 
-    /// Refuses a nonzero tangential force without friction or in rolling. If all cells have the same axes, also refuses a nonzero
-    /// spin moment in these cases.
+    /// Refuses a nonzero tangential force in steps without friction and in rolling steps. If all cells have the same
+    /// axes, also refuses a nonzero spin moment in these steps.
     fn check_controls(&self) -> Result<()> {
         let step = self.step();
         let rolls = step.kind.rolling().is_some();
@@ -163,7 +166,7 @@ impl Run<'_> {
         }
         // A prescribed force of zero is allowed, because the tangential force is zero without friction.
         let pulled = matches!(self.controls.tangential, Tangential::Force(force) if force != [0.0; 2]);
-        // Pressures on inclined cells can carry a spin moment.
+        // On cells with different axes, pressures can carry a spin moment.
         let level = self.prepared.model.frame.has_uniform_axes();
         let spun = level && matches!(self.controls.spin, Spin::Moment(moment) if moment != 0.0);
         let (what, instead) = match (pulled, spun) {
@@ -187,7 +190,8 @@ impl Run<'_> {
         self.step().friction && self.prepared.ellipse.is_some()
     }
 
-    /// Whether cell `i` wears in a pass through the path points. The slip of sticking cells is an error of the solver.
+    /// Whether cell `i` wears in a pass through the path points. Sticking cells do not wear, because their computed
+    /// slip is an error of the solver.
     pub(super) fn cell_wears(&self, it: &ContactState, i: usize) -> bool {
         !self.has_friction() || it.slips(i)
     }
@@ -202,8 +206,8 @@ impl Run<'_> {
         self.prepared.specific_wear_rate(self.step().wear, self.step().friction).is_some()
     }
 
-    /// Replaces tangential force and spin moment by fixed motions if friction does not act or the step rolls. Without friction, a
-    /// spin moment stays prescribed on a frame with inclined cells, because pressures carry it.
+    /// Prescribes motions instead of a tangential force and a spin moment if friction does not act or the step rolls.
+    /// On a frame with inclined cells, pressures carry a spin moment without friction, so this moment stays prescribed.
     pub(super) fn effective_loads(&self, mut loads: PrescribedLoads) -> PrescribedLoads {
         if !self.has_friction() {
             loads.tangential = TangentialControl::Shift;
@@ -212,7 +216,7 @@ impl Run<'_> {
             }
         }
         if self.step().kind.rolling().is_some() {
-            // The creepages prescribe slip and spin of body 2.
+            // The creepages and the spin of rolling prescribe the tangential motion of body 2.
             (loads.tangential, loads.moment[2]) = (TangentialControl::Shift, None);
         }
         loads

@@ -8,10 +8,10 @@ use crate::evolution::records::IncrementRecord;
 use crate::evolution::step::{Normal, Tilt};
 
 impl PreparedModel<'_> {
-    /// Warning that nothing is in contact. `left` is the smallest gap, in the length unit of the scene.
+    /// Warning that no cell is in contact. `left` is the smallest gap, in the length unit of the scene.
     ///
-    /// A cell touches when its mean gap closes: the model does not resolve smaller overlaps of the surfaces. `None` under zero
-    /// force, because no contact is then the correct solution.
+    /// `None` under zero force, because no contact is then the correct solution. A cell comes into contact when its
+    /// mean gap closes, so the model may miss smaller overlaps of the surfaces.
     pub(super) fn no_contact_message(
         &self,
         record: &IncrementRecord,

@@ -13,7 +13,7 @@ pub enum CheckpointEvent {
     StepEnd,
     /// The run is interrupted, or did not converge.
     Aborted,
-    /// The run ends here, and can resume with other operators.
+    /// The run ends, and can resume with other operators.
     Suspended,
 }
 
@@ -22,7 +22,8 @@ pub trait Observer: Send {
     /// Called during a stage with its name, the fraction done in 0..=1, and the current natural residual.
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
 
-    /// Called before the increments on `_frame`, at least at the start and after each change of the frame.
+    /// Called with the frame before its first increment, at least at the start of the run and after each change of the
+    /// frame.
     fn on_frame(&mut self, _frame: &ContactFrame) {}
 
     /// Called after every recorded increment or jump.
@@ -31,8 +32,8 @@ pub trait Observer: Send {
     /// If results cannot be written; the run stops.
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> crate::error::Result<()>;
 
-    /// Called where the run can resume: after every converged record, at the end of a step, and where the run ends early.
-    /// `checkpoint` creates the checkpoint.
+    /// Called at each point from which the run can resume: after a converged record, at the end of a step, and at an
+    /// early end of the run. `checkpoint` creates the checkpoint.
     ///
     /// # Errors
     /// If the checkpoint cannot be written; the run stops.
@@ -44,18 +45,18 @@ pub trait Observer: Send {
         Ok(())
     }
 
-    /// Returns whether the run should stop, so that the caller can rebuild the operators for the wear depth `wear_depth` of both
-    /// bodies (`[N]`, mm). Called before each step, and before jumps of a step in progress.
+    /// Returns whether the run should stop, so that the caller can rebuild the operators. `_wear_depth` is the wear
+    /// depth of both bodies, `[N]`, mm. Called before each step, and before jumps of a step in progress.
     fn wants_rebuild(&self, _wear_depth: &[f64]) -> bool {
         false
     }
 
-    /// Called between iterations. Returns whether the run must stop.
+    /// Returns whether the run must stop. Called between iterations.
     fn cancelled(&self) -> bool {
         false
     }
 
-    /// Returns whether fretting cycles are resolved into loops of force against displacement.
+    /// Returns whether the run records loops of force against displacement for fretting cycles.
     fn wants_loops(&self) -> bool {
         false
     }

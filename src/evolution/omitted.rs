@@ -1,4 +1,4 @@
-//! Work that the contact solution omits.
+//! Omitted work of contact solutions: work that the results do not need.
 
 use crate::contact::solver::solves_windows;
 use crate::contact::{Method, SolverOptions};
@@ -13,9 +13,10 @@ use crate::omitted::{OmittableWork, OmittedWork};
 pub struct OperatorOmissions {
     /// Whether the operator acts on a regular grid of cells.
     pub grid: bool,
-    /// Whether steps are solved on windows of the frame.
+    /// Whether the solver works on windows of the frame.
     pub windows: bool,
-    /// Whether pressures are solved before tangential tractions.
+    /// Whether pressures are solved before tangential tractions. This requires that neither changes the gap of the
+    /// other.
     pub uncoupled: bool,
 }
 
@@ -31,7 +32,7 @@ impl OperatorOmissions {
     }
 }
 
-/// Work of the contact solution that is omitted in `steps`.
+/// Lists the omitted work of the contact solutions in `steps`.
 pub fn omitted_contact_work(
     friction: &FrictionLaw,
     wear: &WearLaw,
@@ -48,7 +49,7 @@ pub fn omitted_contact_work(
         .filter(|step| (frictionless || !step.friction) && !wears(step))
         .map(|step| step.name.as_str())
         .collect();
-    // The load points of a history are steps of the same name.
+    // A load history has one step per load point. All these steps have the same name.
     bare.dedup();
     if !bare.is_empty() && options.skip.allows(OmittableWork::TangentialUnknowns) {
         skipped.push(OmittedWork::new(
@@ -96,7 +97,7 @@ pub fn omitted_contact_work(
     skipped
 }
 
-/// Returns whether a fretting step is expected to solve at most half as many cycles as it covers.
+/// Returns whether the expected number of contact solutions of a fretting step is at most half its number of cycles.
 fn jumps(step: &Step) -> bool {
     matches!(&step.kind, StepKind::Fretting { cycles, .. }
         if cycles.expected_solves(step.wear) as f64 <= 0.5 * cycles.count)

@@ -1,4 +1,4 @@
-//! Initial guess of an increment: linear extrapolation of the two states before.
+//! Initial guess of an increment: linear extrapolation of the last two states.
 
 use serde::{Deserialize, Serialize};
 
@@ -38,8 +38,8 @@ impl Predictor {
         )
     }
 
-    /// Stores the initial guess of the scaled tractions for the next increment in `it`. Extrapolated tractions are projected onto
-    /// the friction cone.
+    /// Stores the initial guess of the scaled tractions for the next increment in `it`. Projects extrapolated tractions
+    /// onto the friction cone.
     pub fn extrapolate_tractions(&self, state: &RunState, problem: &Increment, it: &mut ContactState) {
         let Some((before, ..)) = &self.previous_start else {
             problem.scale_tractions(&state.tractions, &mut it.scaled);

@@ -18,11 +18,11 @@ pub struct RollingRecord {
 /// Estimated errors of the wear volume by source, mm3.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct WearErrors {
-    /// Jumps over many cycles, or over a distance: integration, and corrections that change during a jump.
+    /// Error of the jumps: error of the time integration, and error from corrections that change during a jump.
     pub jumps: f64,
-    /// Increments per stroke.
+    /// Error from the finite number of increments per stroke.
     pub increments: f64,
-    /// Tractions that still change from cycle to cycle.
+    /// Error from tractions that still change from cycle to cycle.
     pub settling: f64,
 }
 
@@ -42,14 +42,16 @@ pub struct Certificate {
     pub min_gap: f64,
     /// Largest violation of the friction cone, divided by the largest pressure.
     pub max_cone_violation: f64,
-    /// Energy of the normal complementarity gap, divided by the elastic energy.
+    /// Complementarity error Σ A |p g_n| of pressures p and normal gaps g_n over cells of area A, divided by the
+    /// elastic energy.
     pub normal_gap_energy: f64,
-    /// Energy of the tangential (Fenchel) gap, divided by the elastic energy.
+    /// Friction error Σ A (p |Δg|*_μ + q·Δg) (Fenchel gap), divided by the elastic energy. q is the tangential
+    /// traction, Δg the slip, |Δg|*_μ the slip scaled by the friction coefficients.
     pub tangential_gap_energy: f64,
     /// Relative imbalance of work and elastic energy over the increment.
     pub energy_balance: f64,
-    /// Largest difference between S P and an independent evaluation in some loaded cells, relative to the largest value. `None`
-    /// without loaded cells or without an independent evaluation.
+    /// Largest difference between the elastic displacements and an independent evaluation in some loaded cells,
+    /// relative to the largest value. `None` without loaded cells or without an independent evaluation.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub operator_defect: Option<f64>,
 }
@@ -71,7 +73,8 @@ pub struct Resultants {
     pub moment: [f64; 3],
     /// Area of the cells with p > 0, mm2.
     pub contact_area: f64,
-    /// Area of the cells that stick, |q|_μ < p (1 - 1e-6), mm2; 0 without friction.
+    /// Area of the cells that stick, mm2; 0 without friction. A cell with the pressure p sticks if |q|_μ < p (1 -
+    /// 1e-6). |q|_μ is the tangential traction divided by the friction coefficients, as a norm.
     pub stick_area: f64,
     /// Largest cell pressure, MPa.
     pub peak_pressure: f64,
@@ -112,9 +115,9 @@ pub struct IncrementRecord {
     pub worn_volume: f64,
     /// Wear volumes of body 1 and body 2 since the start, mm3.
     pub worn_volume_by_body: [f64; 2],
-    /// Estimated error of the wear volume by jumps and by the path between reversal points, mm3.
+    /// Estimated error of the wear volume caused by jumps and by the path between reversal points, mm3.
     pub worn_volume_error: f64,
-    /// The same by source.
+    /// Estimated errors of the wear volume by source.
     pub worn_volume_error_by_source: WearErrors,
     /// Wear volume computed from the friction energy, mm3; `None` if this energy does not determine the wear volume.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -131,10 +134,11 @@ pub struct IncrementRecord {
     pub distance_slid: f64,
     /// Friction dissipation since the start, summed from tractions and slips, N mm.
     pub dissipation: f64,
-    /// Checks of the solution. For a jump, `energy_balance` refers to the whole jump, and the other values are the worst of its
-    /// stages.
+    /// Checks of the solution. For a jump, `energy_balance` refers to the whole jump, and the other values are the
+    /// worst values of all stages.
     pub certificate: Certificate,
-    /// Method of the contact solver, with the methods that it replaced; for a jump, of the last stage.
+    /// Method of the contact solver, preceded by the methods that failed before. For a jump, the entry belongs to the
+    /// last stage.
     pub method: String,
     /// Iterations of the contact solver.
     pub iterations: usize,
@@ -159,7 +163,7 @@ pub struct IncrementRecord {
 }
 
 impl IncrementRecord {
-    /// The record with the resultants `values`.
+    /// Returns the record with the resultants `values`.
     pub fn with_resultants(self, values: &Resultants) -> Self {
         Self {
             shift: values.shift,
@@ -175,14 +179,15 @@ impl IncrementRecord {
         }
     }
 
-    /// The record with the resultants of the + reversal point, if there is one. The approach stays the mean.
+    /// Returns the record with the resultants of the + reversal point, if the record has reversal points. The approach
+    /// stays the mean.
     pub fn at_plus_reversal(&self) -> Self {
         let entry = self.clone();
         if let Some([plus, _]) = self.stroke_ends { entry.with_resultants(&plus) } else { entry }
     }
 }
 
-/// A fretting cycle resolved into many increments, without wear.
+/// A fretting cycle resolved into many increments, at constant wear depth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrettingLoop {
     /// Name of the step.
@@ -191,8 +196,9 @@ pub struct FrettingLoop {
     pub cycles_done: u64,
     /// Friction dissipation of the cycle, N mm.
     pub dissipation: f64,
-    /// Values after each increment of the cycle, which begins at the - reversal point: displacement of body 2 along x, y from the
-    /// centre of the cycle (mm), tangential force on body 1 along x, y, and normal force (N).
+    /// Values after each increment of the cycle, which begins at the - reversal point. They are the displacement of
+    /// body 2 along x, y from the centre of the cycle (mm), the tangential force on body 1 along x, y and the normal
+    /// force (N).
     pub points: Vec<[f64; 5]>,
 }
 
@@ -212,7 +218,8 @@ pub struct JumpRecord {
     /// Longest stable explicit jump, cycles or mm of sliding.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub critical_length: Option<f64>,
-    /// Increments per stroke of the cycle resolved before the jump, if any.
+    /// Increments per stroke of the resolved cycle at the end of the jump; in the first record, also of a resolved
+    /// cycle before the jump. `None` without a new resolved cycle.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub resolved: Option<usize>,
 }
@@ -227,20 +234,20 @@ pub enum Divergence {
     GrossSliding,
     /// The bodies separated under prescribed forces.
     ContactLost,
-    /// Loads rotate a body beyond small rotations.
+    /// Loads rotate a body by more than linearised rotations allow.
     LargeRotation,
-    /// The jump in which contact reaches the edge of the frame was not taken.
+    /// The next jump would bring the contact to the edge of the frame. The run ended before this jump.
     FrameEdge,
     /// The stick zone of a cycle did not converge.
     StickZone,
-    /// The linear equations of a body were not solved.
+    /// The solver of the linear equations of a body failed.
     LinearSolver,
     /// The requested accuracy was not reached.
     Accuracy,
 }
 
 impl Divergence {
-    /// Name in results.
+    /// Name of the reason in results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Iterations => "iterations",
@@ -281,7 +288,7 @@ pub struct FrameState {
     pub gap: Vec<f64>,
     /// Slip of the increment, `[2, N]` by components, mm; for rolling, slip per rolled distance.
     pub slip: Vec<f64>,
-    /// 0 open, 1 stick, 2 slip.
+    /// Contact status of each cell, `[N]`: 0 open, 1 stick, 2 slip.
     pub status: Vec<u8>,
     /// Wear depth of both bodies, mm.
     pub wear_depth: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Steady rolling: the contact is fixed in the frame, and the material passes through it.
+//! Steady rolling: the contact is fixed in the frame, and the material passes through the contact.
 
 use crate::contact::{ContactState, Upstream};
 use crate::error::{Error, Result};
@@ -8,19 +8,21 @@ use crate::evolution::step::{Rolling, Tangential};
 use crate::frame::ContactFrame;
 
 impl Rolling {
-    /// Axis of the frame, 0 or 1, along which the contact rolls, and the sign of the direction.
+    /// Axis of the frame (0 or 1) along which the contact rolls, and sign of the rolling direction along this axis.
     fn axis(&self) -> (usize, f64) {
         (usize::from(self.quarter_turns % 2), if self.quarter_turns % 4 < 2 { 1.0 } else { -1.0 })
     }
 
-    /// Distance rolled while the material passes a cell, mm.
+    /// Distance rolled while the material passes through a cell, mm.
     fn passage(&self, frame: &ContactFrame) -> f64 {
         frame.grid.map_or(0.0, |grid| grid.spacing[self.axis().0])
     }
 
-    /// Upstream cells, and the rigid slip during the passage through a cell for the fraction `share` of creepages and spin. The
-    /// upstream cell is the neighbour on the leading side, or the cell itself if it has no such neighbour. The rigid slip is
-    /// evaluated half a cell ahead of the centre.
+    /// Upstream cells, and the rigid slip during the passage through a cell, for the fraction `share` of creepages and
+    /// spin.
+    ///
+    /// The upstream cell is the neighbour on the leading side. A cell without a neighbour on this side is its own
+    /// upstream cell. The rigid slip is evaluated half a cell ahead of the centre.
     fn upstream(&self, frame: &ContactFrame, share: f64) -> Result<Upstream> {
         let grid = frame.grid.ok_or_else(|| {
             Error::input("rolling needs cells in rows along its direction: use frame.kind = \"grid\"")
@@ -51,10 +53,10 @@ impl Rolling {
                 }
                 (false, i) => i - 1,
             };
-            // No material comes from beyond an outline.
+            // A cell at the leading edge of an outline has no upstream neighbour.
             source_cell.push(cells[at[0] * ny + at[1]].unwrap_or(cell));
             let [x, y] = frame.plane_coordinates(cell);
-            // Coordinates along the direction of rolling and to its left.
+            // Coordinates along the rolling direction and to the left of this direction.
             let (along, left) = if axis == 0 { (sense * x, sense * y) } else { (sense * y, -sense * x) };
             let along = along + 0.5 * passage;
             let slip = [self.creepage[0] - self.spin * left, self.creepage[1] + self.spin * along]
@@ -79,12 +81,12 @@ impl Run<'_> {
         rolling.upstream(&self.prepared.model.frame, number as f64 / self.step().increments as f64)
     }
 
-    /// Adds dissipation and wear of increment `number` of a rolling step. Each increment covers an equal part of the rolled
-    /// distance.
+    /// Adds dissipation and wear of increment `number` of a rolling step. Each increment covers an equal part of the
+    /// rolled distance.
     ///
-    /// The tractions during a passage are the means of a cell and its upstream cell. Without normal-tangential coupling, friction
-    /// then dissipates exactly the work of the creepages. The wear volume is spread over a track of unknown length, so the gap does
-    /// not change.
+    /// The tractions during a passage are the means of the tractions in a cell and in its upstream cell. Without
+    /// normal-tangential coupling, friction then dissipates exactly the work of the creepages. The wear volume is
+    /// spread over a track of unknown length, so the gap does not change.
     pub(super) fn add_rolling_wear(
         &mut self,
         rolling: &Rolling,
@@ -126,9 +128,9 @@ impl Run<'_> {
 mod tests {
     use super::*;
 
-    /// Truth: during a passage of length h the rigid slip is h (ξ - φ y', η + φ x'), evaluated half a cell ahead of the centre. ξ
-    /// and η are the creepages, φ is the spin. x' points along the direction of rolling, y' to its left. The material comes from
-    /// the cell ahead, if there is one.
+    /// Truth: the rigid slip during a passage of length h is h (ξ - φ y', η + φ x'), evaluated half a cell ahead of the
+    /// centre. ξ and η are the creepages, φ is the spin. x' points along the rolling direction, y' to the left of it.
+    /// The material comes from the cell ahead, if this cell exists.
     #[test]
     fn directions_are_turned_copies() {
         let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0; 2], 0.0).unwrap();

@@ -1,4 +1,6 @@
-//! Run in progress: model, state, results so far and rollback point; and how a run ends.
+//! Run in progress: model, state, results so far and rollback point.
+//!
+//! A run can end early for these reasons:
 //!
 //! | early end ([`RunEnd`]) | decided in | outcome | what follows |
 //! |---|---|---|---|
@@ -7,9 +9,9 @@
 //! | contact at the edge of the frame | `fretting::next_jump` | [`FRAME_EDGE`] | [`Suspended::FrameEdge`] |
 //! | rebuild requested by the observer | before steps and jumps | unchanged | [`Suspended::Rebuild`] |
 //!
-//! Contact at the edge ends a run only in a jump of a step that began with contact inside the frame. Otherwise contact at the edge
-//! causes a warning. Errors end a run without a result. If a body detects an interruption, the run also ends with an error, but
-//! reports its checkpoint first.
+//! Contact at the edge ends a run only in a jump of a step that began with contact inside the frame. Otherwise contact
+//! at the edge causes a warning. Errors end a run without a result. If the solver of a body detects an interruption,
+//! the run also ends with an error, but reports its checkpoint first.
 
 use crate::contact::SolverOptions;
 use crate::error::{Error, ErrorKind, Result};
@@ -31,7 +33,8 @@ pub const FRAME_EDGE: Outcome = Outcome::NotConverged(Divergence::FrameEdge);
 pub(super) enum RunEnd {
     Interrupted,
     Diverged(Divergence),
-    /// Contact reaches the edge of the frame in the next jump, which is not taken. Contains the work of this jump.
+    /// The next jump would bring the contact to the edge of the frame, so this jump is discarded. Contains the solver
+    /// work on this jump.
     FrameEdge(SolveWork),
     Rebuild,
 }
@@ -62,7 +65,7 @@ pub struct RunResult {
     pub records: Vec<IncrementRecord>,
     /// Outcome of the run.
     pub outcome: Outcome,
-    /// Work that was omitted because the scene does not need it.
+    /// Work that was omitted because the results do not need it.
     pub skipped: Vec<OmittedWork>,
     /// Warnings and notes for the user.
     pub warnings: Vec<String>,
@@ -72,7 +75,7 @@ pub struct RunResult {
     pub fretting_loops: Vec<FrettingLoop>,
     /// Fields at the end.
     pub state: FrameState,
-    /// State from which the run resumes after a change of the model, if any.
+    /// State from which the run resumes after a change of the model. `None` if the run does not resume.
     pub suspended: Option<Suspended>,
 }
 
@@ -125,11 +128,12 @@ pub(super) struct Run<'a> {
     pub(super) result: RunResult,
     pub(super) given_warnings: GivenWarnings,
     pub(super) rollback_point: RollbackPoint,
-    /// Work of jumps that were not taken on earlier, smaller frames. The next record of a jump includes it.
+    /// Solver work on jumps that were discarded because the frame was too small. The record of the next jump includes
+    /// this work.
     pub(super) discarded_work: SolveWork,
 }
 
-/// State of the run and lengths of its lists at the point to which a checkpoint returns.
+/// Rollback point, from which checkpoints resume: state of the run and lengths of its lists.
 pub(super) struct RollbackPoint {
     pub(super) state: RunState,
     pub(super) held: ActiveControls,
@@ -214,7 +218,8 @@ impl<'a> Run<'a> {
 
     /// The observer, and a function that creates a checkpoint while the observer is borrowed.
     pub(super) fn observer_and_checkpoint(&mut self) -> (&mut dyn Observer, impl Fn() -> RunCheckpoint) {
-        // All fields are named, so that a new field does not compile until it is clear whether a checkpoint needs it.
+        // All fields are named. A new field therefore does not compile until the code states whether a checkpoint
+        // needs it.
         let Self {
             observer,
             prepared,

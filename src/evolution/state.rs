@@ -1,4 +1,5 @@
-//! State that each increment passes to the next, and quantities derived from it for reports.
+//! State that each increment passes to the next increment, and results derived from this state. N is the number of
+//! cells.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,27 +13,28 @@ use crate::evolution::records::{Certificate, FrameState, Resultants, WearErrors}
 pub(super) struct RunState {
     /// Tractions on body 2, `[3, N]`, MPa.
     pub tractions: Vec<f64>,
-    /// Elastic displacement S P, `[3, N]`, mm.
+    /// Elastic displacement S P of the tractions P with the flexibility S, `[3, N]`, mm.
     pub elastic: Vec<f64>,
-    /// Tangential gap that the next slip refers to, `[2, N]`, mm.
+    /// Tangential gap from which the next increment measures its slip, `[2, N]`, mm.
     pub slip_reference: Vec<f64>,
     /// Wear depth, `[N]`, mm.
     pub wear_depth: Vec<f64>,
-    /// Rigid motion of body 2 along the frame's x, y, n, without the additional modes, mm.
+    /// Rigid motion of body 2 along the frame's x, y, n, without the additional modes (`mode_amplitudes`), mm.
     pub rigid_motion: [f64; 3],
     pub mode_amplitudes: [f64; MAX_RIGID_MODES],
     /// Amplitudes of the loads of the bodies.
     pub load_amplitudes: Vec<f64>,
     /// Cumulative friction dissipation, N mm.
     pub dissipation: f64,
-    /// Wear volume by rolling, mm3.
+    /// Wear volume caused by rolling, mm3.
     pub rolling_wear_volume: f64,
     pub cycles_done: u64,
     /// Cumulative distance of steady sliding, mm.
     pub distance_slid: f64,
-    /// Friction dissipation in steps with wear, N mm; `None` after any wear without friction.
+    /// Friction dissipation in steps with wear, N mm; `None` after a step with wear but without friction.
     pub wear_dissipation: Option<f64>,
-    /// Estimated error of the wear depth caused by jumps and unresolved paths, sum of magnitudes, `[N]`, mm.
+    /// Estimated error of the wear depth, `[N]`, mm: sum of error magnitudes over all jumps. The errors include the
+    /// path between path points.
     pub depth_errors: Vec<f64>,
     /// Estimated errors of the wear volume, mm3.
     pub volume_errors: WearErrors,
@@ -89,7 +91,7 @@ pub(super) fn resultants(
         shift: [motion[0], motion[1]],
         rotation: [turn[0], turn[1]],
         twist: turn[2],
-        // Avoids -0 without contact.
+        // The sum avoids a normal force of -0 without contact.
         normal_force: 0.0 - force[2],
         tangential_force: [force[0] + 0.0, force[1] + 0.0],
         moment,
@@ -109,8 +111,9 @@ pub(super) fn resultants(
     result
 }
 
-/// Returns whether a cell carries pressure at an edge of the frame beyond which the bodies continue. `scaled` is `[3, N]` per path
-/// point.
+/// Returns whether any cell carries pressure at an edge of the frame beyond which the bodies continue.
+///
+/// `scaled` are the scaled tractions, `[3, N]` per path point.
 pub(super) fn touches_edge(prepared: &PreparedModel, scaled: &[f64]) -> bool {
     let n = prepared.n();
     scaled
@@ -138,8 +141,12 @@ pub(super) fn frame_state(problem: &Increment, it: &ContactState, end: usize, wo
     }
 }
 
-/// Relative difference between ½ Δ(Pᵀ A S P) and Σ A P̄·Δ(S P). Δ is the change since the state `before`, P̄ the mean of the
-/// tractions before and after. For a symmetric operator both are equal except for rounding (docs/theory-contact.md).
+/// Relative error of the energy balance: the change ½ Δ(Pᵀ A S P) of the elastic energy minus the work Σ A P̄·Δ(S P) of
+/// the tractions.
+///
+/// P are the tractions, A the areas of the cells, and S is the flexibility. Δ is the change since the state `before`,
+/// and P̄ the mean traction before and after. For a symmetric operator, energy and work are equal except for rounding
+/// (docs/theory-contact.md).
 pub(super) fn energy_balance(
     prepared: &PreparedModel,
     before: &RunState,

@@ -39,7 +39,7 @@ pub enum Spin {
     Moment(f64),
 }
 
-/// Number of fretting cycles or distance of steady sliding, with the jumps and the time integration.
+/// Number of fretting cycles or distance of steady sliding, the division into jumps, and the time integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycles {
     /// Number of cycles, or distance of steady sliding in mm.
@@ -50,30 +50,31 @@ pub struct Cycles {
     pub integrator: Integrator,
 }
 
-/// Closed path, a line or an ellipse, of the displacement or tangential force about its value at the start of the step. The path
-/// starts at the + reversal point.
+/// Closed path of the displacement or of the tangential force: a line or an ellipse about the value at the start of the
+/// step. The path starts at the + reversal point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedPath {
     /// Quantity that follows the path.
     pub drive: Drive,
-    /// Half-axes: along `angle`, and 90 degrees to the left of `angle` (0 for a line), mm or N. Both are 0 if only loads of the bodies
-    /// vary.
+    /// Semi-axes of the path, mm or N: along `angle`, and 90 degrees to the left of `angle` (0 for a line). Both
+    /// semi-axes are 0 if only loads of the bodies vary.
     pub amplitude: [f64; 2],
-    /// Angle from the frame's x to the first half-axis, radians.
+    /// Angle from the frame's x to the first semi-axis, radians.
     pub angle: f64,
-    /// Number of increments per stroke (half a cycle) between the coupled path points.
+    /// Number of increments per stroke (half a cycle). Each increment ends at a path point, and all path points are
+    /// solved together.
     pub increments: usize,
     /// Settings of resolved cycles; `None` without resolved cycles.
     pub resolved_cycles: Option<ResolvedCycleSettings>,
 }
 
-/// Settings of resolved cycles, whose strokes are solved increment by increment. Resolved cycles supplement the coupled path
-/// points.
+/// Settings of resolved cycles, whose strokes are solved increment by increment. Resolved cycles correct or check the
+/// wear computed from the path points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedCycleSettings {
     /// Number of increments per stroke. `None`: as many as the tolerance requires.
     pub increments: Option<usize>,
-    /// Relative tolerance of the wear of a cycle at which the refinement may end.
+    /// Relative tolerance of the wear of a cycle. Refinement of the increments ends when this tolerance is met.
     pub tolerance: f64,
     /// Use of the resolved cycles.
     pub correction: Correction,
@@ -84,11 +85,11 @@ pub struct ResolvedCycleSettings {
 /// Effect of resolved cycles on the wear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Correction {
-    /// Wear is corrected. The cycle is resolved again when the slip has changed by more than the tolerance, or the normal force by
-    /// more than a factor of 2.
+    /// Wear is corrected. With a given number of increments, the cycle is resolved after every jump. Otherwise it is
+    /// resolved when the slip has changed by more than the tolerance, or the normal force by a factor of 2.
     Always,
-    /// As `Always`, but only with friction, and without correction in two cases. Either the whole contact slides and the wear
-    /// volumes of coupled and resolved cycles agree, or the correction would miss more wear than it corrects.
+    /// As `Always`, but only with friction. Wear stays uncorrected if the whole contact slides and the wear volumes
+    /// without and with resolved cycles agree within the tolerance.
     WhereNeeded,
     /// Wear is not corrected. With friction, one resolved cycle at the start of the step measures the error of the wear.
     Never,
@@ -106,7 +107,7 @@ pub enum Drive {
 const TYPICAL_CONTROLLED_JUMPS: usize = 6;
 
 impl Cycles {
-    /// Expected number of contact solutions, first strokes included.
+    /// Expected number of contact solutions, including the first strokes.
     pub fn expected_solves(&self, wear: bool) -> usize {
         let jumps = match self.jumps {
             JumpPolicy::Number(jumps) => jumps,
@@ -119,12 +120,15 @@ impl Cycles {
 }
 
 impl ClosedPath {
-    /// Number of increments per stroke that the wear follows: those of the resolved cycle if its number is given.
+    /// Number of increments per stroke that is given for resolved cycles. Without a given number, number of increments
+    /// between the path points.
     pub fn given_increments(&self) -> usize {
         self.resolved_cycles.and_then(|used| used.increments).unwrap_or(self.increments)
     }
 
-    /// Multiplies the increments per stroke.
+    /// Multiplies the number of increments per stroke by `factor`. If resolved cycles have a given number, or do not
+    /// correct the wear, this number is multiplied, and they correct the wear. Otherwise the number of increments
+    /// between the path points is multiplied.
     pub fn refine(&mut self, factor: usize) {
         match &mut self.resolved_cycles {
             _ if factor == 1 => {}
@@ -136,34 +140,39 @@ impl ClosedPath {
         }
     }
 
-    /// Offsets along x, y from the centre at the path points of a cycle, the + reversal point first, with equal increments.
+    /// Offsets along x, y from the centre of the path at the path points of a cycle. The + reversal point is the first
+    /// point, and all increments are equal.
     pub fn offsets(&self) -> Vec<[f64; 2]> {
         self.positions().into_iter().map(|position| self.offset(position)).collect()
     }
 
-    /// Positions at the path points of [`Self::offsets`], along both semi-axes and relative to these, from -1 to 1.
+    /// Positions of the path points of [`Self::offsets`] along the two semi-axes, divided by the semi-axes: from -1
+    /// to 1.
     pub fn positions(&self) -> Vec<[f64; 2]> {
         self.positions_at(|part| part)
     }
 
-    /// As [`Self::positions`], but increment k of K ends at (k/K)^m of its stroke on a line with prescribed displacement. Increments
-    /// are then short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is the share of the stroke in
-    /// which slip spreads: m = max(log2(1/transition), 2).
+    /// As [`Self::positions`], but with graded increments on a line with prescribed displacement. Graded increment k of
+    /// K ends at the fraction (k/K)^m of its stroke.
+    ///
+    /// Graded increments are short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is
+    /// the share of the stroke in which slip spreads: m = max(log2(1/transition), 2).
     pub fn graded_positions(&self, transition: f64) -> Vec<[f64; 2]> {
         let graded = self.drive == Drive::Shift && self.amplitude[1] == 0.0;
         let exponent = transition.recip().log2().max(2.0);
         self.positions_at(|part| if graded { part.powf(exponent) } else { part })
     }
 
-    /// Offset along x, y from the centre at a position along both semi-axes, relative to these.
+    /// Offset along x, y from the centre of the path. `position` is the position along the two semi-axes, divided by
+    /// the semi-axes.
     pub fn offset(&self, position: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.angle.sin_cos();
         let [along, left] = [0, 1].map(|axis| self.amplitude[axis] * position[axis]);
         [along * c - left * s, along * s + left * c]
     }
 
-    /// Positions with K increments per stroke. On a line, increment k ends at the fraction `of(k/K)` of its stroke. On an ellipse,
-    /// the increments cover equal angles.
+    /// Positions for K increments per stroke. On a line, increment k ends at the fraction `of(k/K)` of its stroke. On
+    /// an ellipse, the increments cover equal angles.
     fn positions_at(&self, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
         let k = self.increments as f64;
         let position = |end: usize| {
@@ -185,7 +194,8 @@ impl ClosedPath {
 pub enum JumpPolicy {
     /// Number of jumps of equal length. Jumps of fretting cycles are rounded to whole cycles.
     Number(usize),
-    /// Controlled lengths. The value is the allowed error of the wear depth as a share of the largest depth.
+    /// Lengths chosen by the step controller. The value is the allowed error of the wear depth as a share of the
+    /// largest depth.
     Tolerance(f64),
 }
 
@@ -194,7 +204,8 @@ pub enum JumpPolicy {
 pub struct Rolling {
     /// Direction in which the contact moves over the bodies, in quarter turns from the frame's x towards its y.
     pub quarter_turns: u8,
-    /// Rigid slip of body 2 relative to body 1 per rolled distance, along the direction of rolling and to its left.
+    /// Rigid slip of body 2 relative to body 1 per rolled distance, along the direction of rolling and to the left of
+    /// this direction.
     pub creepage: [f64; 2],
     /// Rotation of body 2 relative to body 1 about the normal per rolled distance, 1/mm.
     pub spin: f64,
@@ -247,7 +258,7 @@ impl StepKind {
         }
     }
 
-    /// As [`Self::cycles`], mutable.
+    /// Cycles of fretting or steady sliding, as a mutable reference.
     pub fn cycles_mut(&mut self) -> Option<&mut Cycles> {
         match self {
             Self::Fretting { cycles, .. } | Self::Sliding { cycles, .. } => Some(cycles),
@@ -265,8 +276,8 @@ impl StepKind {
         if let Self::Fretting { path, .. } = self { Some(path) } else { None }
     }
 
-    /// Largest displacement of body 2 on a closed path from the centre of the path, mm; 0 for other kinds, `None` if forces are
-    /// prescribed.
+    /// Largest displacement of body 2 from the centre of its closed path, mm. 0 for other kinds of steps, and `None` if
+    /// forces are prescribed.
     pub fn reach(&self) -> Option<f64> {
         match self.closed_path() {
             Some(path) if path.drive == Drive::Force => None,
@@ -291,14 +302,15 @@ pub struct HistoryRow {
 }
 
 impl Step {
-    /// Amplitude of the load `name` of a body at the end of this step, with the amplitude `before` the step.
+    /// Amplitude of the load `name` of a body at the end of this step. A load that the step does not name keeps the
+    /// amplitude `before`. In the first step (`is_first`), this load reaches 1 instead.
     pub fn load_amplitude(&self, name: Option<&str>, before: f64, is_first: bool) -> f64 {
         let named = self.loads.iter().find(|(load, _)| Some(load.as_str()) == name);
         named.map_or(if is_first { 1.0 } else { before }, |(_, amplitude)| *amplitude)
     }
 }
 
-/// One load step. A control of `None` keeps the previous control.
+/// One load step. A control that is `None` keeps its previous value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// Name of the step in results.
@@ -311,10 +323,11 @@ pub struct Step {
     pub tilt: Option<Tilt>,
     /// Rotation about n or its moment.
     pub spin: Option<Spin>,
-    /// Names and amplitudes, at the end of the step, of loads of the bodies; the others keep their amplitudes. In the first step
-    /// they reach 1.
+    /// Names of loads of the bodies, with their amplitudes at the end of the step. Loads that are not named keep their
+    /// amplitudes; in the first step they reach 1.
     pub loads: Vec<(String, f64)>,
-    /// Names and amplitudes of loads that vary in phase with the strokes, about their values at the start of the step.
+    /// Names of loads that vary in phase with the strokes, with their amplitudes about the values at the start of the
+    /// step.
     pub cyclic_loads: Vec<(String, f64)>,
     /// Number of load increments.
     pub increments: usize,

@@ -1,4 +1,4 @@
-//! Lengths of jumps by a proportional-integral controller of the estimated error (docs/theory-wear.md).
+//! Lengths of wear jumps, chosen by a proportional-integral controller of the estimated error (docs/theory-wear.md).
 //!
 //! # Source
 //! Gustafsson 1991, "Control theoretic techniques for stepsize selection in explicit Runge-Kutta methods".
@@ -7,25 +7,26 @@ use serde::{Deserialize, Serialize};
 
 use crate::evolution::step::{Cycles, JumpPolicy};
 
-/// Settings of [`StepController`]. An error ratio is the estimated error of a jump divided by the allowed error. No measurement
-/// that chose the values is recorded.
+/// Settings of [`StepController`]. An error ratio is the estimated error of a jump divided by the allowed error. No
+/// recorded measurement supports the values of the settings.
 pub(super) struct StepControllerSettings {
     /// Safety factor on the length of the next jump.
     error_target: f64,
-    /// The next length is proportional to (present error ratio)^(-exponent / order).
+    /// Exponent e of the error ratio r of the current jump: the next length is proportional to r^(-e / order).
     current_error_exponent: f64,
-    /// The next length is also proportional to (error ratio of the last accepted jump)^(exponent / order). Without an accepted jump
-    /// directly before, the present error ratio is used instead.
+    /// Exponent e of the error ratio r of the last accepted jump: the next length is also proportional to r^(e /
+    /// order). Without an accepted jump directly before, r is the current error ratio.
     last_error_exponent: f64,
     /// Largest ratio of the next length to the length of the jump just computed.
     max_length_growth: f64,
     min_length_growth: f64,
-    /// Largest length of controlled explicit jumps, relative to the longest stable jump, whose estimate may be a few percent too
-    /// large.
+    /// Largest length of an explicit jump, divided by the estimated longest stable length. The estimate may be a few
+    /// percent too large.
     explicit_length_share: f64,
-    /// Largest growth of the contact radius, and largest change of the stick-zone radius, in a jump, in cells.
+    /// Largest growth of the contact radius during a jump, and largest change of the stick-zone radius, in cell sides.
     max_radius_growth_cells: f64,
-    /// Limit of the same changes as a share of the contact radius before the jump. The larger of both limits applies.
+    /// Limit of the changes of both radii, as a share of the contact radius before the jump. The larger of this limit
+    /// and `max_radius_growth_cells` applies.
     max_radius_growth_share: f64,
     pub max_trials: usize,
     /// Iterations per stage after which a shorter jump is tried, if one is possible.
@@ -48,7 +49,7 @@ pub(super) const STEP_CONTROLLER: StepControllerSettings = StepControllerSetting
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct StepController {
     next_length: f64,
-    /// Error ratio of the last accepted jump; `None` before the first one, and after a rejected trial.
+    /// Error ratio of the last accepted jump; `None` before the first accepted jump, and after a rejected trial.
     last_error_ratio: Option<f64>,
     /// The error ratio of a jump grows as length^order.
     order: f64,
@@ -59,11 +60,11 @@ pub(super) struct StepController {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepPosition {
-    /// Completed cycles, or mm of sliding.
+    /// Completed cycles, or completed sliding distance in mm.
     pub completed: f64,
     pub jumps_done: usize,
     pub whole_cycles: bool,
-    /// Longest stable jump of an explicit integrator.
+    /// Longest stable jump of an explicit integrator, in cycles or in mm of sliding.
     pub critical_length: Option<f64>,
 }
 
@@ -130,8 +131,10 @@ impl StepController {
         trial.can_be_shorter && self.rejected_trials < STEP_CONTROLLER.max_trials
     }
 
-    /// Length of a jump: `left` divided into equal jumps that exceed `aim` by at most 1 %. With a positive `unit`, the length is
-    /// rounded up to a multiple of `unit`. After a rejected trial it is then also shorter than this trial, but never below `unit`.
+    /// Length of the next jump. Equal jumps, at most 1 % longer than `aim`, cover the remaining length `left`.
+    ///
+    /// If `unit` is positive, the length is rounded up to a multiple of `unit`. After a rejected trial, the rounded
+    /// length is also shorter than the rejected length, but at least `unit`.
     fn length(&self, aim: f64, left: f64, unit: f64) -> f64 {
         let parts = (left / aim - 1e-2).ceil().max(1.0);
         let even = left / parts;
@@ -279,8 +282,9 @@ mod tests {
         assert_eq!(ends, [3.0, 7.0, 10.0]);
     }
 
-    /// Truth: a trial is rejected for the first reason that applies, in the order of `Rejection`. The limit of the error ratio
-    /// is 1. The limit of changes of radii is the larger of 2 cell sides and 5 % of the contact radius.
+    /// Truth: a trial is rejected for the first reason that applies, in the order of the variants of `Rejection`. The
+    /// limit of the error ratio is 1. The limit of changes of radii is the larger of 2 cell sides and 5 % of the
+    /// contact radius.
     #[test]
     fn reasons_of_rejection() {
         let control = StepController::new(10.0, 2.0);
@@ -312,8 +316,9 @@ mod tests {
         }
     }
 
-    /// Truth: a trial that did not converge is halved. After `max_trials` rejections, or for a jump of one cycle, every trial is
-    /// accepted, with the iteration limit of the solver. An accepted jump resets the count.
+    /// Truth: after a trial without convergence, the next trial has half its length. After `max_trials` rejections, or
+    /// for a jump of one cycle, a trial is always accepted. Its iteration limit is the limit of the solver. An accepted
+    /// jump resets the number of rejections.
     #[test]
     fn trials_run_out() {
         let diverged = TrialMeasures {

@@ -9,7 +9,7 @@ use crate::evolution::state::RunState;
 use crate::evolution::step::Step;
 use crate::frame::grid::extend_field;
 
-/// Gaps of the model that a checkpoint was computed with.
+/// Gaps of the model with which a checkpoint was computed.
 #[derive(Debug, Clone)]
 pub struct PreviousModel {
     /// Initial gap, `[3, N]` by components, mm.
@@ -31,7 +31,8 @@ impl PreviousModel {
         }
     }
 
-    /// Tangential gap, `[2, N]`, without the prescribed motion of body 2, which does not depend on the bodies.
+    /// Tangential gap, `[2, N]`, mm, without the prescribed motion of body 2. The prescribed motion is left out,
+    /// because it does not depend on the bodies.
     fn tangential_gap(&self, elastic: &[f64], state: &RunState) -> Vec<f64> {
         let loads = self.loads.iter().zip(&state.load_amplitudes);
         let parts: Vec<_> = loads.chain(self.floating.iter().zip(&state.mode_amplitudes)).collect();
@@ -49,12 +50,13 @@ impl PreviousModel {
 }
 
 impl RunCheckpoint {
-    /// Transfers the checkpoint to the operators of `model`. `new_cell_indices` contains the new index of each cell, `[N]`.
-    /// `previous` contains the gaps of the previous model if the bodies have changed.
+    /// Transfers the checkpoint to the operators of `model`. `new_cell_indices` contains the new index of each cell,
+    /// `[N]`. `previous` contains the gaps of the previous model if the bodies have changed.
     ///
-    /// Tractions and depths stay identical to the last bit, and so do elastic displacement and gap of unchanged bodies. On changed
-    /// bodies the elastic displacement is recomputed from the tractions. The slip reference changes with the tangential gap, so
-    /// that no cell slips. New cells have no wear and no tractions.
+    /// Tractions and depths stay identical to the last bit. If the bodies have not changed, elastic displacements and
+    /// gaps also stay identical. On changed bodies, the elastic displacements are recomputed from the tractions. The
+    /// slip reference changes by the same amount as the tangential gap, so the transfer causes no slip. New cells have
+    /// no wear and no tractions.
     ///
     /// # Errors
     /// If the model is invalid, the checkpoint is within a monotone step, or the frames do not match. If a body cannot be solved or
@@ -168,7 +170,7 @@ impl StateTransfer<'_> {
         Ok((state, change))
     }
 
-    /// `reference` is the slip reference on the new frame, `[2, N]`, mm.
+    /// Transfers the state of a wear step. `reference` is the slip reference on the new frame, `[2, N]`, mm.
     fn transfer_wear_step(
         &self,
         mut wear_step: WearStepState,
@@ -189,7 +191,7 @@ impl StateTransfer<'_> {
         wear_step.wear_rate = extend_field(&wear_step.wear_rate, places, n, |_| 0.0);
         wear_step.path_correction = wear_step.path_correction.map(|resolved| resolved.transfer_to(places, n));
         if let (SlipSource::Sliding(slip), true) = (&mut wear_step.slip_source, n > places.len()) {
-            // A frame with new cells has uniform axes, so that the slip is the same in all cells.
+            // All cells of a frame with new cells have the same axes, so their slip is the same.
             let along = [slip[0], slip[places.len()]];
             *slip = extend_field(slip, places, n, |k| along[k / n]);
         }

@@ -7,9 +7,11 @@ use crate::laws::friction::{FrictionEllipse, FrictionLaw};
 
 const LARGE_FRICTION_COEFFICIENT: f64 = 1.0;
 
-/// Warning that large friction may admit several solutions (Klarbring 1990: "Examples of non-uniqueness and non-existence of
-/// solutions to quasistatic contact problems with friction"). `None` also if tangential tractions do not change the pressures,
-/// because the solution is then unique.
+/// Warning that a large friction coefficient may admit several solutions (Klarbring 1990: "Examples of non-uniqueness
+/// and non-existence of solutions to quasistatic contact problems with friction").
+///
+/// `None` for small coefficients. `None` also if tangential tractions do not change the pressures, because the solution
+/// is then unique.
 pub(super) fn large_friction_warning(
     ellipse: Option<FrictionEllipse>,
     operator: &dyn Flexibility,
@@ -22,9 +24,10 @@ pub(super) fn large_friction_warning(
     })
 }
 
-/// Warning about frictional steps in one increment, because the number of increments is part of the load path.
+/// Warning about monotone steps with friction that have a single increment. With friction, the results depend on the
+/// number of increments.
 pub(super) fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
-    // A history prescribes its load path, and a steady state does not depend on the path.
+    // A load history prescribes its load path, and steady states do not depend on the load path.
     let by_path = |step: &&Step| matches!(step.kind, StepKind::Monotone) && step.history_row.is_none();
     let frictional = steps.iter().filter(|step| step.friction).filter(by_path);
     let single: Vec<&str> =

@@ -26,14 +26,16 @@ impl Run<'_> {
     }
 }
 
-/// Smallest λ of S_nn p = λ D p on the cells where `wear`, the diagonal of D (`[N]`), is positive. The result is an upper bound.
+/// Smallest λ of S_nn p = λ D p on the cells where `wear`, the diagonal of D (`[N]`), is positive. The Lanczos process
+/// gives an upper bound of this λ.
 fn smallest_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) -> Option<f64> {
     let n = wear.len();
     let cells: Vec<usize> = (0..n).filter(|&cell| wear[cell] > 0.0).collect();
     if cells.is_empty() {
         return None;
     }
-    // In y = (A D)^½ p, with the cell areas A, the problem is symmetric, because A S_nn is symmetric.
+    // With the unknowns y = (A D)^½ p and the cell areas A, the eigenvalue problem is symmetric, because A S_nn is
+    // symmetric.
     let scale: Vec<f64> = cells.iter().map(|&cell| (areas[cell] * wear[cell]).sqrt()).collect();
     let row = operator.grid().map_or(1, |grid| grid[1]);
     let sign = |cell: usize| if (cell / row + cell % row).is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -57,7 +59,7 @@ fn smallest_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) 
         next = cells.iter().zip(&scale).map(|(&cell, scale)| areas[cell] * gap[cell] / scale).collect();
         diagonal.push(dot(&next, &vector));
         basis.push(vector);
-        // Two passes of orthogonalisation are enough.
+        // A second pass of orthogonalisation removes the rounding errors of the first pass.
         for _ in 0..2 {
             for vector in &basis {
                 let part = dot(&next, vector);
@@ -108,8 +110,8 @@ mod tests {
         }
     }
 
-    /// Truth: the Lanczos result equals the smallest eigenvalue of the symmetric matrix (A/D)^½ K (A/D)^½ by a dense solver, where
-    /// S = K A. Areas A and wear D differ between cells.
+    /// Truth: the result equals the smallest eigenvalue of the symmetric matrix (A/D)^½ K (A/D)^½, found by a dense
+    /// solver. S = K A is the operator with the kernel K. The areas A and the wear D differ between cells.
     #[test]
     fn least_eigenvalue_of_a_dense_operator() {
         let n = 30;

@@ -1,4 +1,4 @@
-//! Increments of a cycle, solved one after the other.
+//! Increments of a fretting cycle, solved one after the other.
 
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::SolveReport;
@@ -24,7 +24,7 @@ pub(super) struct IncrementStart {
 
 pub(super) struct Strokes<'c> {
     pub path: &'c FrettingPath,
-    /// Loads other than the cyclic motion.
+    /// Prescribed loads without the cyclic motion or force.
     pub loads: PrescribedLoads,
     /// Wear depth, `[N]`, mm.
     pub wear_depth: &'c [f64],
@@ -38,7 +38,7 @@ pub(super) struct SolvedIncrement {
 }
 
 impl IncrementStart {
-    /// Start at a path point of a cycle whose gap has been evaluated.
+    /// Start of an increment at a path point of `cycle`, whose gap must have been evaluated.
     pub fn at_path_point(cycle: &ContactState, point: usize) -> Self {
         let n = cycle.wear_per_pass.len();
         let mut contact = ContactState::new(n, vec![cycle.rigid_motion[point]]);

@@ -1,4 +1,5 @@
-//! Refinement of a resolved cycle: more and more increments per stroke, until the wear of the cycle changes little.
+//! Refinement of a resolved cycle: the number of increments per stroke grows until the wear of the cycle changes
+//! little.
 
 use crate::contact::solver::StopReason;
 use crate::evolution::field_measures::volume;
@@ -17,14 +18,16 @@ use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
 
 pub(super) struct RefinedCycle {
     pub wear: CycleWear,
-    /// Relative change of the wear by the last refinement, `[N]`.
+    /// Relative change of the wear of each cell by the last refinement, `[N]`.
     pub change: Vec<f64>,
     pub increments: usize,
-    /// Whether the wear volumes of the coupled cycle, this cycle and an earlier resolved cycle agree within the tolerance.
+    /// Whether the wear volumes of the coupled cycle, of this cycle and of an earlier resolved cycle agree within the
+    /// tolerance.
     pub agrees_with_coupled: bool,
 }
 
-/// Coupled path points of a cycle, evaluated before the first jump or at the end of a jump.
+/// Coupled cycle (path points solved together) before the first jump or at the end of a jump. Its gap and slip have
+/// been evaluated.
 pub(super) struct CoupledCycle {
     pub cycle: CycleState,
     pub slip: CycleSlip,
@@ -48,20 +51,24 @@ pub(super) struct Refinement<'r> {
 type Resolution = (usize, CycleWear);
 
 struct Convergence {
-    /// Estimated relative error of the wear of the cells (root mean square), or of the volume if that is larger.
+    /// Estimated relative error of the wear: the larger of the error of the cells (root mean square) and the error of
+    /// the volume.
     change: f64,
     agrees_with_coupled: bool,
-    /// Whether the cycle needs no more increments, or may have no more.
+    /// Whether the refinement ends, because the cycle is accurate enough or has the largest allowed number of
+    /// increments.
     is_last: bool,
 }
 
 impl Refinement<'_> {
-    /// Whether wear and forces of two resolved cycles are extrapolated. A given number of increments is used as it is.
+    /// Whether wear and forces of two resolved cycles are extrapolated. They are not extrapolated if the number of
+    /// increments is given.
     fn extrapolates(&self) -> bool {
         self.settings.increments.is_none()
     }
 
-    /// On an ellipse the extrapolated wear and forces converge with second order, and slowly.
+    /// Whether extrapolated wear and forces are extrapolated once more. On an ellipse they converge slowly, with second
+    /// order.
     fn extrapolates_twice(&self) -> bool {
         self.extrapolates() && self.closed.amplitude[1] != 0.0
     }
@@ -70,7 +77,8 @@ impl Refinement<'_> {
         REFINEMENT.max_increments.max(4 * self.closed.increments)
     }
 
-    /// Half of a given number of increments, whose cycle shows the error.
+    /// Increments per stroke of the first cycle. A given number is halved first, because the difference from the cycle
+    /// with the full number shows the error.
     fn first_increments(&self, before: Option<&PathCorrection>) -> usize {
         if let Some(given) = self.settings.increments {
             return (given / 2).max(1);
@@ -78,7 +86,7 @@ impl Refinement<'_> {
         before.map_or(1, |before| before.increments / 8).max(self.closed.increments)
     }
 
-    /// Whether a cycle has enough increments that its change by refinement shows its error.
+    /// Whether a cycle has enough increments for its change by refinement to measure its error.
     fn is_refined(&self, increments: usize) -> bool {
         increments >= REFINEMENT.min_increments.max(REFINEMENT.min_refinement * self.closed.increments)
     }
@@ -91,8 +99,8 @@ impl Refinement<'_> {
         self.coupled.slip.full_slip && self.settings.correction == Correction::WhereNeeded
     }
 
-    /// Ratio of the next number of increments to `increments`. If the cycle `first` agrees with the coupled path points, possibly
-    /// by chance, the ratio is larger to test the agreement.
+    /// Ratio of the next number of increments to `increments`. If the wear volume of the cycle `first` agrees with the
+    /// coupled cycle, a larger ratio tests whether the agreement is a coincidence.
     fn next_ratio(&self, increments: usize, first: Option<&Resolution>) -> usize {
         let confirms = self.may_agree()
             && first.is_some_and(|(at, wear)| increments == *at && self.agree(&self.coupled.wear, wear));
@@ -103,7 +111,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// `last` is the coarser cycle before `now`, and `first` the first cycle for which `is_refined` holds.
+    /// Decides whether the refinement ends with the cycle `now`. `last` is the coarser cycle before `now`. `first` is
+    /// the first cycle with at least `min_refinement` times the increments of the coupled cycle.
     fn convergence(
         &self,
         increments: usize,
@@ -136,7 +145,7 @@ impl Refinement<'_> {
 }
 
 impl Run<'_> {
-    /// `None` if a cycle does not converge.
+    /// Refines a resolved cycle until its wear is accurate enough. `None` if an increment does not converge.
     pub(super) fn refine_cycle(
         &mut self,
         refinement: &Refinement,
@@ -144,7 +153,8 @@ impl Run<'_> {
     ) -> Advance<Option<RefinedCycle>> {
         let (extrapolates, coupled) = (refinement.extrapolates(), refinement.coupled);
         let mut increments = refinement.first_increments(wear_step.path_correction.as_ref());
-        // Each resolved cycle starts from a state of the coarser cycle before, so the tractions approach the steady state.
+        // Each resolved cycle starts from a state of the previous, coarser cycle, so the tractions approach the
+        // steady state.
         let mut start =
             IncrementStart::at_path_point(&coupled.cycle.contact, refinement.path.reversal_index());
         let mut coarser = if increments == refinement.closed.increments {
@@ -196,8 +206,9 @@ impl Run<'_> {
         }
     }
 
-    /// Warns if the last refinement still changes the corrected wear by more than the tolerance. Does not warn if the wear agrees
-    /// with the coupled cycle, or if the previous resolved cycle had the largest number of increments, too.
+    /// Warns if the last refinement still changes the corrected wear by more than the tolerance. Does not warn if the
+    /// number of increments is given, or if the wear agrees with the coupled cycle. Does not warn either if the
+    /// previous resolved cycle already had the largest number of increments.
     fn warn_of_refinement(
         &mut self,
         refinement: &Refinement,
@@ -222,8 +233,11 @@ impl Run<'_> {
         ));
     }
 
-    /// Computes wear and dissipation of a cycle at the wear depth of the coupled cycle. The cycle begins at the - reversal point
-    /// with `start`, and replaces `start` by the state one cycle later. `None` if an increment does not converge.
+    /// Computes wear and dissipation of a cycle at the wear depth of the coupled cycle. `None` if an increment does not
+    /// converge.
+    ///
+    /// `start` is the state at the - reversal point, where the cycle begins. On return, `start` is the state one cycle
+    /// later.
     fn resolved_cycle(
         &mut self,
         refinement: &Refinement,
@@ -237,15 +251,16 @@ impl Run<'_> {
             .refined(&ClosedPath { increments, ..*refinement.closed }, coupled.slip.slip_spread_share);
         let (loads, _) = self.loads_at(wear_step, coupled.completed / self.cycles().count);
         let options = stroke_options(&self.options);
-        // A span that ends below the fraction 1 skips the check of the operator, which would repeat in every increment.
+        // The span ends below the fraction 1, so the solver skips the check of the operator. Otherwise every
+        // increment would repeat this check.
         let begun = wear_step.completed / self.cycles().count;
         let progress = ProgressSpan { name: &step.name, from: begun, to: begun };
         let strokes = Strokes { path: &path, loads, wear_depth: &coupled.wear_depth, options: &options };
         let (n, areas) = (coupled.wear_depth.len(), refinement.areas);
         let mut wear = CycleWear { rate: vec![0.0; n], ..CycleWear::default() };
         let (mut here, mut stroke_start, mut before) = (start.clone(), Vec::new(), [0.0; 3]);
-        // The first of three strokes does not count: after this stroke only sticking cells depend on the initial state. `drift`
-        // compares the last stroke with the first.
+        // Three strokes are solved, and the last two count. After the first stroke, only sticking cells depend on the
+        // initial state. `drift` compares the wear volume of the last stroke with the first stroke.
         let up = (increments + 1..=2 * increments).map(|point| (point, false));
         let round = (1..=2 * increments).map(|point| (point, true));
         for (point, counts) in up.chain(round) {
@@ -293,8 +308,8 @@ impl Run<'_> {
         Ok(Some(wear))
     }
 
-    /// Stores the resultants and the fields at the reversal point `reversal`. `from` is the tangential gap at the start of the stroke,
-    /// `[2, N]`, from which the slip of the fields is measured.
+    /// Stores resultants and fields at a reversal point; `reversal` is 0 for +, 1 for -. `from` is the tangential gap
+    /// at the start of the stroke, `[2, N]`, mm. The slip of the fields is the change of the gap since then.
     fn record_reversal(
         &self,
         strokes: &Strokes,

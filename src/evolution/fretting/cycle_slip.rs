@@ -1,4 +1,4 @@
-//! Slip between the coupled path points of a cycle.
+//! Slip between the path points of a coupled cycle.
 
 use crate::contact::{ContactState, Increment};
 use crate::evolution::fretting::cycle_state::CycleState;
@@ -7,7 +7,8 @@ use crate::evolution::fretting::settings::REFINEMENT;
 use crate::evolution::run::Run;
 
 impl Run<'_> {
-    /// `cycle` must be evaluated with `problem`.
+    /// Evaluates the slip of `cycle` between its path points. The contact state of `cycle` must have been evaluated
+    /// with `problem`.
     pub(super) fn cycle_slip(&self, problem: &Increment, cycle: &CycleState) -> CycleSlip {
         let (it, n, areas) = (&cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
         let points = it.rigid_motion.len();
@@ -41,8 +42,8 @@ impl Run<'_> {
         found
     }
 
-    /// Relative change of the slip between the coupled path points since `before`: root mean square over the cells in contact at
-    /// any path point.
+    /// Relative change of the slip between the path points since the slip `before`: root mean square over the cells in
+    /// contact at any path point.
     pub(super) fn slip_change(&self, it: &ContactState, before: &[f64]) -> f64 {
         let n = self.prepared.n();
         let (touching, areas) = (self.cells_in_contact(&it.scaled), &self.prepared.model.frame.areas);

@@ -1,4 +1,4 @@
-//! State of a fretting cycle: its path points, solved together as a closed cycle, and its stick zone.
+//! State of a coupled cycle: its path points, solved together, and its stick zone.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,22 +7,22 @@ use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::settings::STICK_ZONE;
 use crate::evolution::model::PreparedModel;
 
-/// Cells that stick through the whole cycle.
+/// Cells that stick through the whole cycle. Drift is a change of the position of body 2 from cycle to cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct StickZone {
-    /// Whether a cell sticks, `[N]`.
+    /// Whether each cell sticks, `[N]`.
     pub mask: Vec<bool>,
-    /// Tangential gap at which the cells of `mask` stick, `[2, N]`, mm.
+    /// Stick gap: tangential gap at which the cells of `mask` stick, `[2, N]`, mm.
     pub gap: Vec<f64>,
-    /// Displacement of body 2 at the + reversal point in the last strokes, mm: if no cell sticks, one cycle before. `None` if
-    /// displacements are prescribed, or on frames with inclined cells.
+    /// Displacement of body 2 along x, y at the + reversal point of the last solved strokes, mm. If no cell sticks, a
+    /// cycle starts from this displacement. `None` if displacements are prescribed, or on frames with inclined cells.
     pub origin: Option<[f64; 2]>,
-    /// Largest tangential motion of the gap by loads of the bodies from the centre of the path to a reversal point, mm.
+    /// Largest tangential change of the gap by loads of the bodies from the centre of the path to a reversal point, mm.
     pub load_motion: f64,
 }
 
 impl StickZone {
-    /// Whether no cell sticks through the cycle, so that body 2 may move on from cycle to cycle under prescribed forces.
+    /// Whether body 2 may drift under prescribed forces, because no cell sticks through the cycle.
     pub fn may_drift(&self) -> bool {
         self.origin.is_some() && !self.mask.contains(&true)
     }
@@ -33,7 +33,7 @@ impl StickZone {
     }
 }
 
-/// Unknowns and stick zone of a cycle, from which its state can be evaluated.
+/// Unknowns and stick zone of a coupled cycle, from which the state of the cycle can be evaluated.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CycleUnknowns {
     pub contact: Unknowns,
@@ -55,7 +55,7 @@ pub struct CycleState {
 }
 
 impl From<&CycleUnknowns> for CycleState {
-    /// The contact must be evaluated afterwards.
+    /// Copies the unknowns. The contact state must be evaluated afterwards.
     fn from(cycle: &CycleUnknowns) -> Self {
         Self { contact: (&cycle.contact).into(), stick_zone: cycle.stick_zone.clone() }
     }
@@ -68,8 +68,8 @@ impl From<CycleState> for CycleUnknowns {
 }
 
 impl CycleState {
-    /// Path points with zero tractions; all cells stick. `can_drift` states whether body 2 may move on from cycle to cycle. See
-    /// [`StickZone::load_motion`].
+    /// State with zero tractions at all path points, in which all cells stick. `can_drift` states whether body 2 may
+    /// drift if no cell sticks. `load_motion` is explained at [`StickZone::load_motion`].
     pub fn new(n: usize, path: &FrettingPath, rigid: [f64; 3], can_drift: bool, load_motion: f64) -> Self {
         let motions = (0..path.len()).map(|point| {
             let mut rigid = rigid;
@@ -100,7 +100,8 @@ impl CycleState {
         }
     }
 
-    /// Stores the solution `it` of the increment that ends at `point`, and the tangential gap of `it` as stick gap.
+    /// Stores the solution `it` of the increment that ends at `point`. The tangential gap of `it` becomes the stick
+    /// gap.
     pub(super) fn record_increment(&mut self, it: &ContactState, point: usize) {
         let n = self.stick_zone.mask.len();
         let planes = point * 3 * n..(point + 1) * 3 * n;
@@ -115,8 +116,8 @@ impl CycleState {
         self.stick_zone.gap.copy_from_slice(&it.gap[..2 * n]);
     }
 
-    /// Half of the largest distance between the positions of body 2 at two path points, or the motion by loads of the bodies if it is
-    /// larger, mm.
+    /// Amplitude of the tangential motion, mm: half of the largest distance between the positions of body 2 at two path
+    /// points. A larger motion by loads of the bodies replaces this distance.
     pub(super) fn amplitude(&self, prepared: &PreparedModel) -> f64 {
         let points = self.contact.rigid_motion.iter().zip(&self.contact.mode_amplitudes);
         let positions: Vec<[f64; 3]> = points.map(|(rigid, modes)| prepared.motion(rigid, modes)).collect();
@@ -125,7 +126,7 @@ impl CycleState {
         f64::max(0.5 * positions.iter().map(farthest).fold(0.0, f64::max), self.stick_zone.load_motion)
     }
 
-    /// Slip at a path point up to which a cell counts as sticking, mm.
+    /// Largest slip in an increment with which a cell counts as sticking, mm.
     pub(super) fn slip_limit(&self, prepared: &PreparedModel) -> f64 {
         STICK_ZONE.stick_slip_share * self.amplitude(prepared)
     }

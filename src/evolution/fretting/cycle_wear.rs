@@ -11,11 +11,12 @@ pub(super) struct CycleWear {
     pub rate: Vec<f64>,
     /// Dissipation per cycle, N mm.
     pub power: f64,
-    /// Wear volume of the second stroke minus the wear volume of the same stroke one cycle before, mm3; 0 for steady tractions.
+    /// Wear volume of the second stroke minus the wear volume of the same stroke one cycle earlier, mm3; 0 for steady
+    /// tractions.
     pub drift: f64,
     /// Resultants at the reversal points (+, -).
     pub reversals: [Resultants; 2],
-    /// Displacement of body 2 from cycle to cycle along x, y, mm.
+    /// Change of the position of body 2 per cycle along x, y, mm.
     pub body_drift: [f64; 2],
     /// Fields at the + reversal point of a resolved cycle.
     pub fields: Option<FrameState>,
@@ -27,8 +28,8 @@ impl CycleWear {
         0.5 * (self.reversals[0].normal_force + self.reversals[1].normal_force)
     }
 
-    /// Relative change of the tangential force from `other`; the larger change at the two reversal points. A force that is small
-    /// beside the normal force counts as a share of the normal force.
+    /// Largest relative change of the tangential force from the cycle `other` at the two reversal points. The change is
+    /// divided by the force, or by a share of the normal force if this share is larger.
     pub fn force_change(&self, other: &Self) -> f64 {
         let change = |(now, before): (&Resultants, &Resultants)| {
             let [[x, y], [x0, y0]] = [now.tangential_force, before.tangential_force];
@@ -38,7 +39,8 @@ impl CycleWear {
         self.reversals.iter().zip(&other.reversals).map(change).fold(0.0, f64::max)
     }
 
-    /// Extrapolation from a coarser cycle and this one, whose error is `ratio` times smaller.
+    /// Extrapolates wear and resultants from this cycle and a `coarser` cycle. The error of this cycle is assumed to be
+    /// `ratio` times smaller.
     pub fn extrapolated(&self, coarser: &Self, ratio: f64) -> Self {
         let limit = |fine: f64, coarse: f64| (ratio * fine - coarse) / (ratio - 1.0);
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| limit(*fine, *coarse).max(0.0));
@@ -62,8 +64,8 @@ impl CycleWear {
     }
 }
 
-/// Root mean square of the difference of two wear rates over the cells with positive `rate`, relative to the largest value of
-/// `rate`.
+/// Root mean square of the difference between two wear rates, relative to the largest value of `rate`. The mean
+/// includes the cells with positive `rate`.
 pub(super) fn relative_rms_difference(rate: &[f64], other: &[f64], areas: &[f64]) -> f64 {
     let difference: Vec<f64> = rate.iter().zip(other).map(|(rate, other)| rate - other).collect();
     let largest = rate.iter().copied().fold(0.0, f64::max);
@@ -77,12 +79,14 @@ pub(super) fn volume_difference(wear: &CycleWear, other: &CycleWear, areas: &[f6
     if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
 }
 
-/// Ratio of a resolved to a coupled value. The limits keep factors from growing or vanishing where a cell barely slips.
+/// Ratio of the value of a resolved cycle to the value of the coupled cycle, within limits. Without limits, factors
+/// would vanish or become very large in cells that barely slip.
 pub(super) fn limited_factor(resolved: f64, coupled: f64) -> f64 {
     (resolved / coupled).clamp(CORRECTION.min_wear_factor, CORRECTION.max_wear_factor)
 }
 
-/// Correction of the wear of the coupled cycle that gives the wear of the resolved cycle, both `[N]`, mm per cycle.
+/// Correction that turns the wear `coupled` of a coupled cycle into the wear `wear` of the resolved cycle, both `[N]`,
+/// mm per cycle.
 pub(super) fn rate_correction(wear: &[f64], coupled: &[f64], areas: &[f64]) -> RateCorrection {
     let [all, all_coupled] = [wear, coupled].map(|rate| volume(rate, areas));
     let whole = if all > 0.0 && all_coupled > 0.0 { limited_factor(all, all_coupled) } else { 1.0 };
@@ -91,7 +95,7 @@ pub(super) fn rate_correction(wear: &[f64], coupled: &[f64], areas: &[f64]) -> R
         if *coupled > least { limited_factor(*wear, *coupled) } else { whole }
     };
     let factors: Vec<f64> = wear.iter().zip(coupled).map(factor).collect();
-    // Not negative: the wear of the path points may vanish later.
+    // The added wear must not be negative, because the wear of the coupled cycle may vanish later.
     let added = |((wear, coupled), factor): ((&f64, &f64), &f64)| (wear - factor * coupled).max(0.0);
     let both = wear.iter().zip(coupled).zip(&factors);
     RateCorrection { added: both.map(added).collect(), factors }
@@ -101,8 +105,8 @@ pub(super) fn rate_correction(wear: &[f64], coupled: &[f64], areas: &[f64]) -> R
 mod tests {
     use super::*;
 
-    /// Truth: f c + a is the wear of the resolved cycle r, also without coupled wear c. Where r / c is below the least factor, the
-    /// least factor remains.
+    /// Truth: f c + a equals the wear r of the resolved cycle, also if the wear c of the coupled cycle is zero. Where r
+    /// / c is below the smallest allowed factor, f is the smallest allowed factor.
     #[test]
     fn corrected_rates_are_those_of_the_resolved_cycle() {
         let (resolved, coupled) = ([1.0, 9.0, 0.5, 2.0, 0.0, 0.0], [2.0, 1.0, 0.0, 1e-9, 0.0, 0.5]);

@@ -1,4 +1,4 @@
-//! Correction of a jump by the resolved cycle at its end.
+//! Correction of a jump by the resolved cycle at the end of the jump.
 
 use crate::contact::solver::StopReason;
 use crate::evolution::fretting::path_correction::PathCorrection;
@@ -10,8 +10,11 @@ use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::step::Integrator;
 
 impl Run<'_> {
-    /// Repeats a jump with the factors in its middle if they differ notably from those used. `resolved` is the cycle at the end. An
-    /// explicit jump takes the factors at its start, and the error estimate of the integrator includes their change.
+    /// Repeats a jump with the correction in the middle of the jump, if this correction changes the wear notably.
+    /// `resolved` is the resolved cycle at the end of the jump.
+    ///
+    /// An explicit jump is not repeated, because its wear uses the rates at its start. The error estimate of the
+    /// integrator includes the change of the rates.
     pub(super) fn correct_jump(
         &mut self,
         wear_step: &mut WearStepState,
@@ -31,7 +34,7 @@ impl Run<'_> {
         let dissipation_ratio = dissipation_factor / before.dissipation_factor;
         let used = jump.rate_correction.as_ref().unwrap_or(&before.correction);
         let missed = mean.missed_by(used, &jump.wear_depth, jump.length);
-        // Jumps since the previous resolved cycle that were not followed by one.
+        // Wear of the earlier jumps since the previous resolved cycle; no cycle was resolved at their ends.
         let worn: Vec<f64> =
             self.state.wear_depth.iter().zip(&before.wear_depth).map(|(now, then)| now - then).collect();
         let (earlier, _) = before.correction_at(resolved, 0.5 * (before.at_cycle + start));

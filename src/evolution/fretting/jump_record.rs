@@ -1,4 +1,4 @@
-//! Commits jumps to the state, writes their records, and ends steps early.
+//! Adds jumps to the state of the run, writes their records, and ends steps early.
 
 use std::time::Instant;
 
@@ -20,19 +20,19 @@ use crate::evolution::state;
 use crate::evolution::step::Spin;
 use crate::geometry::format_short;
 
-/// Smallest drift in all cycles of a step, relative to the amplitude, that is reported.
+/// Smallest displacement of body 2 over all cycles of a step that is reported as drift, relative to the amplitude.
 const MIN_DRIFT_SHARE: f64 = 0.1;
 
 pub(super) struct AcceptedJump {
     pub jump: WearJump,
-    /// Resolved cycle at the end of the jump, if any.
+    /// Resolved cycle at the end of the jump; `None` if no cycle was resolved.
     pub resolved: Option<PathCorrection>,
     pub rejected: usize,
     pub clock: Instant,
 }
 
 impl AcceptedJump {
-    /// `areas` are those of the cells, `[N]`, mm².
+    /// Record of the jump. `areas` are the areas of the cells, `[N]`, mm².
     fn record(&self, wear_step: &WearStepState, areas: &[f64]) -> JumpRecord {
         let path_volume_error = volume(&self.jump.path_error, areas).abs();
         let resolved = wear_step.path_correction.as_ref().filter(|resolved| resolved.is_new);
@@ -48,7 +48,8 @@ impl AcceptedJump {
     }
 }
 
-/// Means of the resultants at both reversal points. Tangential force and moment are not means, but values at the + reversal point.
+/// Means of the resultants at the two reversal points. Tangential force and moment are not means, but values at the +
+/// reversal point.
 fn mean_of_reversal_points(reversals: &[Resultants; 2]) -> Resultants {
     let mean = |value: fn(&Resultants) -> f64| 0.5 * (value(&reversals[0]) + value(&reversals[1]));
     Resultants {
@@ -85,14 +86,15 @@ impl Run<'_> {
             self.step().name,
             wear_step.length_unit()
         ));
-        // After a resumption, the path points of the cycle have not been evaluated yet.
+        // In a resumed run, the path points of the cycle have not been evaluated yet.
         let worn = self.state.wear_depth.clone();
         let mut jump = WearJump::new(wear_step, length);
         let problem = self.reporting_problem(wear_step, &jump.cycle, &worn);
         jump.checks =
             certificate::check(&problem, &mut jump.cycle.contact, TangentialGap::Skip, OperatorCheck::Skip);
         drop(problem);
-        // The remaining pressures are rounding errors of the gap: refer the residual to the initial pressures.
+        // The remaining pressures are rounding errors of the gap, so the residual refers to the initial peak
+        // pressure.
         jump.checks.natural_residual *= wear_step.cycle.peak_pressure() / wear_step.initial_peak_pressure;
         self.commit_jump(wear_step, AcceptedJump { jump, resolved: None, rejected: 0, clock })
     }
@@ -106,7 +108,7 @@ impl Run<'_> {
             wear_step.completed,
             wear_step.completed + jump.length
         ));
-        // The checkpoint keeps the uncharged work of the committed state.
+        // The committed state in the checkpoint already contains a part of the uncharged work, which is subtracted.
         let kept = match &self.progress {
             StepProgress::WearStep(committed) => committed.uncharged_work,
             _ => SolveWork::default(),
@@ -116,7 +118,8 @@ impl Run<'_> {
         RunEnd::FrameEdge(work - kept)
     }
 
-    /// A jump whose solver did not converge is recorded without its wear, and ends the run.
+    /// Adds a jump to the state and delivers its record. A jump whose solver did not converge is recorded without its
+    /// wear, and ends the run.
     pub(super) fn commit_jump(
         &mut self,
         wear_step: &mut WearStepState,
@@ -148,11 +151,11 @@ impl Run<'_> {
         let is_current =
             |resolved: &PathCorrection| resolved.at_cycle == wear_step.completed && jump.converged();
         let resolved = wear_step.path_correction.as_ref().filter(|resolved| is_current(resolved));
-        // The jump may have been repeated after its end was resolved, which changes the depth a little.
+        // A jump may be repeated after its end was resolved. The fields get the wear depth of the repeated jump.
         let at_depth = |fields: &FrameState| FrameState { wear_depth: worn.clone(), ..fields.clone() };
         let resolved = resolved.and_then(|resolved| resolved.fields.as_ref()).map(at_depth);
         let mut fields = resolved.unwrap_or_else(|| state::frame_state(&problem, it, 0, &worn));
-        // Fields show the + reversal point.
+        // The fields belong to the + reversal point, where the phase is 1.
         fields.load_amplitudes = self.amplitudes_at_phase(1.0);
         drop(problem);
         self.state.set_from(it, half);
@@ -203,7 +206,7 @@ impl Run<'_> {
         }
     }
 
-    /// Warns once per step if body 2 moves on from cycle to cycle by a notable share of the amplitude in all.
+    /// Warns once per step if the drift of body 2 over all cycles of the step is notable relative to the amplitude.
     fn warn_of_drift(&mut self, wear_step: &WearStepState, cycle: &CycleState) {
         let (zone, at) = (&cycle.stick_zone, cycle.contact.rigid_motion[0]);
         let Some(origin) = zone.origin.filter(|_| zone.may_drift()) else { return };

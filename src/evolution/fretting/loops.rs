@@ -1,4 +1,4 @@
-//! Fretting loops: cycles resolved into many increments, without wear.
+//! Fretting loops: cycles resolved into many increments, at constant wear depth.
 
 use crate::contact::solver::StopReason;
 use crate::evolution::fretting::cycle_increment::{IncrementStart, SolvedIncrement, Strokes, stroke_options};
@@ -11,8 +11,8 @@ use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::step::ClosedPath;
 
 impl Run<'_> {
-    /// Solves two cycles at the current wear depth and records the second as a fretting loop. Tractions and wear depth of the run do
-    /// not change. If an increment does not converge, there is a warning and no loop.
+    /// Solves two cycles at the current wear depth and records the second cycle as a fretting loop. Tractions and wear
+    /// depth of the run do not change. If an increment does not converge, gives a warning and records no loop.
     pub(super) fn record_fretting_loop(&mut self, wear_step: &WearStepState) -> Advance {
         let (step, cycles) = (self.step(), self.cycles());
         let (SlipSource::ClosedPath(coupled_path), Some(closed)) =
@@ -25,7 +25,8 @@ impl Run<'_> {
         let path = coupled_path.refined(&ClosedPath { increments, ..*closed }, 1.0);
         let half = coupled_path.reversal_index();
         let (loads, _) = self.loads_at(wear_step, wear_step.completed / cycles.count);
-        // The gap of this cycle is not evaluated. The slip reference of the run, at the - reversal point, replaces it.
+        // The gap of this cycle has not been evaluated. The slip reference of the run replaces it, because the state
+        // of the run belongs to the - reversal point.
         let mut start = IncrementStart {
             reference: self.state.slip_reference.clone(),
             ..IncrementStart::at_path_point(&CycleState::from(&wear_step.cycle).contact, half)

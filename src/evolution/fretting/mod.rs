@@ -1,13 +1,14 @@
 //! Wear steps: fretting cycles or steady sliding, computed in jumps over many cycles (equations in `wear_integrator`).
+//! A coupled cycle is a cycle whose path points are solved together.
 //!
-//! * Step: `wear_step` finds the periodic cycle (`strokes`), evaluates its rates (`rates`) and takes jumps.
-//! * Jump: `next_jump` tries jumps until the step controller accepts one, and `jump_record` commits it. `wear_integrator`
-//!   integrates a trial; each of its stages solves one cycle at a wear depth. `jump_correction` corrects it by the resolved cycle
-//!   at its end.
-//! * Stick zone: `stick_zone` solves the path points of a cycle together and decides which cells stick. `cycle_state` contains the
+//! * Step: `wear_step` finds the periodic cycle (`strokes`), evaluates its wear rates (`rates`) and takes jumps.
+//! * Jump: `next_jump` tries jumps until the step controller accepts one, and `jump_record` commits it.
+//!   `wear_integrator` integrates a trial, and each of its stages solves one coupled cycle. `jump_correction` corrects
+//!   a jump by the resolved cycle at the end of the jump.
+//! * Stick zone: `stick_zone` solves coupled cycles and decides which cells stick. `cycle_state` contains the stick
 //!   zone.
-//! * Path between the path points: `resolved_cycle` corrects the wear by a cycle of more increments (`cycle_refinement`). `loops`
-//!   records cycles of many increments.
+//! * Path between the path points: `resolved_cycle` corrects the wear of a coupled cycle by a cycle with more
+//!   increments (`cycle_refinement`). `loops` records cycles with many increments.
 
 mod critical_jump;
 mod cycle_increment;

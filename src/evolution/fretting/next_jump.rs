@@ -21,7 +21,7 @@ use crate::geometry::format_short;
 
 struct FoundJump {
     jump: WearJump,
-    /// Resolved cycle at the end of the jump, if any.
+    /// Resolved cycle at the end of the jump; `None` if no cycle was resolved.
     resolved: Option<PathCorrection>,
     trial: PlannedTrial,
 }
@@ -36,7 +36,8 @@ impl Run<'_> {
         if jump.converged() && jump.reaches_frame_edge && !wear_step.touched_edge_initially {
             return Err(self.stop_at_frame_edge(wear_step, &jump).into());
         }
-        // The first strokes and rejected jumps have no record of their own: this jump reports their work.
+        // The first strokes and the rejected jumps have no records of their own, so the record of this jump includes
+        // their work.
         jump.charge_work(std::mem::take(&mut wear_step.uncharged_work));
         jump.charge_work(self.discarded_work);
         self.warn_of_unstable(wear_step, jump.length);
@@ -53,7 +54,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Tries jumps, each shorter than the one before, until the step controller accepts one.
+    /// Tries shorter and shorter jumps until the step controller accepts a jump.
     fn find_jump(&mut self, wear_step: &mut WearStepState) -> Advance<FoundJump> {
         let (step, cycles) = (self.step(), self.cycles());
         let radii =
@@ -117,7 +118,7 @@ impl Run<'_> {
         true
     }
 
-    /// Integrates a jump again by the first-order method, which allows cells to lose contact.
+    /// Integrates a jump again by the backward Euler method, which allows cells to lose contact.
     fn repeat_by_backward_euler(
         &mut self,
         wear_step: &WearStepState,
@@ -148,7 +149,8 @@ impl Run<'_> {
                 <= WEAR_STEP.worn_out_pressure_ratio * wear_step.initial_peak_pressure
     }
 
-    /// Warns once per step of a jump with `ratio` times the allowed error, accepted because no trials are left.
+    /// Warns once per step if a jump is accepted although its error exceeds the allowed error, because no trials are
+    /// left. `ratio` is the estimated error divided by the allowed error.
     fn warn_of_jump_error(&mut self, wear_step: &WearStepState, length: f64, ratio: f64) {
         if ratio <= 1.0 || !self.is_first_in_step(StepWarning::JumpError) {
             return;
@@ -208,7 +210,7 @@ impl Run<'_> {
         )))
     }
 
-    /// Ratio of the error `depth_error` (mm) of a jump to the error that the tolerance allows it.
+    /// Ratio of the error `depth_error` (mm) of a jump to the error that `tolerance` allows for this jump.
     pub(super) fn error_ratio(&self, tolerance: f64, depth_error: f64, jump: &WearJump) -> f64 {
         let cycles = self.cycles();
         if depth_error == 0.0 {
@@ -226,7 +228,8 @@ impl Run<'_> {
         depth_error / (tolerance * all * cycles.integrator.error_budget(share))
     }
 
-    /// `contact` and `stick` are the radii before the jump.
+    /// Measures by which the step controller judges the trial `jump`. `contact` and `stick` are the radii before the
+    /// jump, mm.
     fn trial_measures(&self, tolerance: f64, [contact, stick]: [f64; 2], jump: &WearJump) -> TrialMeasures {
         let [new_contact, new_stick] =
             self.contact_and_stick_radius(&jump.cycle.contact.scaled, &jump.cycle.stick_zone);
@@ -240,8 +243,8 @@ impl Run<'_> {
         }
     }
 
-    /// Radii of two circles. The first circle has the area of the cells in contact at any path point, the second the area of the
-    /// sticking cells among these.
+    /// Radii of two circles, mm. The first circle has the area of the cells in contact at any path point. The second
+    /// circle has the area of the cells of the stick zone that are in contact.
     fn contact_and_stick_radius(&self, scaled: &[f64], stick_zone: &StickZone) -> [f64; 2] {
         let areas = &self.prepared.model.frame.areas;
         let touching = self.cells_in_contact(scaled);

@@ -11,22 +11,24 @@ pub struct FrettingPath {
     pub drive: Drive,
     /// Displacement of body 2 (mm) or force on body 1 (N) along x, y at each path point, the + reversal point first.
     path_points: Vec<[f64; 2]>,
-    /// Position of each path point along the first half-axis, from -1 to 1 at the + reversal point.
+    /// Position of each path point along the first semi-axis, divided by the semi-axis; 1 at the + reversal point, -1
+    /// at the - reversal point.
     phases: Vec<f64>,
-    /// Displacement of body 2 at the start of the step, mm.
+    /// Displacement of body 2 along x, y at the start of the step, mm.
     pub center: [f64; 2],
-    /// Force on body 1 at the start of the step, N.
+    /// Tangential force on body 1 along x, y at the start of the step, N.
     center_force: [f64; 2],
 }
 
 impl FrettingPath {
-    /// The centre of the path is `center` if displacements are prescribed, and `force` if forces are prescribed.
+    /// Path of `closed` about a centre. The centre is `center` if displacements are prescribed, and `force` if forces
+    /// are prescribed.
     pub fn new(closed: &ClosedPath, center: [f64; 2], force: [f64; 2]) -> Self {
         let positions = closed.positions();
         Self::through(closed, &positions, center, force)
     }
 
-    /// Path of `closed` through `positions` along both half-axes, relative to these.
+    /// Path of `closed` through `positions`, which are relative to the two semi-axes (-1 to 1).
     fn through(
         closed: &ClosedPath,
         positions: &[[f64; 2]],
@@ -57,7 +59,8 @@ impl FrettingPath {
         Self::new(closed, self.center, self.center_force)
     }
 
-    /// Straight path of `closed` from the centre to the + reversal point, in increments of the same length.
+    /// Straight path of `closed` from the centre to the + reversal point, in `increments` increments of the same
+    /// length.
     pub fn first_stroke(&self, closed: &ClosedPath, increments: usize) -> Self {
         let share = |point: usize| [(point + 1) as f64 / increments as f64, 0.0];
         let positions: Vec<_> = (0..increments).map(share).collect();
@@ -79,7 +82,7 @@ impl FrettingPath {
         }
     }
 
-    /// Loads at the centre of the path, and the tangential control for the steps that follow.
+    /// Returns the loads at the centre of the path, and the tangential control for the steps that follow.
     pub fn return_to_center(&self, loads: PrescribedLoads) -> (PrescribedLoads, Tangential) {
         match self.drive {
             Drive::Shift => (
@@ -97,13 +100,14 @@ impl FrettingPath {
     pub fn loads(&self, point: usize, loads: PrescribedLoads) -> PrescribedLoads {
         let tangential = match self.drive {
             Drive::Shift => TangentialControl::Shift,
-            // The solver takes the force on body 2.
+            // The path contains the force on body 1. The solver needs the force on body 2.
             Drive::Force => TangentialControl::Force(self.path_points[point].map(|force| -force)),
         };
         PrescribedLoads { tangential, phase: self.phases[point], ..loads }
     }
 
-    /// Whether the displacement or the force stays at the centre, because only loads of the bodies vary.
+    /// Whether the prescribed displacement or force stays at the centre of the path, because only loads of the bodies
+    /// vary.
     pub fn is_held(&self) -> bool {
         self.path_points.iter().all(|point| *point == self.path_points[0])
     }

@@ -1,4 +1,4 @@
-//! Correction of coupled path points by a resolved cycle.
+//! Correction of the wear of coupled cycles (path points solved together) by resolved cycles.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,54 +8,54 @@ use crate::evolution::records::{FrameState, Resultants};
 use crate::evolution::step::{Correction, ResolvedCycleSettings};
 use crate::frame::grid::extend_field;
 
-/// Result of a resolved cycle: correction and error of the wear that the coupled path points give.
+/// Result of a resolved cycle: correction and error of the wear of the coupled cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct PathCorrection {
     /// Whether the wear is corrected. If not, all factors are 1, and the added wear is 0.
     pub corrects: bool,
-    /// Correction of the wear rates, extrapolated to the middle of the last jump.
+    /// Correction with which the present wear rates were computed.
     pub correction: RateCorrection,
-    /// Correction at the resolved cycle.
+    /// Correction measured by the resolved cycle.
     pub(super) measured: RateCorrection,
     /// Change of the factors per cycle between the previous resolved cycle and this one, `[N]`.
     pub(super) factor_rate: Vec<f64>,
-    /// Cycles of the step before the resolved cycle.
+    /// Completed cycles of the step at the resolved cycle.
     pub(super) at_cycle: f64,
-    /// Ratio of the dissipation of the resolved cycle to the dissipation of the coupled path points; 1 without correction.
+    /// Ratio of the dissipation of the resolved cycle to the dissipation of the coupled cycle; 1 without correction.
     pub dissipation_factor: f64,
     /// Increments per stroke of the resolved cycle.
     pub increments: usize,
-    /// Whether no jump has followed this resolved cycle yet.
+    /// Whether no record of a jump mentions this resolved cycle yet.
     pub is_new: bool,
-    /// Slip between the coupled path points at the resolved cycle, `[E, 2, N]` for E path points, mm.
+    /// Slip between the path points of the coupled cycle, `[E, 2, N]` for E path points, mm.
     pub(super) slip: Vec<f64>,
-    /// Ratio of elastic lag to slip at the resolved cycle.
+    /// Ratio of elastic lag to slip in the coupled cycle.
     pub(super) lag_ratio: f64,
-    /// Whether the whole contact slid at the resolved cycle.
+    /// Whether the whole contact slips in the coupled cycle.
     pub(super) full_slip: bool,
-    /// Mean normal force at the reversal points of the resolved cycle, N.
+    /// Mean normal force at the reversal points of the coupled cycle, N.
     pub(super) normal_force: f64,
     /// Wear depth at the resolved cycle, `[N]`, mm.
     pub(super) wear_depth: Vec<f64>,
-    /// Remaining error of the wear per cycle, `[N]`. With correction it is relative to the wear of the cell. Without correction it
-    /// is the error of the wear depth per wear volume, 1/mm2.
+    /// Remaining error of the wear per cycle, `[N]`. With correction, the error is divided by the wear of the cell.
+    /// Without correction, the error of the wear depth is divided by the wear volume, 1/mm2.
     pub(super) remaining_error: Vec<f64>,
-    /// Remaining error of the wear volume per cycle from the increments per stroke, relative to the wear volume, to which the errors
-    /// of the cells are added with correction.
+    /// Remaining error of the wear volume from the increments per stroke, divided by the wear volume. With correction
+    /// this is 0, because `remaining_error` then gives the error of the volume.
     pub(super) remaining_volume_error: f64,
-    /// The same from tractions that still change from cycle to cycle.
+    /// Error of the wear volume from tractions that still change from cycle to cycle, divided by the wear volume.
     pub(super) settling_error: f64,
     /// Correction of the resultants at the reversal points (+, -). `None` with [`Correction::Never`].
     pub reversal_correction: Option<[ReversalCorrection; 2]>,
-    /// Displacement of body 2 from cycle to cycle along x, y, mm.
+    /// Change of the position of body 2 per cycle along x, y, mm.
     pub(super) body_drift: [f64; 2],
-    /// Fields of the resolved cycle at the + reversal point, if it corrects.
+    /// Fields of the resolved cycle at the + reversal point; `None` without correction.
     #[serde(skip)]
     pub(super) fields: Option<FrameState>,
 }
 
-/// Difference of the resultants between a resolved and a coupled cycle at a reversal point. Forces and moments are relative to the
-/// normal force, the stick area is relative to the contact area.
+/// Difference between the resultants of a resolved cycle and of the coupled cycle at a reversal point. Forces and
+/// moments are divided by the normal force, the stick area is divided by the contact area.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct ReversalCorrection {
     shift: [f64; 2],
@@ -66,7 +66,7 @@ pub struct ReversalCorrection {
 }
 
 impl ReversalCorrection {
-    /// Removes the mean of the shifts, which is arbitrary if the body may drift.
+    /// Subtracts the mean of the two shifts, because this mean is arbitrary if body 2 may drift.
     pub(super) fn without_common_shift(mut both: [Self; 2]) -> [Self; 2] {
         let mean = [0, 1].map(|k| 0.5 * (both[0].shift[k] + both[1].shift[k]));
         both.iter_mut().for_each(|one| (0..2).for_each(|k| one.shift[k] -= mean[k]));
@@ -87,7 +87,7 @@ impl ReversalCorrection {
         }
     }
 
-    /// Adds the difference to `values`.
+    /// Adds the difference to the resultants `values` of a coupled cycle.
     pub fn apply(&self, values: &mut Resultants) {
         let force = values.normal_force;
         (0..2).for_each(|k| values.shift[k] += self.shift[k]);
@@ -99,21 +99,21 @@ impl ReversalCorrection {
     }
 }
 
-/// Slip of a cycle between its coupled path points. The elastic lag of a cell is the motion of body 2 minus the slip.
+/// Slip of a coupled cycle between its path points. The elastic lag of a cell is the motion of body 2 minus the slip.
 #[derive(Clone, Copy)]
 pub(super) struct CycleSlip {
-    /// Whether every cell slips in each increment at whose end it carries pressure.
+    /// Whether each cell slips in every increment at whose end the cell carries pressure.
     pub(super) full_slip: bool,
-    /// Largest ratio of the elastic lag of a cell to the displacement of body 2: share of a stroke in which slip spreads over the
-    /// contact.
+    /// Largest ratio of the elastic lag of a cell to the displacement of body 2. It estimates the share of a stroke in
+    /// which slip spreads over the contact.
     pub(super) slip_spread_share: f64,
-    /// Ratio of elastic lag to slip, both as means over the contact that are weighted by the normal force.
+    /// Ratio of the mean elastic lag to the mean slip. The means over the contact are weighted by the normal force.
     pub(super) lag: f64,
 }
 
 impl PathCorrection {
-    /// Correction in the middle of a jump of `length` cycles that begins after `done` cycles of the step. The factors are
-    /// extrapolated, with a limited change. The added wear is that at the resolved cycle.
+    /// Correction in the middle of a jump of `length` cycles that begins after `done` cycles of the step. The factors
+    /// are extrapolated, but change only by a limited share. The added wear is not extrapolated.
     pub fn extrapolated_correction(&self, done: f64, length: f64) -> RateCorrection {
         let ahead = done + 0.5 * length - self.at_cycle;
         let factor = |(found, slope): (&f64, &f64)| {
@@ -126,7 +126,8 @@ impl PathCorrection {
         RateCorrection { factors, added: self.measured.added.clone() }
     }
 
-    /// Correction at a cycle of the step between this resolved cycle and the later one `end`, and the factor on the dissipation.
+    /// Correction and dissipation factor at `cycle` (completed cycles of the step), interpolated between this resolved
+    /// cycle and the later resolved cycle `end`.
     pub(super) fn correction_at(&self, end: &Self, cycle: f64) -> (RateCorrection, f64) {
         let share = (cycle - self.at_cycle) / (end.at_cycle - self.at_cycle);
         let [from, to] = [self.dissipation_factor, end.dissipation_factor];
@@ -146,7 +147,8 @@ impl PathCorrection {
         }
     }
 
-    /// Returns whether to resolve the cycle again. `changed` returns the relative change of the slip since a given earlier slip.
+    /// Returns whether the cycle must be resolved again. `slip` and `normal_force` belong to the present coupled cycle.
+    /// `changed` returns the relative change of the slip since a given earlier slip.
     pub(super) fn is_due(
         &self,
         used: ResolvedCycleSettings,

@@ -1,11 +1,11 @@
-//! Correction of the wear rates that follow from the coupled path points.
+//! Correction of the wear rates of coupled cycles (path points solved together).
 
 use serde::{Deserialize, Serialize};
 
 use crate::frame::grid::extend_field;
 
-/// Correction r = f c + a of the wear c of the coupled path points per cycle. The factor f acts on the implicit wear of a jump. The
-/// added wear a is that of cells which slip within a stroke, but little or not at all between the path points.
+/// Correction r = f c + a of the wear c per coupled cycle. The factor f acts on the implicit wear of a jump. The added
+/// wear a is the wear of cells that slip within a stroke, but little or not at all between the path points.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RateCorrection {
     /// Factors f, `[N]`.
@@ -15,12 +15,12 @@ pub struct RateCorrection {
 }
 
 impl RateCorrection {
-    /// No correction of `n` cells.
+    /// Correction without effect for `n` cells: f = 1, a = 0.
     pub fn none(n: usize) -> Self {
         Self { factors: vec![1.0; n], added: vec![0.0; n] }
     }
 
-    /// Linear interpolation between this correction and `end`, `share` of the way.
+    /// Interpolates linearly from this correction (`share` = 0) to the correction `end` (`share` = 1).
     pub(super) fn between(&self, end: &Self, share: f64) -> Self {
         let between = |from: &[f64], to: &[f64]| {
             from.iter().zip(to).map(|(from, to)| from + share * (to - from)).collect()
@@ -28,7 +28,8 @@ impl RateCorrection {
         Self { factors: between(&self.factors, &end.factors), added: between(&self.added, &end.added) }
     }
 
-    /// Wear of `passes` cycles with this correction minus the wear `worn` with the correction `used`, `[N]`, mm.
+    /// Wear of `passes` cycles with this correction minus the wear `worn` of these cycles with the correction `used`,
+    /// `[N]`, mm.
     pub(super) fn missed_by(&self, used: &Self, worn: &[f64], passes: f64) -> Vec<f64> {
         let missed = |i: usize| {
             let coupled = (worn[i] - passes * used.added[i]) / used.factors[i];
@@ -50,8 +51,8 @@ impl RateCorrection {
 mod tests {
     use super::*;
 
-    /// Truth: wear w = N (f c + a) of N cycles at the coupled rates c. With another correction f', a' it differs by
-    /// N ((f' - f) c + a' - a). Half of the way between both corrections it differs by half of that.
+    /// Truth: N cycles with the coupled rates c wear w = N (f c + a). With another correction f', a' the wear differs
+    /// by N ((f' - f) c + a' - a). Halfway between the two corrections it differs by half of this amount.
     #[test]
     fn missed_wear_is_the_difference() {
         let used = RateCorrection { factors: vec![0.5, 2.0], added: vec![0.0, 3.0] };

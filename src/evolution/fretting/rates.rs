@@ -1,4 +1,4 @@
-//! Wear rates before a jump.
+//! Rates of wear and dissipation before a jump.
 
 use std::time::Instant;
 
@@ -11,7 +11,8 @@ use crate::evolution::run::{Advance, Run};
 use crate::evolution::step::Integrator;
 
 impl Run<'_> {
-    /// Computes the rates at the current wear depth. If the contact does not converge, records a jump of length 0 and ends the run.
+    /// Computes the rates of wear and dissipation at the current wear depth. If the contact does not converge, records
+    /// a jump of length 0 and ends the run.
     pub(super) fn evaluate_rates(&mut self, wear_step: &mut WearStepState, clock: Instant) -> Advance {
         let cycles = self.cycles();
         let (worn, at) = (self.state.wear_depth.clone(), wear_step.completed / cycles.count);
@@ -34,7 +35,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// As [`Self::evaluate_rates`], after the operators have changed.
+    /// Computes the rates again after the operators have changed. Warns if prescribed explicit jumps are then unstable.
     pub(super) fn reevaluate_rates(&mut self, wear_step: &mut WearStepState) -> Advance {
         self.evaluate_rates(wear_step, Instant::now())?;
         wear_step.rates_outdated = false;

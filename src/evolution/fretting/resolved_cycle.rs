@@ -1,6 +1,8 @@
-//! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md). A resolved cycle corrects the wear that
-//! follows from the slip between the coupled path points. A cycle is resolved again when slip, elastic lag or normal
-//! force has changed, or after each jump if its increments are given. Resolved cycles do not change the stick zone of the coupled cycle.
+//! Resolved cycles: strokes solved one increment after the other (docs/theory-wear.md).
+//!
+//! A resolved cycle corrects the wear of the coupled cycle, whose path points are solved together. A cycle is resolved
+//! again when slip, elastic lag or normal force has changed. If the number of increments is given, a cycle is resolved
+//! after each jump. Resolved cycles do not change the stick zone of the coupled cycle.
 
 use crate::contact::Unknowns;
 use crate::evolution::field_measures::volume;
@@ -19,23 +21,24 @@ use crate::evolution::run::{Advance, Run};
 use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
 
-/// Coupled cycle before the first jump or at the end of a jump, not evaluated.
+/// Coupled cycle before the first jump or at the end of a jump. Its contact state has not been evaluated.
 struct WornCycle {
     cycle: CycleState,
     /// Wear depth, `[N]`, mm.
     wear_depth: Vec<f64>,
     /// Completed cycles of the step.
     completed: f64,
-    /// Dissipation per cycle with the present factor, N mm.
+    /// Dissipation per cycle, including the present dissipation factor, N mm.
     dissipation_rate: f64,
 }
 
 impl<'a> Run<'a> {
-    /// Closed path and settings of the resolved cycles of the current step, if any.
+    /// Closed path and settings of the resolved cycles of the current step. `None` if the step has no resolved cycles.
     pub(super) fn resolved_path(&self) -> Option<(&'a ClosedPath, ResolvedCycleSettings)> {
         let closed = self.step().kind.closed_path()?;
         let wears = self.wears();
-        // A given number of increments also corrects forces and dissipation, but without friction they change nothing.
+        // Resolved cycles with a given number of increments also correct forces and dissipation, so they do not
+        // require wear. Without friction they have no effect.
         let settings = closed.resolved_cycles.filter(|used| wears || used.increments.is_some())?;
         let always = settings.correction == Correction::Always && settings.increments.is_none();
         (always || self.has_friction()).then_some((closed, settings))
@@ -55,7 +58,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Resolves the cycle at the end of a trial of a jump, if that is due.
+    /// Resolves the cycle at the end of the trial `jump`, if necessary.
     pub(super) fn resolve_end(
         &mut self,
         wear_step: &mut WearStepState,
@@ -92,7 +95,8 @@ impl<'a> Run<'a> {
         CoupledCycle { slip, wear, cycle, wear_depth, completed }
     }
 
-    /// `None` if the cycle need not be resolved again, or if a resolved cycle does not converge.
+    /// Resolves the coupled cycle `worn` if necessary. `None` if this is not necessary, or if a resolved cycle does not
+    /// converge.
     fn resolve_cycle(
         &mut self,
         wear_step: &mut WearStepState,
@@ -119,7 +123,8 @@ impl<'a> Run<'a> {
         if let Some(refined) = refined {
             return Ok(Some(self.correction_by(wear_step, &refinement, &refined)));
         }
-        // The error stays unknown, and the cycle is not resolved again.
+        // If the first resolved cycle does not converge and the wear is not corrected, an error of 0 is stored. The
+        // cycle is then not resolved again.
         let unknown = || RefinedCycle {
             wear: coupled.wear.clone(),
             change: vec![0.0; areas.len()],
@@ -165,8 +170,7 @@ impl<'a> Run<'a> {
         if corrects { measured.with_correction(refined, coupled, before, areas) } else { measured }
     }
 
-    /// Error of the coupled cycle: the difference from the resolved cycle plus the change by the last
-    /// refinement.
+    /// Error of the coupled cycle: the difference from the resolved cycle plus the change by the last refinement.
     fn error_measurement(
         &self,
         coupled: &CoupledCycle,
@@ -201,7 +205,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// `by` is the wear depth of the jump, `[N]`, mm.
+    /// Adds the remaining errors of the resolved cycle to the estimated errors of the run. `by` is the wear depth of
+    /// the jump, `[N]`, mm.
     pub(super) fn add_path_error(&mut self, resolved: &PathCorrection, by: &[f64]) {
         let areas = &self.prepared.model.frame.areas;
         let wear_volume = volume(by, areas).abs();
@@ -216,7 +221,8 @@ impl<'a> Run<'a> {
 }
 
 impl PathCorrection {
-    /// `before` is the previous correction.
+    /// Adds the correction from the coupled cycle to the resolved cycle. `before` is the previous correction, from
+    /// which the change of the factors per cycle follows.
     fn with_correction(
         self,
         RefinedCycle { wear, change, .. }: &RefinedCycle,

@@ -1,17 +1,19 @@
-//! Settings of wear steps. Unless a setting names a measurement, no measurement that chose its value is recorded.
+//! Settings of wear steps. If a setting mentions no measurement, no recorded measurement supports its value. A coupled
+//! cycle is a cycle whose path points are solved together.
 
 pub(super) struct StickZoneSettings {
-    /// Largest ratio of the slip in one increment to the amplitude at which a cell counts as sticking. The margin of
-    /// [`crate::contact::Increment::sticks`] is not used for strokes, whose tractions are less accurate.
+    /// Largest slip in one increment with which a cell counts as sticking, divided by the amplitude. Strokes do not use
+    /// the criterion [`crate::contact::Increment::sticks`], because their tractions are less accurate.
     pub stick_slip_share: f64,
-    /// Largest number of coupled solutions per stage.
+    /// Largest number of solutions of the coupled cycle per stage of a jump.
     pub max_passes: usize,
-    /// Largest number of cycles without wear that are solved until a cycle is periodic.
+    /// Largest number of cycles at constant wear depth that are solved to find a periodic cycle.
     pub max_settling_cycles: usize,
-    /// Increments of the first strokes that find the stick zone, if cells stick. With single increments, forces of random scenes were
-    /// off by up to 3 %.
+    /// Increments per stroke of the first cycle that finds the stick zone, if cells stick. With one increment per
+    /// stroke, forces in random scenes were wrong by up to 3 %.
     pub settling_increments: usize,
-    /// Largest change of the responses from one cycle to the next for which the cycle counts as periodic, relative to their range.
+    /// Largest change of the responses from one cycle to the next with which the cycle counts as periodic, relative to
+    /// the range of the responses.
     pub periodic_tolerance: f64,
     /// Smallest tolerance of the natural residual for strokes that are solved increment by increment.
     pub stroke_tolerance: f64,
@@ -27,24 +29,25 @@ pub(super) const STICK_ZONE: StickZoneSettings = StickZoneSettings {
 };
 
 pub(super) struct WearStepSettings {
-    /// Largest wear depth that the first controlled jump aims at, relative to the approach.
+    /// Wear depth at which the first jump with controlled length aims, relative to the approach.
     pub first_jump_depth_share: f64,
     /// Smallest ratio of jump tolerance to solver tolerance without a warning. Below this ratio, errors of the contact solutions
     /// dominate.
     pub min_tolerance_ratio: f64,
-    /// Depth, relative to the approach, that is added to the largest wear depth in the reference of the jump error. The addition
-    /// keeps errors of negligible depths from limiting the jumps.
+    /// Depth, relative to the approach, that is added to the largest wear depth in the allowed error of a jump. Without
+    /// this addition, errors of negligible depths would limit the jumps.
     pub negligible_depth_share: f64,
-    /// Ratio of the largest pressure to its value at the start of the step, at which wear at a fixed approach ends. Smaller
-    /// pressures are lost in the rounding of the gap.
+    /// Ratio of the largest pressure to its value at the start of the step. Below this ratio, wear at a fixed approach
+    /// ends, because smaller pressures are lost in the rounding of the gap.
     pub worn_out_pressure_ratio: f64,
-    /// Largest share of the contact area that the second stage of SDIRK2 may lose. Wear widens contacts, so a jump that loses more
-    /// is too long.
+    /// Largest share of the contact area that the second stage of SDIRK2 may lose. Wear widens contacts, so a jump that
+    /// loses a larger share is too long.
     pub max_lost_contact_share: f64,
     /// Ratio of the reported error of the wear volume to the embedded estimate. In the reference scene with a tilt of 90 degrees,
     /// the embedded estimate contains a fifth to a third of the error (docs/theory-wear.md).
     pub volume_error_factor: f64,
-    /// Weight of the square root in the error budget of the Euler methods, for cells that come into contact.
+    /// Weight of the square root in the error budget of the Euler methods. The square root accounts for cells that come
+    /// into contact.
     pub min_error_budget_share: f64,
 }
 
@@ -59,30 +62,35 @@ pub(super) const WEAR_STEP: WearStepSettings = WearStepSettings {
 };
 
 pub(super) struct RefinementSettings {
-    /// Largest number of increments per stroke, unless four times the coupled increments are more.
+    /// Largest number of increments per stroke. If four times the increments of the coupled cycle are more, this
+    /// multiple is the limit.
     pub max_increments: usize,
-    /// Least number of increments of a resolved cycle. With 2 and 4 increments, cycles of 40 random scenes agreed by chance.
+    /// Smallest number of increments per stroke of a resolved cycle. In 40 random scenes, cycles with 2 and 4
+    /// increments agreed by chance.
     pub min_increments: usize,
-    /// Share of the tolerance for the change by the last refinement. The jumps have the rest.
+    /// Share of the wear tolerance that is available for the change by the last refinement. The remaining share is
+    /// available for the jumps.
     pub tolerance_share: f64,
-    /// Ratio of the root mean square error of the cells to its change by the last refinement.
+    /// Assumed ratio of the error of the cells to the change of the cells by the last refinement (root mean squares).
     pub cell_change_share: f64,
-    /// Least number of increments of a resolved cycle, as a multiple of the increments of the coupled cycle.
+    /// Smallest number of increments of a resolved cycle, as a multiple of the increments of the coupled cycle.
     pub min_refinement: usize,
-    /// Ratio of the increments of a second resolved cycle to the increments of the first. A coupled cycle whose wear volume agrees
-    /// with the first resolved cycle stays uncorrected only if the volume of the second agrees, too.
+    /// Ratio of the increments of a second resolved cycle to the increments of the first. If the wear volume of the
+    /// first agrees with the coupled cycle, the second must agree, too; otherwise the wear is corrected.
     pub confirming_refinement: usize,
-    /// Largest relative change of the tangential force at a reversal point by the last refinement. With 8 increments the wear was
-    /// right to 1e-3, but the force across the stroke was 15 % too small.
+    /// Largest relative change of the tangential force at a reversal point by the last refinement. With 8 increments
+    /// the error of the wear was 1e-3, but the force across the stroke was 15 % too small.
     pub max_force_change: f64,
-    /// Tangential forces below this share of the normal force count as this share in their relative change.
+    /// Smallest denominator of relative changes of the tangential force, as a share of the normal force.
     pub min_force_share: f64,
-    /// Relative accuracy with which a resolved cycle measures the error of the coupled cycle if the wear is not corrected.
+    /// Tolerance of a resolved cycle that measures the error of the coupled cycle without correcting the wear, as a
+    /// share of this error.
     pub measurement_tolerance_share: f64,
     /// Lower bound on the share of a stroke in which slip spreads over the contact.
     pub min_slip_spread_share: f64,
     pub min_loop_increments: usize,
-    /// Number of cycles until a fretting loop no longer depends on its initial state.
+    /// Number of cycles solved for a fretting loop. The loop is the last cycle, which no longer depends on the initial
+    /// state.
     pub loop_cycles: usize,
 }
 
@@ -102,27 +110,29 @@ pub(super) const REFINEMENT: RefinementSettings = RefinementSettings {
 };
 
 pub(super) struct CorrectionSettings {
-    /// Smallest wear of a cell, relative to the largest, for which the cell has an individual factor.
+    /// Smallest wear of a cell, relative to the largest wear, with which the cell has its own factor.
     pub negligible_wear_share: f64,
     pub min_wear_factor: f64,
     pub max_wear_factor: f64,
     /// Largest relative change of a factor by extrapolation to the middle of a jump.
     pub max_factor_extrapolation: f64,
-    /// Largest error from factors that change during a jump, relative to the allowed error, for which the jump is not repeated.
+    /// Largest error from factors that change during a jump, divided by the allowed error, with which the jump is not
+    /// repeated.
     pub negligible_error_ratio: f64,
-    /// Ratio of the estimated error with the mean factors of a jump to the change by the mean factors. The trapezoidal rule has this
-    /// ratio if the factors used were extrapolated from an earlier jump of the same length.
+    /// Estimated error of a jump that is repeated with the mean factors, divided by the change of the wear by these
+    /// factors. The trapezoidal rule gives this value if the factors before were extrapolated from an earlier jump of
+    /// the same length.
     pub mean_error_share: f64,
-    /// Growth of the ratio of elastic lag to slip after which a cycle that needed no correction is resolved again.
+    /// Growth of the ratio of elastic lag to slip after which an uncorrected cycle is resolved again.
     pub recheck_lag_growth: f64,
-    /// Factor of change of the normal force after which a cycle is resolved again, because the elastic lag then takes another share
-    /// of the stroke.
+    /// Factor by which the normal force changes before a cycle is resolved again. With another normal force, the
+    /// elastic lag takes another share of the stroke.
     pub recheck_force_ratio: f64,
-    /// Estimated change of the wear volume until the tractions are steady, relative to the change of the wear volume from one cycle
-    /// to the next.
+    /// Ratio of two changes of the wear volume: the estimated change until the tractions are steady, and the change
+    /// from one cycle to the next.
     pub drift_error_factor: f64,
-    /// Relative difference between the tangential forces of prescribed increments and of the resolved cycle, above which a warning
-    /// is given.
+    /// Smallest relative difference between the tangential forces of the coupled cycle and of the resolved cycle that
+    /// causes a warning.
     pub min_reported_force_difference: f64,
 }
 

@@ -1,9 +1,11 @@
-//! Stick zone of a cycle: the cells that stick through the whole cycle, and the tangential gap at which they stick.
+//! Stick zone of a cycle: the cells that stick through the whole cycle, and the tangential gap at which they stick
+//! (stick gap).
 //!
 //! * [`CycleState::decide_by_stroke`] decides the zone while the increments of a stroke are solved one after the other.
-//! * [`Run::solve_path_points`] solves the path points together with a given zone, and [`CycleState::has_consistent_stick_zone`]
-//!   tests whether the zone agrees with the solution. If not, the zone is recomputed, unless the responses of the cycle no longer
-//!   change.
+//! * [`Run::solve_path_points`] solves the path points together with a given zone, and
+//!   [`CycleState::has_consistent_stick_zone`] tests whether the zone agrees with the solution. If not, the zone is
+//!   recomputed. The iteration also ends when the responses (forces, or displacements under prescribed forces) no
+//!   longer change.
 //!
 //! A cycle without an accepted zone ends with `StickZoneNotConverged`.
 
@@ -21,11 +23,15 @@ use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_prob
 use crate::evolution::run::Run;
 
 impl CycleState {
-    /// Decides which cells stick, from the solution `it` of an increment of a stroke. Cells that slip by up to `slip_limit` stick.
+    /// Decides which cells stick, from the solution `it` of an increment of a stroke. Cells that slip by up to
+    /// `slip_limit` stick.
     ///
-    /// At the first increment the zone `starts` with all cells: at point 1, after the + reversal point. At the - reversal point, the
-    /// zone therefore describes the stroke from + to -. In a periodic cycle, the other stroke reverses the slip of this stroke. With
-    /// loads in phase a body may move on from cycle to cycle, so the zone describes both strokes.
+    /// If `starts` is true, the zone starts with all cells. Usually this happens at point 1, after the + reversal
+    /// point. At the - reversal point, the zone then describes the stroke from + to -. The other stroke of a periodic
+    /// cycle only reverses the slip of this stroke.
+    ///
+    /// With loads that vary in phase, body 2 may drift from cycle to cycle. The zone then starts with the cycle and
+    /// describes both strokes.
     pub(super) fn decide_by_stroke(&mut self, it: &ContactState, slip_limit: f64, starts: bool) {
         let n = self.stick_zone.mask.len();
         if starts {
@@ -36,7 +42,7 @@ impl CycleState {
         }
     }
 
-    /// Removes cells that slip at a path point from the stick zone. Returns whether there were any.
+    /// Removes cells that slip at a path point from the stick zone. Returns whether any cell was removed.
     pub fn release_slipping_cells(&mut self, problem: &Increment, slip_limit: f64) -> bool {
         let (n, points) = (problem.n(), problem.path_points.len());
         let mut any = false;
@@ -58,9 +64,10 @@ impl CycleState {
         any
     }
 
-    /// Returns whether the stick zone agrees with the solution: cells of the zone stick or slip little at all path points, and each
-    /// other cell slips at a path point. A cell that starts to stick needs new strokes, because its stick gap depends on the
-    /// history.
+    /// Returns whether the stick zone agrees with the solution. Cells of the zone must stick or slip little at all path
+    /// points, and every other cell must slip at some path point.
+    ///
+    /// A cell that starts to stick requires new strokes, because its stick gap depends on the history.
     pub fn has_consistent_stick_zone(&self, problem: &Increment, slip_limit: f64) -> bool {
         let (n, points) = (problem.n(), problem.path_points.len());
         (0..n).all(|i| {
@@ -79,7 +86,8 @@ impl CycleState {
 }
 
 impl Run<'_> {
-    /// Solves the path points of a cycle together, or steady sliding, and decides the stick zone of the cycle.
+    /// Solves the path points of a cycle together and decides the stick zone of the cycle. Also solves steady sliding,
+    /// which has no stick zone.
     pub(super) fn solve_path_points(
         &mut self,
         StageSpec { step_fraction, wear_depth: worn, implicit_passes, options }: StageSpec,
@@ -115,7 +123,7 @@ impl Run<'_> {
             jump.solves += 1;
             jump.checks = before.worst(&checks);
             let SlipSource::ClosedPath(path) = &wear_step.slip_source else { return Ok(()) };
-            // Cells that had to stick but would slip can prevent convergence.
+            // Cells that are forced to stick, although they would slip, can prevent convergence.
             let slip_limit = jump.cycle.slip_limit(&self.prepared);
             if report.stop == StopReason::Iterations
                 && jump.cycle.release_slipping_cells(&problem, slip_limit)
@@ -128,7 +136,8 @@ impl Run<'_> {
                 return Ok(());
             }
             let now = self.responses_at_path_points(&jump.cycle, path);
-            // Cells at the edge of the zone alternate between stick and slip, but the responses of the cycle stay the same.
+            // The responses of the cycle no longer change, although cells at the edge of the zone alternate between
+            // stick and slip.
             if last.is_some_and(|last| now.are_periodic(&last)) {
                 return Ok(());
             }
@@ -147,8 +156,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If a stroke does not converge, the path
-    /// points keep their coupled solution.
+    /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If a stroke does not converge,
+    /// the path points keep the solution in which they were solved together.
     fn recompute_stick_zone(
         &mut self,
         strokes: &Strokes,
@@ -159,7 +168,8 @@ impl Run<'_> {
         let options = stroke_options(strokes.options);
         let strokes = &Strokes { options: &options, ..*strokes };
         let (path, loads, worn) = (strokes.path, strokes.loads, strokes.wear_depth);
-        // A span that ends below the fraction 1 skips the check of the operator, which would repeat in every stroke.
+        // The span ends below the fraction 1, so the solver skips the check of the operator. Otherwise every stroke
+        // would repeat this check.
         let progress = &ProgressSpan { name: progress.name, from: progress.from, to: progress.from };
         let coupled = (Unknowns::from_state(&cycle.contact), cycle.stick_zone.clone());
         let mut reference = IncrementStart::at_path_point(&cycle.contact, half).reference;
@@ -175,7 +185,8 @@ impl Run<'_> {
                 solves += 1;
                 sum = solved.report.with_work_of(&sum);
                 if sum.stop != StopReason::Converged {
-                    // Restores the last coupled solution, which is reported.
+                    // Restores the last solution of the coupled path points, because the record contains this
+                    // solution.
                     coupled.0.restore_into(&mut cycle.contact);
                     cycle.stick_zone = coupled.1;
                     let laws = ActiveLaws::of(self.step());
@@ -191,7 +202,7 @@ impl Run<'_> {
                 reference = solved.next.reference;
             }
             let found = self.responses_at_path_points(cycle, path);
-            // A cycle that is not periodic after the last pass still gives a stick zone.
+            // If the cycle is still not periodic after the last pass, its stick zone is used nevertheless.
             if before.is_some_and(|before| found.are_periodic(&before)) {
                 break;
             }

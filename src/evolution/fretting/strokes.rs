@@ -18,17 +18,20 @@ use crate::evolution::state;
 use crate::evolution::step::{ClosedPath, Correction, Drive};
 use crate::omitted::OmittableWork;
 
-/// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed. In cycles of loads
-/// of the bodies alone, whose force and displacement may stay, the tangential tractions of all cells.
+/// Responses at the path points: forces if displacements are prescribed, displacements if forces are prescribed.
+///
+/// If only loads of the bodies vary, force and displacement may be constant. The responses are then the tangential
+/// tractions of all cells.
 pub(super) struct Responses {
     values: Vec<[f64; 2]>,
-    /// Whether body 2 may move on from cycle to cycle.
+    /// Whether the position of body 2 may change from cycle to cycle (drift).
     may_drift: bool,
 }
 
 impl Responses {
-    /// Returns whether the responses differ from the responses `before` of the previous cycle by at most `periodic_tolerance` of
-    /// their range. Positions are compared relative to the first point if the body may drift in one of the cycles.
+    /// Returns whether the responses differ from the responses `before` of the previous cycle by at most
+    /// `periodic_tolerance` of their range. If body 2 may drift in one of the cycles, positions are compared relative
+    /// to the first point.
     pub(super) fn are_periodic(&self, before: &Self) -> bool {
         let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
         let from = |of: &Self| if self.may_drift || before.may_drift { of.values[0] } else { [0.0; 2] };
@@ -44,7 +47,8 @@ impl Responses {
 }
 
 impl Run<'_> {
-    /// Solves cycles without wear, stroke by stroke, until the cycle is periodic. The stick zone depends on this history.
+    /// Solves cycles at constant wear depth, stroke by stroke, until the cycle is periodic. The stick zone depends on
+    /// these strokes.
     pub(super) fn find_periodic_cycle(
         &mut self,
         path: &FrettingPath,
@@ -62,7 +66,8 @@ impl Run<'_> {
         let fine = path.with_increments(&ClosedPath { increments: ratio * closed.increments, ..*closed });
         let mut before: Option<Responses> = None;
         for number in 0..STICK_ZONE.max_settling_cycles {
-            // The first cycle gives sticking cells their tractions, which later cycles keep.
+            // Sticking cells keep the tractions of the first cycle in later cycles, so only the first cycle has fine
+            // increments.
             let (fine, ratio) = if number == 0 { (&fine, ratio) } else { (path, 1) };
             let half = fine.reversal_index();
             let up = if number == 0 { 0..0 } else { half + 1..fine.len() + 1 };
@@ -88,9 +93,11 @@ impl Run<'_> {
         Ok(work)
     }
 
-    /// Ratio of the increments of the strokes that find the stick zone to the path points, and the work to find it. The tractions of
-    /// sticking cells depend on the path, so strokes are refined if a cell sticks at a reversal point, and resolved cycles correct the
-    /// path points.
+    /// Number of increments in the first cycle per increment between path points, and the solver work to find this
+    /// number.
+    ///
+    /// The tractions of sticking cells depend on the path. Strokes are therefore refined if a cell sticks at a reversal
+    /// point and resolved cycles correct the wear.
     fn settling_ratio(&mut self, path: &FrettingPath, loads: PrescribedLoads) -> Advance<(usize, SolveWork)> {
         let Some((closed, _)) =
             self.resolved_path().filter(|(_, settings)| settings.correction != Correction::Never)
@@ -121,7 +128,8 @@ impl Run<'_> {
         Ok((1, work))
     }
 
-    /// Solves the increment of a stroke that ends at `point` of `path`. `coupled` is the path point of `cycle` with the same position.
+    /// Solves the increment of a stroke that ends at `point` of `path`. `coupled` is the path point of `cycle` at the
+    /// same position, if `cycle` has one.
     fn advance_stroke(
         &mut self,
         path: &FrettingPath,
@@ -165,7 +173,8 @@ impl Run<'_> {
         Responses { values: (0..path.len()).map(at).collect(), may_drift }
     }
 
-    /// `rigid` contains prescribed motions and initial guesses.
+    /// Solves an increment of a stroke from the state of the run, and updates this state. `rigid` contains prescribed
+    /// motions and initial guesses of unknown motions.
     pub(super) fn advance_cycle_increment(
         &mut self,
         loads: PrescribedLoads,
@@ -204,7 +213,8 @@ impl Run<'_> {
         Ok((it, report))
     }
 
-    /// Path points whose slip is measured from the previous path point, or in sticking cells from the stick gap.
+    /// Path points with their slip references. Slip is measured from the previous path point; sticking cells measure
+    /// slip from the stick gap.
     pub(in crate::evolution) fn path_points(
         &mut self,
         path: &FrettingPath,
@@ -225,7 +235,8 @@ mod tests {
         Responses { values: values.to_vec(), may_drift }
     }
 
-    /// Truth: in a steady-state cycle the motion is the same in each cycle, except for a drift, which shifts all positions alike.
+    /// Truth: the motion in a steady-state cycle is the same as in the cycle before, except for a drift that shifts all
+    /// positions equally.
     #[test]
     fn drift_is_periodic() {
         let before = [[1.0, 0.0], [-1.0, 0.5]];

@@ -1,11 +1,13 @@
 //! Integration of wear over a jump of ΔN cycles (docs/theory-wear.md).
 //!
-//! A jump integrates dw/dN = F(w) with wear depth w and number of cycles N. F = Σ_k p_k |s_k|_i sums pressure times slip over the
-//! increments k of a cycle. The norm |s|_i = √((i1·s1)² + (i2·s2)²) contains the specific wear rates i1, i2 along the wear axes.
-//! The path points of a cycle are solved together. The slip s of an increment is the difference of the tangential gaps at its path
-//! points (elastic recovery included). The wear depth is common to all path points, and implicit except in explicit Euler. Cells
-//! that stick through the whole cycle keep their stick gap. A resolved cycle corrects F cell by cell to f F + a
-//! ([`RateCorrection`]) with the same f and a in the whole jump.
+//! A jump integrates dw/dN = F(w) with wear depth w and number of cycles N. F = Σ_k p_k |s_k|_i is the sum over the
+//! increments k of a cycle. p_k is the mean pressure and s_k the slip of increment k. The norm |s|_i = √((i1·s1)² +
+//! (i2·s2)²) contains the specific wear rates i1, i2 along the wear axes.
+//!
+//! The path points of a cycle are solved together. The slip of an increment is the difference of the tangential gaps at
+//! its path points, so it includes the elastic recovery. All path points have the same wear depth, which is implicit
+//! except in explicit Euler. Cells that stick through the whole cycle keep their stick gap. A resolved cycle corrects F
+//! in each cell to f F + a ([`RateCorrection`]) with the same f and a in the whole jump.
 
 use crate::contact::Increment;
 use crate::contact::SolverOptions;
@@ -26,8 +28,8 @@ use crate::evolution::step::Integrator;
 /// γ of the L-stable two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
-/// Stage of an integrator at the wear depth w_stage = w + `implicit_weight` ΔN F(w_stage), with w the depth before the stage. The
-/// stage adds `solution_weight` ΔN F(w_stage) to the wear of the jump.
+/// Stage of an integrator. The stage is evaluated at the wear depth w_stage = w + `implicit_weight` ΔN F(w_stage),
+/// where w is the wear depth before the stage. The stage adds `solution_weight` ΔN F(w_stage) to the wear of the jump.
 #[derive(Debug, Clone, Copy)]
 struct StageWeights {
     implicit_weight: f64,
@@ -35,11 +37,12 @@ struct StageWeights {
     abscissa: f64,
 }
 
-/// Runge-Kutta scheme with an embedded quadrature one order higher for the error estimate.
+/// Runge-Kutta scheme. An embedded quadrature of one order higher gives the error estimate.
 struct Scheme {
     stages: &'static [StageWeights],
     start_weight: f64,
-    /// Differences b - b̃ of the weights of method and embedded quadrature, for the rates at the start and in the stages.
+    /// Differences b - b̃ between the weights of the method and of the embedded quadrature. The first difference belongs
+    /// to the rate at the start, the others to the rates of the stages.
     error_weights: &'static [f64],
 }
 
@@ -55,7 +58,7 @@ const SDIRK2: Scheme = Scheme {
     error_weights: &[SDIRK2_ERROR[0], SDIRK2_ERROR[1], SDIRK2_ERROR[2]],
 };
 
-/// b - b̃ with b̃1 = (1/6) / (γ - γ²), b̃2 = 1/2 - γ b̃1, b̃0 = 1 - b̃1 - b̃2.
+/// Differences b - b̃ with b̃1 = (1/6) / (γ - γ²), b̃2 = 1/2 - γ b̃1, b̃0 = 1 - b̃1 - b̃2.
 const SDIRK2_ERROR: [f64; 3] = {
     let first = (1.0 / 6.0) / (GAMMA - GAMMA * GAMMA);
     let second = 0.5 - GAMMA * first;
@@ -85,10 +88,12 @@ impl Integrator {
         }
     }
 
-    /// Allowed error of a jump that covers the part `share` of its step, as a fraction of the allowed error of the step. With
-    /// SDIRK2 most of the error is in cells that come into contact. These cells differ from jump to jump, so the squares of their
-    /// errors add up. With the Euler methods, errors have the same sign, except in cells that come into contact. The lower bound
-    /// covers these cells.
+    /// Allowed error of a jump that covers the part `share` of its step, as a fraction of the allowed error of the
+    /// step.
+    ///
+    /// With SDIRK2 most of the error is in cells that come into contact. These cells differ from jump to jump, so the
+    /// squares of their errors add up. With the Euler methods, errors have the same sign, except in cells that come
+    /// into contact. A lower bound on the allowed error accounts for these cells.
     pub(super) fn error_budget(self, share: f64) -> f64 {
         if self == Self::Sdirk2 {
             share.sqrt()
@@ -103,7 +108,7 @@ impl Integrator {
     }
 }
 
-/// Trial of a jump, not yet committed to the state of the run.
+/// Trial of a jump that is not yet added to the state of the run.
 pub(super) struct WearJump {
     /// Cycles, or sliding distance in mm.
     pub length: f64,
@@ -134,7 +139,7 @@ pub(super) struct WearJump {
     pub reaches_frame_edge: bool,
     /// Estimated error of the wear depth from factors that change during the jump, `[N]`, mm.
     pub path_error: Vec<f64>,
-    /// Root mean square of `path_error`, as `depth_error`, mm.
+    /// Root mean square of `path_error` over the contact at the end of the jump, mm.
     pub path_depth_error: f64,
 }
 
@@ -167,7 +172,7 @@ impl WearJump {
         SolveWork { solves: self.solves, ..SolveWork::of(&self.report) }
     }
 
-    /// Adds work that no other record contains: first strokes, rejected trials and discarded jumps.
+    /// Adds work that no other record contains: work of first strokes, rejected trials and discarded jumps.
     pub fn charge_work(&mut self, work: SolveWork) {
         self.solves += work.solves;
         self.report.iterations += work.iterations;
@@ -199,17 +204,18 @@ pub(super) struct JumpSpec {
 }
 
 pub(super) struct StageSpec<'s> {
-    /// Fraction of the step at which the loads are taken.
+    /// Fraction of the step that determines the loads.
     pub step_fraction: f64,
     /// Wear depth from which the wear of the stage starts, `[N]`, mm.
     pub wear_depth: &'s [f64],
-    /// Cycles whose wear the stage includes implicitly, or sliding distance in mm.
+    /// Number of cycles, or sliding distance in mm, whose wear is implicit in the stage.
     pub implicit_passes: f64,
     pub options: &'s SolverOptions,
 }
 
 impl Run<'_> {
-    /// Integrates the wear over `length` from the present state of the run and of `wear_step`. Neither changes.
+    /// Integrates the wear over `length` from the present state of the run and of `wear_step`. Does not change these
+    /// states.
     pub(super) fn integrate(
         &mut self,
         JumpSpec { integrator, length, rate_correction, options }: JumpSpec,
@@ -266,13 +272,14 @@ impl Run<'_> {
         rate
     }
 
-    /// Root mean square of `error` over the contact at the end of a jump.
+    /// Root mean square of `error` over the contact at the end of the jump `jump`, mm.
     pub(super) fn depth_error(&self, error: &[f64], jump: &WearJump) -> f64 {
         let touching = self.cells_in_contact(&jump.cycle.contact.scaled);
         root_mean_square(error, &self.prepared.model.frame.areas, |i| touching[i])
     }
 
-    /// Marks the cells that carry pressure at any path point of the scaled tractions, `[3, N]` per path point.
+    /// Returns for each cell whether it carries pressure at any path point. `scaled` are the scaled tractions, `[3, N]`
+    /// per path point.
     pub(super) fn cells_in_contact(&self, scaled: &[f64]) -> Vec<bool> {
         let n = self.prepared.n();
         (0..n).map(|i| scaled.chunks_exact(3 * n).any(|planes| planes[2 * n + i] > 0.0)).collect()
@@ -306,10 +313,10 @@ impl Run<'_> {
 mod tests {
     use super::*;
 
-    /// Truth: dw/dN = λ w with w(0) = 1 gives w = exp(z) after a jump ΔN, z = λΔN. Error and estimate have the order of the
-    /// integrator plus one. The ratio of estimate to error tends to 1 for the Euler methods. For SDIRK2 it tends to (Σb̃Ac - ΣbAc) /
-    /// (1/6 - ΣbAc), because 1/6 is the exact value of Σ b A c. b and b̃ are the weights of method and quadrature, A is the
-    /// Runge-Kutta matrix, and A c = (γ², 1/2).
+    /// Truth: dw/dN = λ w with w(0) = 1 gives w = exp(z) after a jump ΔN, with z = λΔN. Error and estimate have the
+    /// order of the integrator plus one. For the Euler methods, the ratio of estimate to error tends to 1. For SDIRK2
+    /// it tends to (Σb̃Ac - ΣbAc) / (1/6 - ΣbAc), because 1/6 is the exact value of ΣbAc. b and b̃ are the weights of
+    /// method and quadrature, A is the Runge-Kutta matrix, and A c = (γ², 1/2).
     #[test]
     fn estimates_of_a_linear_rate() {
         let by_rates = |b: [f64; 2]| b[0] * GAMMA * GAMMA + b[1] * 0.5;

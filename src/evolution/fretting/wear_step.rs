@@ -25,7 +25,8 @@ use crate::omitted::OmittedWork;
 impl Run<'_> {
     pub(in crate::evolution) fn run_wear_step(&mut self) -> Advance {
         loop {
-            // A jump changes this copy. A run that ends in the jump resumes from `self.progress`, the state before the jump.
+            // A jump changes this copy. If the run ends in the jump, it resumes from `self.progress`, the state
+            // before the jump.
             let mut wear_step = match &self.progress {
                 StepProgress::WearStep(committed) => committed.clone(),
                 _ => Box::new(self.begin_wear_step()?),
@@ -45,7 +46,8 @@ impl Run<'_> {
         }
     }
 
-    /// Records the last fretting loop on request. If steps follow, restores the displacement or force at the centre of the cycles.
+    /// Records the last fretting loop if the observer requests it. If steps follow, restores the displacement or force
+    /// at the centre of the cycles.
     fn finish_wear_step(&mut self, wear_step: &WearStepState) -> Advance {
         if self.observer.wants_loops() {
             self.record_fretting_loop(wear_step)?;
@@ -68,7 +70,7 @@ impl Run<'_> {
             return;
         };
         let error = record.worn_volume_error / record.worn_volume;
-        // If the whole contact sticks, the computed wear is only rounding error.
+        // If the whole contact sticks, the computed wear is only a rounding error.
         if error <= used.error_warning || record.stick_area >= record.contact_area {
             return;
         }
@@ -102,7 +104,7 @@ impl Run<'_> {
         )));
     }
 
-    /// Lists the correction by resolved cycles among the omitted work, if the last resolved cycle did not correct the wear.
+    /// Lists the correction by resolved cycles as omitted work if the last resolved cycle did not correct the wear.
     fn record_omitted_correction(&mut self, wear_step: &WearStepState) {
         let omits = |settings: &ResolvedCycleSettings| settings.correction == Correction::WhereNeeded;
         let Some(resolved) = wear_step.path_correction.as_ref().filter(|resolved| {
@@ -144,8 +146,9 @@ impl Run<'_> {
         Ok(wear_step)
     }
 
-    /// Loads that a step of cycles or sliding finds at another amplitude act before it: only a first step can, and it begins without
-    /// contact, so the motion of the surfaces is no slip.
+    /// Applies the amplitudes of the body loads in this step before the step begins. Only in a first step can these
+    /// amplitudes differ from the present ones. A first step begins without contact, so the motion of the surfaces by
+    /// the loads is not slip.
     fn apply_loads_before_contact(&mut self) {
         let amplitudes = self.amplitudes_after_step();
         if amplitudes != self.state.load_amplitudes {
@@ -205,20 +208,20 @@ impl Run<'_> {
         }
     }
 
-    /// Largest tangential motion of the gap by the loads that vary in the cycles, at a reversal point, mm.
+    /// Largest tangential change of the gap at a reversal point by the loads that vary in phase with the strokes, mm.
     fn motion_by_cyclic_loads(&self) -> f64 {
         let (n, gap) = (self.prepared.n(), self.prepared.cyclic_gap.as_deref().unwrap_or_default());
         let motions = gap.iter().take(n).zip(gap.iter().skip(n)).map(|(x, y)| x.hypot(*y));
         motions.fold(0.0, f64::max)
     }
 
-    /// Step controller whose first jump wears a share of the approach.
+    /// Step controller with a first jump whose wear depth is a share of the approach.
     fn step_controller(&self, wear_step: &WearStepState) -> StepController {
         let cycles = self.cycles();
         let fastest = wear_step.wear_rate.iter().copied().fold(0.0, f64::max);
         let Unknowns { rigid_motion, mode_amplitudes, .. } = &wear_step.cycle.contact;
         let approach = self.prepared.approach_of(&rigid_motion[0], &mode_amplitudes[0]).abs();
-        // At zero approach there is no reference depth: the first trial jump covers all cycles.
+        // At zero approach, no reference depth exists, so the first trial jump covers all cycles.
         let first = if fastest > 0.0 && approach > 0.0 {
             (WEAR_STEP.first_jump_depth_share * approach / fastest).min(cycles.count)
         } else {
@@ -239,7 +242,8 @@ impl Run<'_> {
         slip
     }
 
-    /// Loads at the fraction `at` of a step, and the normal motion of body 2 (mm) if it is prescribed.
+    /// Loads at the fraction `at` of a step, without the cyclic motion or force. Also the normal position of body 2
+    /// (mm) if the approach is prescribed.
     pub(in crate::evolution) fn loads_at(
         &self,
         wear_step: &WearStepState,

@@ -23,20 +23,20 @@ pub struct WearStepState {
     /// Dissipation per cycle (N mm), or per mm of sliding (N), at the current wear depth.
     pub dissipation_rate: f64,
     pub path_correction: Option<PathCorrection>,
-    /// Loads other than the cyclic motion, from the start of the step to its end.
+    /// Path of the loads from the start of the step to its end, without the cyclic motion or force.
     pub load_path: LoadPath,
     pub step_controller: StepController,
-    /// Work that is not in any record yet.
+    /// Solver work that no record contains yet.
     pub uncharged_work: SolveWork,
     pub jumps_done: usize,
-    /// Longest stable jump of an explicit integrator: cycles, or mm of sliding.
+    /// Longest stable jump of an explicit integrator, cycles or mm of sliding.
     pub critical_length: Option<f64>,
     /// Largest pressure at the start of the step, MPa.
     pub initial_peak_pressure: f64,
     pub touched_edge_initially: bool,
     /// Number of cycles and sliding distance (mm) before the step.
     pub totals_before: (u64, f64),
-    /// Whether rates and path points were computed with operators that have since been rebuilt.
+    /// Whether the operators have been rebuilt since rates and path points were computed.
     pub rates_outdated: bool,
 }
 
@@ -56,7 +56,7 @@ impl WearStepState {
         }
     }
 
-    /// Cycles of the whole run after `completed` cycles of the step.
+    /// Total cycles of the run after `completed` cycles of the step.
     pub fn cycles_at(&self, completed: f64) -> u64 {
         self.totals_before.0 + completed.round() as u64
     }
@@ -70,12 +70,12 @@ impl WearStepState {
         }
     }
 
-    /// Factor of a resolved cycle on the dissipation of the coupled path points; 1 without a resolved cycle.
+    /// Factor by which a resolved cycle corrects the dissipation of the coupled cycle; 1 without a resolved cycle.
     pub fn dissipation_factor(&self) -> f64 {
         self.path_correction.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
     }
 
-    /// Replaces the correction, and corrects the rates by it.
+    /// Replaces the correction by `resolved`, and applies the new correction to the rates.
     pub(super) fn take_correction(&mut self, resolved: PathCorrection) {
         let before = self.path_correction.take();
         let new = &resolved.correction;
@@ -90,13 +90,13 @@ impl WearStepState {
         self.path_correction = Some(resolved);
     }
 
-    /// Correction of the wear of the next jump, of `length` cycles; `None` without correction.
+    /// Correction for the wear of the next jump, whose length is `length` cycles; `None` without correction.
     pub(super) fn extrapolated_correction(&self, length: f64) -> Option<RateCorrection> {
         let corrected = self.path_correction.as_ref().filter(|resolved| resolved.corrects);
         corrected.map(|resolved| resolved.extrapolated_correction(self.completed, length))
     }
 
-    /// Uses the resolved cycle at the end of a rejected jump to extrapolate the factors.
+    /// Extrapolates the factors of the next trial from the resolved cycle `end` at the end of a rejected jump.
     pub(super) fn expect_factors(&mut self, end: &PathCorrection) {
         if let Some(before) = self.path_correction.as_mut().filter(|before| before.corrects) {
             let change = end.measured.factors.iter().zip(&before.measured.factors);
@@ -105,7 +105,7 @@ impl WearStepState {
         }
     }
 
-    /// Path point for reports: the motions are fixed, and slip has the same reference as in the solution.
+    /// Path point for reports. The motions are fixed, and slip has the same reference as in the solution.
     pub fn reported_path_point(&self, point: usize, stick_zone: &StickZone) -> PathPoint {
         PathPoint {
             load_phase: match &self.slip_source {
