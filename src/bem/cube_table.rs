@@ -1,4 +1,5 @@
-//! Table of the field of a point force: piecewise polynomials of the direction on the faces of a cube.
+//! Table of the displacement field G(x) of a unit force at the origin. On the faces of a cube around the force,
+//! piecewise polynomials of the direction approximate the field.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -20,7 +21,8 @@ const DEGREE: usize = 10;
 
 const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
 
-/// Number of fitting nodes along a side of a patch, one more than necessary, so that residuals show the truncation error.
+/// Number of fitting nodes along a side of a patch. `DEGREE` + 1 nodes suffice for the fit. With one more node, the
+/// residuals show the truncation error.
 const NODES: usize = DEGREE + 2;
 
 /// Maximum number of halvings of the side of a cube face.
@@ -28,24 +30,26 @@ const MOST_HALVINGS: u32 = 7;
 
 const MAX_PATCHES: usize = 1024;
 
-/// Number of directions in which a table of three faces is compared with the integrals.
+/// Number of directions in which the error of a table of three faces is measured. A table that covers less or more of
+/// the cube uses proportionally many.
 const COMPARED: usize = 2048;
 
-/// Number of values stored before the coefficients of a cached patch: face, level, two positions.
+/// Number of values stored before the coefficients of a cached patch: face, level and two position indices.
 const SQUARE_LEN: usize = 4;
 
-/// Rows and columns of the stored entries of a matrix, row by row.
+/// Row and column of each stored entry of a matrix, in row-major order.
 const GENERAL: [(usize, usize); 9] = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)];
-/// Rows and columns of the stored entries of a symmetric matrix: xx, yy, zz, yz, xz, xy.
+/// Row and column of each stored entry of a symmetric matrix: xx, yy, zz, yz, xz, xy.
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
 
-/// Number of entries per direction for symmetric G, including two zeros for SIMD alignment.
+/// Number of stored values per direction for symmetric G: three times 6 entries, and two zeros for SIMD alignment.
 pub(super) const SYMMETRIC_LEN: usize = 20;
 
-/// Number of entries per direction for unsymmetric G, including one zero for SIMD alignment.
+/// Number of stored values per direction for unsymmetric G: three times 9 entries, and one zero for SIMD alignment.
 pub(super) const GENERAL_LEN: usize = 28;
 
-/// Reflections that leave a field unchanged. The table covers one direction of each set of equivalent directions.
+/// Symmetry of the field under changes of sign of the coordinates. The table stores the field for only one direction of
+/// each set of equivalent directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum DirectionSymmetry {
     /// Inversion of a full space: G(-x) = G(x).
@@ -54,20 +58,21 @@ pub(super) enum DirectionSymmetry {
     Planes([bool; 2]),
 }
 
-/// Field on the faces of a cube around the force, in patches.
+/// Field of a unit force at the centre of a cube, approximated by polynomials on square patches of the cube's faces.
 ///
-/// On a face normal to axis a the coordinates are x_b / |x_a| and x_c / |x_a|, where b and c follow a cyclically. The entries of a
-/// direction are G and its derivatives along b and c. G is homogeneous of degree -1; x·∂G = -G gives the derivative along a.
+/// On a face normal to axis a, the face coordinates are x_b / |x_a| and x_c / |x_a|. The axes b and c follow a in
+/// cyclic order. The table stores G and its derivatives along b and c. The derivative along a follows from x·∂G = -G,
+/// because G is homogeneous of degree -1.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct CubeTable<const LEN: usize> {
     symmetry: DirectionSymmetry,
-    /// Number of squares of the smallest patch size along a side of a face.
+    /// Ratio of the side of a face to the side of the smallest patch.
     squares: usize,
-    /// Patch index of each square, `[6, squares, squares]`.
+    /// Index of the patch that covers each square of the smallest size, `[6, squares, squares]`.
     patch_of: Vec<u32>,
     patches: Vec<ChebyshevPatch<LEN>>,
-    /// Largest difference of displacement or gradient from the integrals, relative to the largest entry; at least the integrals'
-    /// error.
+    /// Estimated relative error: the largest of the measured differences from the integrals and of the error estimates
+    /// of the integrals. The differences are relative to the largest displacement or gradient entry.
     error: f64,
 }
 
@@ -76,11 +81,12 @@ struct ChebyshevPatch<const LEN: usize> {
     square: FaceSquare,
     middle: [f64; 2],
     inverse_half_side: f64,
-    /// Coefficients of T_i(u) T_j(v) with i + j up to the degree, `[TERMS]`.
+    /// Coefficients of the products T_i(s) T_j(t) of Chebyshev polynomials with i + j up to the degree, `[TERMS]`. The
+    /// patch is the square -1 <= s, t <= 1.
     coefficients: Vec<[f64; LEN]>,
 }
 
-/// Square of a face. Face a lies at x_a = 1, face a + 3 at x_a = -1.
+/// One of the 2^level x 2^level squares of a face. Face a lies at x_a = 1 and face a + 3 at x_a = -1, for a = 0, 1, 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct FaceSquare {
     face: usize,
@@ -94,7 +100,8 @@ pub(super) fn cache_key(kind: &str, stiffness: &Stiffness) -> CacheKey {
     hash.finish()
 }
 
-/// Directions spread evenly over the sphere: the R2 sequence of the plastic number.
+/// Directions spread evenly over the sphere by the R2 low-discrepancy sequence. The steps of this sequence are powers
+/// of the inverse plastic number.
 fn spread_directions() -> impl Iterator<Item = Vector3<f64>> {
     (1..).map(|k| {
         let [a, b] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3].map(|step| step * f64::from(k) % 1.0);
@@ -132,7 +139,8 @@ fn node(k: usize) -> f64 {
 }
 
 impl DirectionSymmetry {
-    /// Signs that map the point `x` to its equivalent in the table; `axis` is the axis of the largest coordinate of `x`.
+    /// Factors ±1 of the coordinates that map the point `x` to the equivalent point in the table. `axis` is the axis of
+    /// the largest coordinate of `x`.
     #[inline]
     fn signs(self, x: &Vector3<f64>, axis: usize) -> Vector3<f64> {
         let sign = |folds: bool, x: f64| if folds { 1.0_f64.copysign(x) } else { 1.0 };
@@ -142,7 +150,7 @@ impl DirectionSymmetry {
         }
     }
 
-    /// Whether a table covers `square`, which must have at most half the side of a face.
+    /// Whether a table with this symmetry covers `square`, which must have at most half the side of a face.
     fn covers(self, square: &FaceSquare) -> bool {
         let x = square.point([0.0; 2]);
         match self {
@@ -151,7 +159,7 @@ impl DirectionSymmetry {
         }
     }
 
-    /// All quarter faces that a table covers.
+    /// All quarter faces that a table with this symmetry covers.
     fn squares(self) -> impl Iterator<Item = FaceSquare> {
         let faces = (0..6).map(|face| FaceSquare { face, level: 0, place: [0; 2] });
         faces.flat_map(|face| face.quarters()).filter(move |square| self.covers(square))
@@ -165,7 +173,7 @@ impl FaceSquare {
         (self.place.map(|k| -1.0 + half * (2 * k + 1) as f64), half)
     }
 
-    /// Point of the face at (s, t) of [-1, 1]² in the square.
+    /// Point at the coordinates (s, t) of the square. The corners of the square have s, t = ±1.
     fn point(&self, [s, t]: [f64; 2]) -> Vector3<f64> {
         let ([u, v], half) = self.extent();
         let (axis, mut x) = (self.face % 3, Vector3::zeros());
@@ -189,7 +197,8 @@ impl<const LEN: usize> ChebyshevPatch<LEN> {
         Self { square, middle, inverse_half_side: 1.0 / half, coefficients }
     }
 
-    /// Fits a patch. Also returns the largest residuals of displacement and derivatives, and the largest error of the integrals.
+    /// Fits the polynomials of a patch to the integrals at the fitting nodes. Returns the patch, the largest residuals
+    /// of displacement and of derivatives, and the largest error estimate of the integrals.
     fn fitted(
         square: FaceSquare,
         integral: &impl Fn(&Vector3<f64>) -> Result<(GreenTensor, f64)>,
@@ -231,12 +240,12 @@ impl<const LEN: usize> ChebyshevPatch<LEN> {
 }
 
 impl<const LEN: usize> CubeTable<LEN> {
-    /// Computes a table with an error of about `tolerance`. The error may be larger because of the limits on patches and halvings,
-    /// or of inaccurate integrals. The error is measured in evenly spread directions and in `others`. `integral` returns the field
-    /// and an estimate of its error, relative to the largest entries.
+    /// Computes a table with an error of about `tolerance`. The error is larger if the integrals are inaccurate, or if
+    /// `MAX_PATCHES` or `MOST_HALVINGS` ends the refinement. The error is measured in evenly spread directions and in
+    /// the directions `others`. `integral` returns the field and an estimate of its relative error.
     ///
     /// # Errors
-    /// As the integrals, and if the run is cancelled.
+    /// If `integral` fails, or if the run is cancelled.
     pub(super) fn new(
         symmetry: DirectionSymmetry,
         tolerance: f64,
@@ -282,11 +291,11 @@ impl<const LEN: usize> CubeTable<LEN> {
         Ok(table)
     }
 
-    /// Reads the table from a cache, or computes it and writes it to the cache. Also returns a warning for a damaged entry or a
-    /// failed write.
+    /// Reads the table from a cache, or computes it and writes it to the cache. Also returns a warning for a damaged
+    /// cache entry or a failed write.
     ///
     /// # Errors
-    /// As `compute`, and if memory does not suffice.
+    /// If `compute` fails, or if memory does not suffice.
     pub(super) fn load_or_compute(
         kind: &str,
         stiffness: &Stiffness,
@@ -351,7 +360,7 @@ impl<const LEN: usize> CubeTable<LEN> {
         values
     }
 
-    /// Number of entries without the padding.
+    /// Number of stored values per coefficient, without the zeros for SIMD alignment.
     fn used() -> usize {
         3 * components::<LEN>().len()
     }
@@ -438,7 +447,7 @@ fn weigh_inline<const LEN: usize>(coefficients: &[[f64; LEN]], s: f64, t: f64, s
     for (i, along) in along.iter().enumerate() {
         for (across, term) in across[..=DEGREE - i].iter().zip(&mut terms) {
             let weight = along * across;
-            // The explicit groups let the compiler keep all sums in registers.
+            // Groups of four entries let the compiler keep all sums in registers.
             for (sums, entries) in total.as_chunks_mut::<4>().0.iter_mut().zip(term.as_chunks::<4>().0) {
                 (0..4).for_each(|k| sums[k] += weight * entries[k]);
             }

@@ -13,7 +13,8 @@ pub struct GreenTensor {
     pub gradient: [Matrix3<f64>; 3],
 }
 
-/// Operator for the traction on planes with the unit normal n: t_i = C_ijkl n_j ∂_l u_k. It stores C_ijkl n_j.
+/// Traction t_i = C_ijkl n_j ∂_l u_k on planes with the unit normal n, as an operator on the displacement gradient. The
+/// operator stores the matrix C_ijkl n_j for each l.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TractionOperator([Matrix3<f64>; 3]);
 
@@ -33,7 +34,7 @@ impl TractionOperator {
 }
 
 impl GreenTensor {
-    /// The field at `distance` from the force, if `self` is the field at distance 1 in the same direction.
+    /// Returns the field at `distance` from the force, if `self` is the field at distance 1 in the same direction.
     pub(super) fn at_distance(self, distance: f64) -> Self {
         let inverse = 1.0 / distance;
         Self { value: self.value * inverse, gradient: self.gradient.map(|part| part * (inverse * inverse)) }

@@ -1,10 +1,11 @@
-//! Number of Gauss points for integrals of the kernels of a material over a patch ([`QuadratureOrder`]).
+//! Number of Gauss points for the integrals of a material's kernels over a patch ([`QuadratureOrder`]).
 //!
 //! On a line x(s) = m + s h, -1 ≤ s ≤ 1, a rule with n Gauss points has a relative error of about ρ^(-2n). Here
-//! `ρ + 1/ρ = |z - 1| + |z + 1|` for the nearest complex singularity z of the kernel. With r = x - y, the isotropic kernel of a
-//! point y is singular where r·r = 0. The terms of an anisotropic kernel behave like 1/√(r·A⁻¹r). Here A_jl = C_kjkl (no sum over
-//! k) is the quadratic form of displacements along the material axis k. Other displacement directions contribute additional forms
-//! if the eigenvalues of these forms differ more, as for the diagonals of cubic crystals.
+//! `ρ + 1/ρ = |z - 1| + |z + 1|`, and z is the complex singularity of the kernel with the smallest ρ. The isotropic
+//! kernel of an evaluation point y is singular where r·r = 0 with r = x - y. The terms of an anisotropic kernel behave
+//! like 1/√(r·A⁻¹r). For displacements along a unit vector e, the quadratic form is A_jl = C_kjml e_k e_m. The forms of
+//! the three material axes are always used. Other directions contribute a form if its eigenvalues differ more. Examples
+//! are the diagonals of cubic crystals.
 
 use std::f64::consts::PI;
 
@@ -19,12 +20,13 @@ pub(super) struct Parallelogram {
     pub half_sides: [Point; 2],
 }
 
-/// Quadratic forms of a material, and the semi-axes of the Bernstein ellipses that rules require.
+/// Chooses the number of Gauss points from the quadratic forms of a material and the Bernstein ellipses of the Gauss
+/// rules.
 #[derive(Debug)]
 pub(super) struct QuadratureOrder {
-    /// A⁻¹ of each form.
+    /// Inverse A⁻¹ of each quadratic form A.
     metrics: Vec<Matrix3<f64>>,
-    /// Smallest (|z - 1| + |z + 1|) / 2 for which 1, 2, ... points suffice.
+    /// Smallest semi-axis (|z - 1| + |z + 1|) / 2 for which rules with 1, 2, ... points suffice.
     reach: Vec<f64>,
 }
 
@@ -46,8 +48,9 @@ impl QuadratureOrder {
             let [aa, ab, bb] =
                 [a.dot(&patch.half_sides[0]), a.dot(&patch.half_sides[1]), b.dot(&patch.half_sides[1])];
             let [ca, cb, cc] = [a.dot(&away), b.dot(&away), (metric * away).dot(&away)];
-            // For each side of the patch, the rule is chosen on one line parallel to this side. The line runs through the
-            // projection of `y` on the centre line along the other side.
+            // For each side of the patch, the rule is chosen on one line parallel to this side. This line passes
+            // through the projection of `y` onto the centre line along the other side. The projection is limited to the
+            // patch.
             let across = |[aa, ab, bb]: [f64; 3], [ca, cb]: [f64; 2]| {
                 let t = (cb / bb).clamp(-1.0, 1.0);
                 bernstein_semi_axis(aa, ca - t * ab, cc - 2.0 * t * cb + t * t * bb)
@@ -57,7 +60,7 @@ impl QuadratureOrder {
         self.enough(nearest)
     }
 
-    /// As [`Self::points`] for the line `middle` ± `half`.
+    /// Number of points along the line from `middle` - `half` to `middle` + `half`; `None` if the line must be divided.
     pub fn points_along(&self, middle: &Point, half: &Point, y: &Point) -> Option<usize> {
         let away = y - middle;
         let nearest = self.metrics.iter().map(|metric| {
@@ -72,7 +75,7 @@ impl QuadratureOrder {
     }
 }
 
-/// (|z - 1| + |z + 1|) / 2 for the zeros z of cc - 2 z ca + z² aa.
+/// Semi-axis (|z - 1| + |z + 1|) / 2 of the Bernstein ellipse through the zeros z of cc - 2 z ca + z² aa.
 fn bernstein_semi_axis(aa: f64, ca: f64, cc: f64) -> f64 {
     let along = ca / aa;
     let square = (cc / aa - along * along).max(0.0);
@@ -82,13 +85,14 @@ fn bernstein_semi_axis(aa: f64, ca: f64, cc: f64) -> f64 {
 /// Number of sampled directions on the Fibonacci spiral, in addition to the diagonals.
 const DIRECTIONS: usize = 200;
 
-/// Minimum ratio of largest to smallest eigenvalue for the form of an additional direction, relative to the largest ratio of the
-/// material axes.
+/// Minimum ratio of the largest to the smallest eigenvalue for the form of an additional direction, divided by the
+/// largest such ratio of the material axes.
 const MIN_RATIO_OVER_AXES: f64 = 1.2;
-/// As [`MIN_RATIO_OVER_AXES`], relative to the largest ratio of all sampled directions. The larger of the two minima applies.
+/// Minimum eigenvalue ratio as [`MIN_RATIO_OVER_AXES`], but relative to the largest eigenvalue ratio of all sampled
+/// directions. The larger of the two minima applies.
 const MIN_RATIO_SHARE: f64 = 0.5;
 
-/// Maximum cosine between additional directions (20 degrees).
+/// Maximum cosine of the angle between two additional directions: the angle is at least about 20 degrees.
 const MAX_COSINE: f64 = 0.94;
 
 fn metrics(stiffness: &Stiffness) -> Vec<Matrix3<f64>> {
@@ -143,8 +147,8 @@ fn directions() -> impl Iterator<Item = Point> {
 mod tests {
     use super::*;
 
-    /// Truth: (|z - 1| + |z + 1|)/2 is 2 for the pole z = 2 of 1/(s - 2), and √(1 + d²) for the poles ± i d of 1/√(s² + d²).
-    /// Distances along the fibre are divided by κ = √(C_1111 / C_1212).
+    /// Truth: the semi-axis (|z - 1| + |z + 1|) / 2 is 2 for the pole z = 2 of 1/(s - 2). For the branch points ± i d
+    /// of 1/√(s² + d²), the semi-axis is √(1 + d²). Distances along the fibre are divided by κ = √(C_1111 / C_1212).
     #[test]
     fn poles() {
         assert!((bernstein_semi_axis(1.0, 2.0, 4.0) - 2.0).abs() < 1e-15);

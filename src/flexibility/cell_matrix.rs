@@ -14,7 +14,7 @@ pub struct CellMatrix {
 }
 
 impl CellMatrix {
-    /// Zeros between `m` cells.
+    /// Zero matrix between `m` cells.
     ///
     /// # Errors
     /// If memory does not suffice.

@@ -67,7 +67,7 @@ impl Flexibility for SumFlexibility {
         self.parts.iter().any(|part| part.couples_normal_tangential())
     }
 
-    /// Uses the first part that has an approximate inverse, as an approximation for the sum.
+    /// Applies the first available approximate inverse of a part, as an approximation for the sum.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.parts.iter().any(|part| part.precondition_normal(normal_gap, pressure))
     }

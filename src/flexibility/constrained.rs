@@ -1,4 +1,5 @@
-//! A flexibility in which components across planes of symmetry are decoupled, in the cells on these planes.
+//! Flexibility operator for a contact with planes of symmetry. In the cells on these planes, the components across the
+//! planes are decoupled.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -13,8 +14,8 @@ use crate::flexibility::per_cell::PerCell;
 /// A cell on one or two planes of symmetry.
 struct ConstrainedCell {
     cell: usize,
-    /// P: orthogonal projector on the components in the planes. Its row and column of the normal component are those of the
-    /// identity.
+    /// Orthogonal projector P on the components in the planes. The contact normal lies in the planes, so P leaves
+    /// normal components unchanged.
     projector: Matrix3<f64>,
     /// Projector I - P on the components across the planes.
     across: Matrix3<f64>,
@@ -22,13 +23,15 @@ struct ConstrainedCell {
     compliance: f64,
 }
 
-/// S' = P S P + c (I - P) of an operator S. The projector P removes tractions and gaps across planes of symmetry in the cells on
-/// these planes.
+/// Operator S' = P S P + c (I - P) for an operator S. In the cells on planes of symmetry, the projector P removes the
+/// components of tractions and gaps across the planes.
 ///
-/// Components across the planes are decoupled. If the tractions across the planes vanish, the gaps across them vanish up to
-/// rounding, and exactly if P is diagonal. Like S, S' is symmetric positive definite in the area-weighted inner product. Reason: P
-/// acts within single cells, and a cell has one area for all components. c > 0 only multiplies tractions across the planes, so its
-/// value does not matter where they vanish.
+/// The components across the planes are decoupled from all other components. If the tractions across the planes vanish,
+/// the gaps across the planes vanish up to rounding. They vanish exactly if P is diagonal.
+///
+/// Like S, S' is symmetric positive definite in the area-weighted inner product, because P acts within single cells,
+/// and a cell has one area for all components. The compliance c > 0 only multiplies tractions across the planes. Where
+/// these tractions vanish, the value of c does not matter.
 ///
 /// # Source
 /// docs/theory-coupling.md, "Planes of symmetry under the contact".
@@ -88,8 +91,9 @@ fn set(values: &mut [f64], n: usize, cell: usize, value: nalgebra::Vector3<f64>)
     (0..3).for_each(|plane| values[plane * n + cell] = value[plane]);
 }
 
-/// Compliance of a cell along the tangent in its plane of symmetry, mm/MPa. If it is not positive, as on two planes, the normal
-/// compliance is returned, or 1 if neither is positive.
+/// Compliance of a cell along the tangent in its plane of symmetry, mm/MPa. This compliance is zero for a cell on two
+/// planes. If it is not positive, the normal compliance is returned instead, or 1 if the normal compliance is not
+/// positive.
 fn compliance_in_plane(block: &Matrix3<f64>, projector: &Matrix3<f64>) -> f64 {
     let tangents = projector.fixed_view::<2, 2>(0, 0);
     let along = (tangents * block.fixed_view::<2, 2>(0, 0)).trace();
@@ -128,7 +132,7 @@ impl Flexibility for ConstrainedFlexibility {
         self.inner.precondition_normal(normal_gap, pressure)
     }
 
-    /// P M P + (I - P) / c with the approximate inverse M of the inner operator.
+    /// Applies P M P + (I - P) / c, with the approximate inverse M of the inner operator.
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let found = self.inner.precondition(&self.projected(gap), tractions);
         if found {

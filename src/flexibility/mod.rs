@@ -37,11 +37,11 @@ pub trait Flexibility: Send + Sync {
         None
     }
 
-    /// `gap = S tractions`, both `[3, N]`; overwrites `gap`. Allocates at most in the first call.
+    /// Computes `gap = S tractions`, both `[3, N]`; overwrites `gap`. Only the first call may allocate memory.
     fn apply(&self, tractions: &[f64], gap: &mut [f64]);
 
-    /// `normal_gap = S_nn pressure` with the normal block S_nn, both `[N]`; overwrites `normal_gap`. Allocates at most in the first
-    /// call.
+    /// Computes `normal_gap = S_nn pressure` with the normal block S_nn, both `[N]`; overwrites `normal_gap`. Only the
+    /// first call may allocate memory.
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]);
 
     /// The 3 x 3 diagonal blocks S_II of the cells I, `[N]`, mm/MPa.
@@ -52,20 +52,20 @@ pub trait Flexibility: Send + Sync {
         true
     }
 
-    /// Computes `pressure` such that S_nn pressure is about `normal_gap`, both `[N]`; overwrites `pressure`. Uses a symmetric
-    /// positive definite approximation of the inverse. Returns false if the operator has no approximation. Allocates at most in the
-    /// first call.
+    /// Computes `pressure` such that S_nn pressure is about `normal_gap`, both `[N]`; overwrites `pressure`. Uses a
+    /// symmetric positive definite approximation of the inverse. Returns false if the operator has no approximation.
+    /// Only the first call may allocate memory.
     fn precondition_normal(&self, _normal_gap: &[f64], _pressure: &mut [f64]) -> bool {
         false
     }
 
-    /// As [`Self::precondition_normal`] for all components, both `[3, N]`.
+    /// Same as [`Self::precondition_normal`] for all components: `gap` and `tractions` are `[3, N]`.
     fn precondition(&self, _gap: &[f64], _tractions: &mut [f64]) -> bool {
         false
     }
 
-    /// Whether the operator contains the condensed matrix of a meshed body. The condition of this matrix may be far worse than the
-    /// condition of a half-space operator: thin bodies bend.
+    /// Whether the operator contains the condensed matrix of a meshed body. The condition number of this matrix may be
+    /// much larger than the condition number of a half-space operator, because thin bodies bend.
     fn is_condensed(&self) -> bool {
         false
     }
@@ -76,16 +76,16 @@ pub trait Flexibility: Send + Sync {
         false
     }
 
-    /// Gap S tractions in one cell, mm, by direct summation over all cells; tractions are `[3, N]`. The summation differs from the
-    /// algorithm of [`Self::apply`], so that the results can be compared; precomputed coefficients may be shared. `None` if the
-    /// operator has no direct sum.
+    /// Gap S tractions in one cell, mm, by direct summation over all cells; tractions are `[3, N]`. The summation and
+    /// [`Self::apply`] use different algorithms, so that their results can be compared. Precomputed coefficients may be
+    /// shared. `None` if the operator has no direct sum.
     fn direct_sum(&self, _cell: usize, _tractions: &[f64]) -> Option<[f64; 3]> {
         None
     }
 
-    /// Gap S tractions in several cells, `[cells.len()]`, mm, to compare with [`Self::apply`]; by default from
-    /// [`Self::direct_sum`]. `None` if the operator offers no comparison. In a sum of operators, parts without a comparison use
-    /// [`Self::apply`].
+    /// Gap S tractions in several cells, `[cells.len()]`, mm, for comparison with [`Self::apply`]. The default
+    /// implementation calls [`Self::direct_sum`] for each cell. `None` if the operator offers no comparison. In a sum
+    /// of operators, parts without a comparison contribute the result of [`Self::apply`].
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         cells.iter().map(|&cell| self.direct_sum(cell, tractions)).collect()
     }
@@ -95,15 +95,17 @@ pub trait Flexibility: Send + Sync {
         None
     }
 
-    /// Operator of the same bodies on a smaller grid that fits into the frame along both axes. Its cells are `factor` times as long
-    /// and as wide as the cells of this operator. Along x and y it has at least `at_least` of these larger cells. Parts that depend
-    /// on the position are missing; [`Self::restriction_at`] adds them. `None` if there is no such operator.
+    /// Operator of the same bodies on a smaller grid that fits into the frame. The cells of the smaller grid are
+    /// `factor` times as long and as wide as the cells of this operator. The smaller grid has at least `at_least` cells
+    /// along x and y. Parts that depend on the position are missing; [`Self::restriction_at`] adds them. `None` if the
+    /// operator has no such restriction.
     fn restrict(&self, _at_least: [usize; 2], _factor: usize) -> Option<Arc<dyn Flexibility>> {
         None
     }
 
-    /// Places `smaller`, a result of [`Self::restrict`] with `factor`, on the frame. Its first cell starts where this operator's
-    /// cell (ix, iy) = `origin` starts. Operators that depend on the position need this; all other operators return `smaller`.
+    /// Places `smaller`, a result of [`Self::restrict`] with `factor`, on the frame. The first cell of `smaller` starts
+    /// where cell (ix, iy) = `origin` of this operator starts. Operators that depend on the position replace this
+    /// default, which returns `smaller` unchanged.
     fn restriction_at(
         &self,
         smaller: Arc<dyn Flexibility>,
@@ -113,8 +115,8 @@ pub trait Flexibility: Send + Sync {
         smaller
     }
 
-    /// Ascending cells whose rows of S are not formed. In these cells, [`Self::apply`] gives an incomplete gap, and no traction may
-    /// act.
+    /// Cells whose rows of S are not formed, in ascending order. In these cells, [`Self::apply`] gives an incomplete
+    /// gap, and the tractions must be zero.
     fn unformed_cells(&self) -> Vec<usize> {
         Vec::new()
     }
@@ -141,7 +143,7 @@ pub trait Flexibility: Send + Sync {
         OperatorHistory::default()
     }
 
-    /// Repeats the changes of another operator of the same bodies on this one, which must be newly built.
+    /// Repeats the changes that another operator of the same bodies recorded. This operator must be newly built.
     ///
     /// # Errors
     /// As [`Self::form_rows`].
@@ -152,10 +154,10 @@ pub trait Flexibility: Send + Sync {
 
 /// Tangential part S_tt of a [`Flexibility`] whose normal and tangential components are decoupled.
 pub trait TangentialFlexibility {
-    /// `gap = S_tt tractions`, both `[2, N]`; overwrites `gap`. Allocates at most in the first call.
+    /// Computes `gap = S_tt tractions`, both `[2, N]`; overwrites `gap`. Only the first call may allocate memory.
     fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]);
 
-    /// Computes `tractions` such that S_tt tractions is about `gap`, both `[2, N]`; overwrites `tractions`. Allocates at most in
-    /// the first call.
+    /// Computes `tractions` such that S_tt tractions is about `gap`, both `[2, N]`; overwrites `tractions`. Only the
+    /// first call may allocate memory.
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]);
 }

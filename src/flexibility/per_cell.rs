@@ -2,7 +2,7 @@
 
 use std::ops::Index;
 
-/// One value for each of N cells, stored once if it is the same for all.
+/// One value for each of N cells, stored once if all cells have the same value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PerCell<T> {
     /// The common value, and N.

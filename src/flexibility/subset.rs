@@ -37,8 +37,8 @@ impl SubsetFlexibility {
         whole
     }
 
-    /// Applies `product` of `whole` to the expanded `values` and gathers the resulting vector in `out`. Both have `planes`
-    /// components per cell. Returns the value that `product` returns.
+    /// Applies `product` of `whole` to the expanded `values` and gathers the resulting vector in `out`. The vectors
+    /// `values` and `out` have `planes` components per cell. Returns the value that `product` returns.
     fn apply_whole(
         &self,
         planes: usize,

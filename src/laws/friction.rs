@@ -10,7 +10,8 @@ pub struct FrictionEllipse {
     pub angle: f64,
 }
 
-/// Coefficient at the fibre tilt `tilt` (radians): linear in |tilt|, from `in_plane` at 0 to `normal` at π/2.
+/// Coefficient of friction or specific wear rate at the fibre tilt `tilt` (radians): linear in |tilt|, from `in_plane`
+/// at 0 to `normal` at π/2.
 pub fn tilt_interpolation(in_plane: f64, normal: f64, tilt: f64) -> f64 {
     in_plane + (normal - in_plane) * (tilt.abs() / std::f64::consts::FRAC_PI_2)
 }

@@ -1,16 +1,26 @@
 //! Constitutive laws of the contact surface: friction and wear, orthotropic and dependent on the fibre direction.
 //!
-//! From a scene to the contact problem: `scene::resolve::laws` reads a law, `simulation::build::builder` puts it into the `Model`,
-//! `PreparedModel` (`evolution::model`) evaluates it once, and `increment_problem` (`evolution::increment_solve`) gives it to the
-//! `Increment` (`contact::increment`). There `FrictionScaling` applies the ellipse, and `fill_wear` adds the wear depth to the gap.
-//! `run_increment` and `add_to_state` store the new depth.
+//! A law passes through the code in this order:
 //!
-//! The coefficients depend neither on temperature nor on place. What assumes one ellipse: every user of
-//! `Increment::friction_scaling` and `PreparedModel::ellipse`, `ContactScales`, `SpecificWearRate::volume_per_energy`, the smallest
-//! μ in `contact::residual`, and the windows of a frame (`contact::window`). The stored tractions of a cycle
-//! (`contact::Unknowns`) are scaled by μ; with the energy law the specific wear rate is k μ. A template of a field per cell is
-//! `wear_path_factors`. A field that changes between increments belongs to `RunState` and its transfer to other frames
-//! (`evolution::transfer`).
+//! 1. `scene::resolve::laws` reads the law from the scene.
+//! 2. `simulation::build::builder` stores the law in the `Model`.
+//! 3. `PreparedModel` (`evolution::model`) evaluates the law, with one result for all cells.
+//! 4. `increment_problem` (`evolution::increment_solve`) passes the result to the `Increment` (`contact::increment`).
+//! 5. In the increment, `FrictionScaling` applies the friction ellipse, and `fill_wear` adds the wear depth to the gap.
+//! 6. `run_increment` and `add_to_state` (`evolution`) store the new wear depth.
+//!
+//! The coefficients depend neither on temperature nor on position. The following code assumes one friction ellipse for
+//! all cells:
+//!
+//! - all users of `Increment::friction_scaling` and `PreparedModel::ellipse`, and `ContactScales`,
+//! - `SpecificWearRate::volume_per_energy`,
+//! - the smallest μ in `contact::residual`,
+//! - the windows of a frame (`contact::window`),
+//! - the stored tractions of a cycle (`contact::Unknowns`), which are scaled by μ,
+//! - the energy law, whose specific wear rate is k μ.
+//!
+//! `wear_path_factors` is an example of a field with one value per cell. A field that changes between increments must
+//! be part of `RunState`, and `evolution::transfer` must transfer it to other frames.
 
 pub mod friction;
 pub mod wear;

@@ -1,5 +1,7 @@
-//! Wear laws (docs/theory-wear.md): a slip dg_t under the pressure p causes the wear depth dw = p |dg_t|_i. For each slip
-//! v, |v|_i = sqrt((i1 v1)^2 + (i2 v2)^2) with the specific wear rates i1, i2 and the components v1, v2 along principal axes.
+//! Wear laws (docs/theory-wear.md): a slip dg_t under the pressure p causes the wear depth dw = p |dg_t|_i.
+//!
+//! For a slip v, |v|_i = sqrt((i1 v1)^2 + (i2 v2)^2). Here i1, i2 are the specific wear rates along the principal axes,
+//! and v1, v2 are the components of v along these axes.
 
 use crate::laws::friction::{FrictionEllipse, tilt_interpolation};
 
@@ -20,8 +22,8 @@ impl SpecificWearRate {
         move |v| (along * (cos * v[0] + sin * v[1])).hypot(across * (-sin * v[0] + cos * v[1]))
     }
 
-    /// Wear volume divided by friction energy, k = i / mu, 1/MPa. `None` unless i1 / mu1 = i2 / mu2 and both laws have the same
-    /// axes or are isotropic.
+    /// Wear volume divided by friction energy, k = i1 / mu1 = i2 / mu2, 1/MPa. `None` if the two ratios differ. Also
+    /// `None` if the principal axes of the two laws differ, unless these laws are isotropic.
     pub fn volume_per_energy(&self, friction: &FrictionEllipse) -> Option<f64> {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());
         let k = [self.i[0] / friction.mu[0], self.i[1] / friction.mu[1]];

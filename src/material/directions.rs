@@ -2,9 +2,9 @@ use nalgebra::Matrix3;
 
 use crate::geometry::Point;
 
-/// Material axes of a fibre along `first`, as columns; axis 3 = axis 1 x axis 2. Axis 2 is along the part of `second` normal to the
-/// fibre. Without `second`, axis 2 is horizontal (normal to z), at the azimuth of the fibre plus 90 degrees; for an upright fibre,
-/// axis 2 is y.
+/// Material axes of a fibre along `first`, as columns; axis 3 = axis 1 x axis 2. Axis 2 is along the part of `second`
+/// that is normal to the fibre. Without `second`, axis 2 is horizontal (normal to z), at the azimuth of the fibre plus
+/// 90 degrees. For an upright fibre without `second`, axis 2 is y.
 ///
 /// `None` if a vector is zero or not finite, or if `second` is parallel to the fibre.
 pub fn axes_from_directions(first: Point, second: Option<Point>) -> Option<Matrix3<f64>> {

@@ -7,7 +7,7 @@ use super::directions::axes_from_directions;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 
-/// Material axes of elements, by their numbers in the mesh file.
+/// Material axes of elements, by the element numbers of the mesh file.
 #[derive(Debug, Clone, Default)]
 pub struct ElementAxes {
     source: String,
@@ -15,7 +15,8 @@ pub struct ElementAxes {
 }
 
 impl ElementAxes {
-    /// Creates an empty set. `source` is the place that gives the axes, for messages ("the field \"fibre\" of block.msh").
+    /// Creates an empty set. `source` names the place that gives the axes in messages, such as "the field \"fibre\" of
+    /// block.msh".
     pub fn new(source: &str) -> Self {
         Self { source: source.to_owned(), axes: HashMap::new() }
     }

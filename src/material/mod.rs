@@ -31,7 +31,7 @@ pub fn tensor_to_voigt(tensor: &Matrix3<f64>) -> [f64; 6] {
     VOIGT.map(|(i, j)| tensor[(i, j)])
 }
 
-/// Strain in Voigt order, with engineering shear strains, of a displacement gradient.
+/// Strain of a displacement gradient in Voigt order, with engineering shear strains.
 pub fn strain_of_gradient(gradient: &Matrix3<f64>) -> Vector6<f64> {
     let entry = |(i, j)| if i == j { gradient[(i, i)] } else { gradient[(i, j)] + gradient[(j, i)] };
     Vector6::from(VOIGT.map(entry))
@@ -266,7 +266,7 @@ impl Stiffness {
 
     /// Stiffness after a rotation that turns material axis i into column i of Q = `axes`: C'_ijkl = Q_ia Q_jb Q_kc Q_ld C_abcd.
     pub fn rotated(&self, axes: &Matrix3<f64>) -> Self {
-        // Bond matrix M with stress' = M stress; C' = M C M^T.
+        // Bond matrix M: stress' = M stress, and therefore C' = M C M^T.
         let mut bond = Matrix6::zeros();
         for (row, &(i, j)) in VOIGT.iter().enumerate() {
             for (column, &(a, b)) in VOIGT.iter().enumerate() {

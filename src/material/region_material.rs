@@ -55,12 +55,12 @@ impl RegionMaterial {
     }
 }
 
-/// Largest part of an element outside its ply, as a fraction of the element's thickness, that counts as rounding.
+/// Fraction of an element's thickness outside its ply that still counts as rounding.
 const STRADDLE_TOLERANCE: f64 = 1e-6;
 
 impl RegionMaterial {
-    /// Ranges of the plies in z or of the wound layers in radius, and the function that gives the z or the radius of a point.
-    /// `None` for a single material without several wound layers.
+    /// Ranges of the plies in z, or of the wound layers in radius. The returned function gives the z or the radius of a
+    /// point. `None` for a single material with fewer than two wound layers.
     #[allow(clippy::type_complexity)]
     fn stacking_coordinate(&self) -> Option<(Vec<[f64; 2]>, Box<dyn Fn(&Point) -> f64 + '_>)> {
         match self {
@@ -80,8 +80,8 @@ impl RegionMaterial {
         self.stacking_coordinate().is_some()
     }
 
-    /// Errors about plies without an element centroid, and wound layers without an element's mean corner radius. `elements` holds
-    /// the corners of each element.
+    /// Error messages about empty plies and wound layers. A ply is empty if it contains no element centroid. A wound
+    /// layer is empty if it contains no mean corner radius of an element. `elements` holds the corners of each element.
     pub fn empty_ply_errors(&self, elements: &[Vec<Point>]) -> Vec<String> {
         let Some((plies, along)) = self.stacking_coordinate() else { return Vec::new() };
         let mut held = vec![false; plies.len()];

@@ -67,9 +67,11 @@ impl Winding {
         arm - self.axis * self.axis.dot(&arm)
     }
 
-    /// Material axes of an element in a layer with the angle a: 1 = axis cos a + hoop sin a, 3 outward at the centroid, 2 = 3 x 1,
-    /// with hoop = axis x 3. The layer contains the mean radius of the corners, because the radius of the centroid is too small for
-    /// an element along an arc.
+    /// Material axes of an element, as columns. Axis 3 points outward at the centroid. With hoop = winding axis x axis
+    /// 3 and the angle a of the layer, axis 1 = winding axis cos a + hoop sin a. Axis 2 = axis 3 x axis 1.
+    ///
+    /// The element belongs to the layer that contains the mean radius of the corners. The radius of the centroid would
+    /// be too small for an element along an arc.
     ///
     /// # Errors
     /// If the element is on the axis or in no layer.
@@ -103,7 +105,7 @@ mod tests {
         WoundLayer { radii: [inner, outer], angle: degrees.to_radians() }
     }
 
-    /// Truth: at (r, 0, 0) from its axis z, a helix with the angle a has the tangent z cos a + y sin a.
+    /// Truth: a helix about the axis z with the angle a has the tangent z cos a + y sin a at the point (r, 0, 0).
     #[test]
     fn a_helix_has_its_tangent() {
         let layers = vec![layer(0.0, 1.5, 55.0), layer(1.5, 3.0, -55.0)];

@@ -1,13 +1,14 @@
-//! Uniform body force and thermal strain, as a particular displacement field; the remaining problem has surface loads only.
+//! Particular displacement field of a uniform body force and a uniform thermal strain. The remaining problem has
+//! surface loads only.
 
 use nalgebra::Matrix3;
 
 use crate::geometry::Point;
 use crate::material::Stiffness;
 
-/// Particular displacement u_p = -½ ((x - x0)·n)² T⁻¹ b for a uniform force per volume b with the unit direction n. Here T_ik =
-/// C_ijkl n_j n_l and x0 is any point. Its stress σ_p satisfies div σ_p + b = 0. A uniform thermal strain ε_T adds ε_T (x - x0), without
-/// stress.
+/// Particular displacement u_p = -½ ((x - x0)·n)² T⁻¹ b for a uniform force per volume b with the unit direction n.
+/// Here T_ik = C_ijkl n_j n_l and x0 is any point. The stress σ_p of u_p satisfies div σ_p + b = 0. A uniform thermal
+/// strain ε_T adds the displacement ε_T (x - x0), which causes no stress.
 ///
 /// # Source
 /// By substitution: σ_ij = -C_ijkl n_l ((x - x0)·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
@@ -28,7 +29,7 @@ pub(super) fn inverse_acoustic_tensor(stiffness: &Stiffness, n: &Point) -> Matri
         let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
         pairs.map(|(j, l)| stiffness.component(i, j, k, l) * n[j] * n[l]).sum()
     });
-    // The determinant of very large or small entries would overflow or underflow.
+    // The division by the largest entry prevents overflow and underflow of the determinant.
     let size = acoustic.amax();
     Matrix3::try_inverse(acoustic / size).expect("a stiffness is positive definite") / size
 }
@@ -36,7 +37,7 @@ pub(super) fn inverse_acoustic_tensor(stiffness: &Stiffness, n: &Point) -> Matri
 impl BodyForceSolution {
     /// Solution for the force per volume `force` (N/mm³) and the tensor `thermal_strain`, with x0 = `origin`.
     pub fn new(stiffness: &Stiffness, force: &Point, thermal_strain: Matrix3<f64>, origin: Point) -> Self {
-        // The square of a very large or small force would overflow or underflow.
+        // The division by the largest component prevents overflow and underflow of the square of the force.
         let direction =
             (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
         let curvature = inverse_acoustic_tensor(stiffness, &direction) * force;

@@ -11,7 +11,8 @@ use crate::linalg::hierarchical::{
 
 const LEAF: usize = 8;
 
-/// Two clusters are admissible if the smaller diameter is at most this multiple of their distance.
+/// Two clusters are admissible, with a low-rank block, if the smaller diameter is at most this multiple of their
+/// distance.
 const ADMISSIBILITY: f64 = 2.0;
 
 /// Elements and nodes in tree order.
@@ -32,11 +33,11 @@ pub(super) struct BoundaryKernel<'a> {
 
 /// Additional columns of the equations. Each column is a sum over all elements, and only the sum is stored.
 pub(super) struct SummedColumns {
-    /// Whether the columns of rigid translations of the prescribed dofs are included.
+    /// Whether columns for rigid translations of the dofs with prescribed displacement are included.
     pub prescribed_translations: bool,
     /// Divisor of the boundary values of each load.
     pub load_scales: Vec<f64>,
-    /// Scale of the columns of the free motions, and number of motions.
+    /// Scale of the columns of the free rigid motions, and number of these motions.
     pub motions: (f64, usize),
 }
 

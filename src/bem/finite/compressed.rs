@@ -1,7 +1,7 @@
-//! Collocation equations in low-rank blocks, solved by the generalised minimal residual method (GMRES).
+//! Collocation equations with low-rank far blocks, solved by the generalised minimal residual method (GMRES).
 //!
-//! As in the dense equations, the diagonal block of a node follows from rigid translations. It is minus the sum of the compressed
-//! off-diagonal blocks, plus the unit matrix for exterior domains.
+//! As in the dense equations, the diagonal block of a node follows from rigid translations. The block is minus the sum
+//! of the compressed off-diagonal blocks. For exterior domains, the unit matrix is added.
 
 use faer::{MatMut, MatRef};
 use nalgebra::Matrix3;
@@ -21,8 +21,8 @@ use crate::linalg::hierarchical::{
     CoarseBlockJacobi, CollocationMatrix, CollocationUnknowns, DiagonalAndBorder,
 };
 
-/// Allowed error of an entry, divided by tolerance / √n for n unknowns. With independent errors, the error of a row sum is then
-/// about the tolerance, relative to the free term 1/2.
+/// Allowed error of an entry, divided by tolerance / √n for n unknowns. If the errors are independent, the error of a
+/// row sum is then about the tolerance, relative to the free term 1/2.
 const ENTRY_ERROR_SHARE: f64 = 0.5;
 
 const RIGHT_SIDES_PER_BLOCK: usize = 24;
@@ -39,21 +39,21 @@ const BATCH: usize = 16;
 const RESIDUAL_OVER_TOLERANCE: f64 = 0.05;
 const MIN_SINGLE_PRECISION_RESIDUAL: f64 = 1e-7;
 
-/// Admissible tolerances. The lower limit follows from blocks in single precision.
+/// Admissible tolerances. The lower limit follows from the single precision of the blocks.
 pub const TOLERANCE_RANGE: [f64; 2] = [1e-6, 1e-2];
 
-/// Memory of a far block `[m, n]`, bytes, divided by d² (m + n) with d = -log10(tolerance). A typical value.
+/// Typical memory of a far block `[m, n]`, bytes, divided by d² (m + n). The number of digits is d = -log10(tolerance).
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 4.3;
 
-/// Equations of a problem in low-rank blocks.
+/// Collocation equations of a problem. Far blocks have low rank.
 pub struct CompressedEquations {
     tolerance: f64,
     matrix: CollocationMatrix,
     order: TreeOrder,
     diagonal_blocks: Vec<Matrix3<f64>>,
-    /// Border columns for the free motions, `[n + motions, motions]`.
+    /// Border columns for the free rigid motions, `[n + motions, motions]`.
     columns: DenseMatrix,
-    /// Border rows for the free motions, each stored as a column, `[n, motions]`.
+    /// Border rows for the free rigid motions, each stored as a column, `[n, motions]`.
     rows: DenseMatrix,
     /// Right-hand side of each load.
     load_sides: Vec<Vec<f64>>,
@@ -74,7 +74,7 @@ pub struct CompressionReport {
 }
 
 impl CompressedEquations {
-    /// Assembles the equations of a problem, far blocks compressed to `tolerance`.
+    /// Assembles the equations of a problem and compresses far blocks to `tolerance`.
     ///
     /// # Errors
     /// If memory does not suffice, the tolerance is not admissible, rigid motions are unconstrained, or the run is cancelled.
@@ -117,8 +117,8 @@ impl CompressedEquations {
         Ok(Self { tolerance, matrix, order, diagonal_blocks, columns, rows, load_sides, preconditioner })
     }
 
-    /// Estimated memory of assembly, `columns` right-hand sides and solution, bytes. Near blocks are counted, far blocks estimated by
-    /// typical ranks.
+    /// Estimated memory of assembly, `columns` right-hand sides and solution, bytes. Near blocks are counted exactly.
+    /// The memory of far blocks is estimated from typical ranks.
     pub fn expected_bytes(elements: &BoundaryElements, columns: usize, tolerance: f64) -> u128 {
         let layout = layout(elements, 0);
         let [near, far] = layout.storage_counts();
@@ -241,7 +241,7 @@ impl CompressedEquations {
     }
 }
 
-/// `areas`: nodal areas, mm².
+/// Summed columns of the equations, with their scales. `areas`: nodal areas, mm².
 fn summed_columns(
     problem: &BoundaryValueProblem,
     traction_scale: f64,
@@ -268,12 +268,13 @@ struct RowSums<'a> {
     kernel: &'a BoundaryKernel<'a>,
     /// Whether the displacement of each dof is prescribed, in tree order.
     held: &'a [bool],
-    /// `[n, summed columns]`.
+    /// Additional columns of the equations, summed over all elements, `[n, summed columns]`.
     sums: DenseMatrix,
 }
 
 impl RowSums<'_> {
-    /// Diagonal displacement blocks: minus the sum of the row's other blocks, plus the unit matrix for exterior domains.
+    /// Diagonal blocks of the displacements. Each is minus the sum of the other blocks of its row, plus the unit matrix
+    /// for exterior domains.
     fn rigid_translation_blocks(&self, matrix: &CollocationMatrix) -> Result<Vec<Matrix3<f64>>> {
         let n = matrix.n();
         let (mut translations, mut moved) = (DenseMatrix::zeros(n, 3)?, DenseMatrix::zeros(n, 3)?);
@@ -313,7 +314,7 @@ impl RowSums<'_> {
         right
     }
 
-    /// Border columns and rows; `areas`: nodal areas, mm².
+    /// Border columns and rows for the free rigid motions. `areas`: nodal areas, mm².
     fn motion_border(&self, areas: &[f64]) -> Result<[DenseMatrix; 2]> {
         let BoundaryKernel { order, motions, summed_columns, .. } = self.kernel;
         let n = self.held.len();
@@ -333,7 +334,8 @@ impl RowSums<'_> {
     }
 }
 
-/// `x` and `y` are buffers in single precision, like the blocks: for vectors and for their products with the blocks.
+/// Equations for `count` right-hand sides. The buffers `x` and `y` hold vectors and their products with the blocks, in
+/// single precision like the blocks.
 struct KrylovSystem<'a> {
     equations: &'a CompressedEquations,
     count: usize,

@@ -14,7 +14,8 @@ use crate::geometry::Point;
 use crate::geometry::ball_tree::{Ball, BallTree};
 use crate::material::Stiffness;
 
-/// Distance from the point `from` along the unit vector `along` to a convex polygon; `None` if the ray misses it.
+/// Distance from the point `from` along the unit vector `along` to a convex polygon; `None` if the ray misses the
+/// polygon.
 fn depth(from: &Point, along: &Point, corners: &[Point]) -> Option<f64> {
     (1..corners.len() - 1).find_map(|k| {
         let (u, v) = (corners[k] - corners[0], corners[k + 1] - corners[0]);
@@ -130,8 +131,9 @@ impl BoundaryElements {
         })
     }
 
-    /// Element with the largest ratio of node spacing to thickness behind its centre, and this ratio. The thickness is the distance
-    /// along the inward ray from the centre to the nearest element without common corners. `None` if no ray meets such an element.
+    /// Element with the largest ratio of node spacing to body thickness, and this ratio. The thickness is the distance
+    /// along the inward ray from the element's centre to the nearest element without common corners. `None` if no ray
+    /// meets such an element.
     pub fn max_spacing_to_thickness(&self) -> Option<(usize, f64)> {
         let corners = |panel: &Panel| -> Vec<Point> {
             let places = &panel.kind.face_reference_nodes()[..panel.kind.n_corners()];
@@ -144,7 +146,7 @@ impl BoundaryElements {
             let middle = if panel.is_triangle() { [1.0 / 3.0; 2] } else { [0.0; 2] };
             let (from, area) = (panel.position(middle), panel.area_vector(middle));
             let inward = -area.normalize();
-            // Elements that share a corner with this element, such as at a sharp edge, do not count as thickness.
+            // Elements that share a corner with this element, such as at a sharp edge, do not limit the thickness.
             let joined = |corners: &[Point]| corners.iter().any(|corner| all[i].contains(corner));
             let mut passed = Vec::new();
             tree.query(&from, &inward, 0.0, &mut passed);
@@ -183,8 +185,8 @@ impl BoundaryElements {
         self.kernels.add_field(self.element(i), y, nodal, sum);
     }
 
-    /// Influence of element `i` at its own node `node`. The traction-kernel block of that node is strongly singular and set to
-    /// zero.
+    /// Influence of element `i` at its own node `node`. The traction-kernel block of this node is strongly singular and
+    /// is set to zero.
     pub fn influence_on_element(&self, i: usize, node: usize) -> Influence {
         self.kernels.on_element(self.element(i), node)
     }

@@ -1,8 +1,8 @@
-//! Influence of unit tractions and displacements of an element at a point: integrals of the kernels U and T over the element. U and
-//! T are the displacement and the traction of a unit point force.
+//! Influence of unit tractions and displacements of an element at a point: integrals of the kernels U and T over the
+//! element. U and T are the displacement and the traction of a unit point force.
 //!
-//! For points off the element, Gauss rules apply; elements near the point are divided. For points on the element the rules run
-//! along rays from the point to the edge; the Jacobian of the polar coordinates cancels 1/r.
+//! For points off the element, Gauss rules apply, and elements near the point are divided. For points on the element,
+//! the rules run along rays from the point to the edge. The Jacobian of the polar coordinates then cancels 1/r.
 
 use nalgebra::Matrix3;
 
@@ -80,11 +80,11 @@ pub(super) struct NodalState {
     pub traction: Point,
 }
 
-/// Step of the fourth-order differences of the traction kernel, relative to the distance. The relative error of these differences
-/// is about 1e-7.
+/// Step of the fourth-order finite differences of the traction kernel, relative to the distance from the evaluation
+/// point. The relative error of these differences is about 1e-7.
 const STEP: f64 = 0.01;
 
-/// Displacement field of a double layer (unit area with a displacement `density`).
+/// Displacement field of a double layer: a unit area with the displacement `density`.
 struct DoubleLayer<'a> {
     kernels: &'a InfluenceIntegrator,
     traction_operator: &'a TractionOperator,
@@ -97,8 +97,8 @@ impl DoubleLayer<'_> {
         self.traction_operator.apply(&self.kernels.field.at(r)).transpose() * self.density
     }
 
-    /// Adds displacement and gradient at y due to the `traction` minus the double layer, both on the given `area`. The derivative
-    /// of the double layer along r is exact, since the layer decays as 1/r².
+    /// Adds the displacement and the displacement gradient at y due to the `traction` minus the double layer, on the
+    /// given `area`. The derivative of the double layer along r is exact, because the layer decays as 1/r².
     fn add(&self, r: &Point, traction: Point, area: f64, sum: &mut DisplacementGradient) {
         let field = self.kernels.field.at(r);
         let own = self.traction_operator.apply(&field).transpose() * self.density;
@@ -113,7 +113,8 @@ impl DoubleLayer<'_> {
             let far = self.at(&(r + step * 2.0)) - self.at(&(r - step * 2.0));
             slope += (near * 8.0 - far) / (12.0 * STEP * distance) * axis.transpose();
         }
-        // U is differentiated along r, which decreases with y, hence the minus sign.
+        // U is differentiated with respect to r = x - y. The derivative with respect to y has the opposite sign, hence
+        // the minus sign.
         let single = Matrix3::from_columns(&field.gradient.map(|part| part * traction));
         sum.gradient += (slope - single) * area;
     }
@@ -166,7 +167,8 @@ impl ReferencePart {
         [part([0.0, 0.0]), part([0.5, 0.0]), part([0.0, 0.5]), last]
     }
 
-    /// Points and weights of the tensor product of a rule with itself; for triangles, the square is collapsed.
+    /// Points and weights of the tensor product of a rule with itself. For triangles, the square is collapsed to a
+    /// triangle.
     fn points<'a>(&'a self, rule: &'a [(f64, f64)]) -> impl Iterator<Item = ([f64; 2], f64)> + 'a {
         let [a, b] = self.sides;
         let stretch = (a[0] * b[1] - a[1] * b[0]).abs();
@@ -205,7 +207,8 @@ impl QuadraturePoint {
 
 impl PreparedElement {
     pub fn new(kernels: &InfluenceIntegrator, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
-        // Triangles, which are collapsed squares, and elements that are not affine need one more point.
+        // One more point is necessary for triangles, because they are collapsed squares, and for elements that are not
+        // affine.
         let affine = panel.is_affine() && !panel.is_triangle();
         let min_points = degree + if affine { 1 } else { 2 };
         let whole = ReferencePart::whole(panel.is_triangle());
@@ -234,7 +237,7 @@ impl InfluenceIntegrator {
         influence
     }
 
-    /// Visits the quadrature points for a point `y` off the element.
+    /// Calls `visit` for each quadrature point of an element. The evaluation point `y` lies off the element.
     #[inline]
     fn each_sample(&self, element: ElementView, y: &Point, visit: &mut impl FnMut(&QuadraturePoint)) {
         let PreparedElement { panel, samples, min_points, patch } = element.prepared;
@@ -244,7 +247,7 @@ impl InfluenceIntegrator {
         }
     }
 
-    /// Adds displacement and gradient at `y`, off the element, due to the nodal states `nodal`.
+    /// Adds the displacement and the displacement gradient at `y`, off the element, due to the nodal states `nodal`.
     pub fn add_field(
         &self,
         element: ElementView,
@@ -282,8 +285,9 @@ impl InfluenceIntegrator {
 
     /// Principal value of ∫ T dS over a plane element at its own node `node`.
     ///
-    /// On the plane T = f(φ) / r² with f(φ + π) = -f(φ). Therefore ∫ T dS = ∫ f(φ) ln R(φ) dφ, where R is the distance from the
-    /// node to the edge, in any unit. Along a side dφ = d / r² dl, with the distance d from the node to the line of the side.
+    /// On the plane T = f(φ) / r² with f(φ + π) = -f(φ). Therefore ∫ T dS = ∫ f(φ) ln R(φ) dφ, where R is the distance
+    /// from the node to the edge. The unit of R does not matter, because ∫ f dφ = 0. Along a side dφ = d / r² dl, with
+    /// the distance d from the node to the line of the side.
     pub fn principal_value(&self, element: ElementView, node: usize) -> Matrix3<f64> {
         let panel = &element.prepared.panel;
         let xi = element.nodes.reference_points()[node];
@@ -373,7 +377,7 @@ impl InfluenceIntegrator {
             return;
         }
         let cross = (from[0] - xi[0]) * (to[1] - xi[1]) - (from[1] - xi[1]) * (to[0] - xi[0]);
-        // Along a ray the integrand is a polynomial on affine elements and smooth on others.
+        // Along a ray, the integrand is a polynomial on affine elements and smooth on other elements.
         let radial = &self.rules[MOST_POINTS - 1];
         for &(t, by_t) in &self.rules[n.unwrap_or(MOST_POINTS) - 1] {
             let end = [0, 1].map(|c| 0.5 * ((1.0 - t) * from[c] + (1.0 + t) * to[c]));
@@ -437,7 +441,8 @@ mod tests {
             .map(|panel| PreparedElement::new(kernels, panel, nodes, order))
     }
 
-    /// For y at a node of a face, the tractions sum to minus half the unit matrix, with the principal value over that face.
+    /// For y at a node of a face, the integrals of T over all faces sum to minus half the unit matrix. The integral
+    /// over the face of the node is a principal value.
     fn half_from_a_face(kernels: &InfluenceIntegrator) {
         let nodes = ElementNodes::new(Interpolation::Linear, false);
         let panels = panels(kernels, &nodes, 1);
@@ -454,8 +459,8 @@ mod tests {
         }
     }
 
-    /// The sum over the faces is minus the unit matrix for y inside and zero outside. The integrals have a relative accuracy of
-    /// 1e-9.
+    /// The integrals of T over all faces sum to minus the unit matrix for y inside, and to zero for y outside. The
+    /// integrals have a relative accuracy of 1e-9.
     fn near_its_faces(kernels: &InfluenceIntegrator) {
         let nodes = ElementNodes::new(Interpolation::Constant, false);
         let panels = panels(kernels, &nodes, 0);

@@ -1,8 +1,10 @@
 //! Displacement and stress inside a body, from the state of its surface.
 //!
-//! The kernels of Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and of its derivative grow like 1/r² and 1/r³. The linear field
-//! at the nearest surface point is therefore subtracted before integration, so that the remaining density vanishes there. For
-//! interior domains the integrals of a linear field reproduce the field; for exterior domains they are zero.
+//! In Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS, the kernels grow up to 1/r² near the surface. In the derivative
+//! of the identity, the kernels grow up to 1/r³. A linear field with the displacement and the gradient of the nearest
+//! surface point is therefore subtracted before integration. The remaining displacement and traction vanish at this
+//! point. For interior domains, the integrals of a linear field reproduce the field. For exterior domains, these
+//! integrals are zero.
 
 use nalgebra::Matrix3;
 
@@ -16,7 +18,7 @@ use crate::geometry::Point;
 
 const STEPS: usize = 30;
 
-/// Distance below which a point counts as on an element, relative to the radius of the element's bounding sphere.
+/// Distance below which a point counts as a surface point, relative to the radius of the element's bounding sphere.
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
 const MIN_NORMAL_COSINE: f64 = 0.99;
@@ -63,7 +65,8 @@ impl BoundaryElements {
         if along.abs() > MIN_NORMAL_COSINE * foot.distance {
             return along < 0.0;
         }
-        // Next to an edge, the trace of the flux of a point force at y through the surface decides: -3 for y inside, 0 outside.
+        // Next to an edge, the normal of the nearest element is not a reliable criterion. The trace of ∫ T dS over the
+        // surface, for a point force at y, is used instead. The trace is -3 for y inside and 0 for y outside.
         let flux = (0..self.n_elements()).map(|i| {
             let influence = self.influence_off_element(i, y);
             influence.double_layer.iter().take(self.nodes_of(i).len()).map(|block| block.trace()).sum::<f64>()
@@ -87,7 +90,8 @@ impl BoundaryElements {
         best.expect("a surface has elements")
     }
 
-    /// Nearest points on the elements that contain `y` within the tolerance; several on a common side or corner.
+    /// Nearest point on each element that contains `y` within the tolerance. On a common side or corner, several
+    /// elements contain `y`.
     fn coincident_points(&self, y: &Point) -> Vec<NearestPoint> {
         let on = |i: usize| {
             let (middle, radius) = self.bounding_sphere(i);
@@ -121,7 +125,7 @@ impl BoundaryElements {
             let (aa, ab, bb, ra, rb) = (a.dot(&a), a.dot(&b), b.dot(&b), a.dot(&away), b.dot(&away));
             let determinant = aa * bb - ab * ab;
             let free = [(bb * ra - ab * rb) / determinant, (aa * rb - ab * ra) / determinant];
-            // At an edge of the element, only steps along the edge remain.
+            // At an edge of the element, only steps along the edge stay within the element.
             let tries = [free, [ra / aa, 0.0], [0.0, rb / bb], slide(&(a - b), &away)];
             let next = tries.into_iter().flat_map(|step| [1.0, 0.3].map(|share| step.map(|x| share * x)));
             let next = next.map(|step| foot(clamped([0, 1].map(|c| xi[c] + step[c]), triangle)));
@@ -151,7 +155,8 @@ fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
 }
 
 impl InteriorSolution<'_> {
-    /// State at a point inside the body or on its surface; on common sides and corners, the mean over the adjacent elements.
+    /// State at a point inside the body or on its surface. On common sides and corners, the state is the mean over the
+    /// adjacent elements.
     pub fn at(&self, y: &Point) -> PointState {
         let stiffness = self.elements.stiffness();
         let feet = self.elements.coincident_points(y);

@@ -9,8 +9,8 @@ use crate::quadrature::{RulePoint, quadrilateral, triangle};
 /// Maximum number of nodes of an element.
 pub const MOST_NODES: usize = 9;
 
-/// Six-point rule of degree 4 (Strang and Fix 1973): coordinate a and weight of two groups of points with the barycentric
-/// coordinates (a, a, 1 - 2a).
+/// Six-point rule of degree 4 on the triangle (Strang and Fix 1973). Each entry holds the coordinate a and the weight
+/// of three points, whose barycentric coordinates are permutations of (a, a, 1 - 2a).
 const SIX_POINTS: [(f64, f64); 2] =
     [(0.091_576_213_509_771, 0.054_975_871_827_661), (0.445_948_490_915_965, 0.111_690_794_839_006)];
 
@@ -68,7 +68,7 @@ pub struct ElementNodes {
 }
 
 impl ElementNodes {
-    /// Nodes on triangles or quadrilaterals.
+    /// Nodes on a triangle if `triangle` is true, otherwise on a quadrilateral.
     pub fn new(interpolation: Interpolation, triangle: bool) -> Self {
         let rule =
             if triangle { on_triangle(interpolation) } else { quadrilateral(interpolation.degree() + 1) };
@@ -90,7 +90,7 @@ impl ElementNodes {
         &self.weights
     }
 
-    /// Values of the polynomials at a point of the reference element; zero beyond the number of nodes.
+    /// Values of the polynomials at a point of the reference element. Entries beyond the number of nodes are zero.
     pub fn values(&self, xi: [f64; 2]) -> [f64; MOST_NODES] {
         let n = self.reference_points.len();
         let monomials = monomials(n, self.triangle, xi);
@@ -158,8 +158,8 @@ fn on_triangle(interpolation: Interpolation) -> Vec<RulePoint<2>> {
 mod tests {
     use super::*;
 
-    /// Truth: monomials up to the degree of the interpolation and their derivatives are reproduced, and their squares are
-    /// integrated exactly.
+    /// Truth: monomials up to the degree of the interpolation are reproduced, and so are their derivatives. The
+    /// quadrature rule integrates the squares of these monomials exactly.
     #[test]
     fn polynomials_are_reproduced() {
         for interpolation in Interpolation::ALL {

@@ -1,8 +1,9 @@
 //! Finite boundary-element bodies, isotropic or anisotropic: direct collocation with discontinuous elements.
 //!
-//! The equation of each node y of each element is c u(y) + ∫ T u dS = ∫ U t dS, with the free term c and the kernels U, T of
-//! [`super::full_space`]. The nodes are quadrature points inside the elements. Tractions may jump between elements, so edges and
-//! corners need no special treatment.
+//! The equation of each node y of each element is c u(y) + ∫ T u dS = ∫ U t dS, with the displacement u and the
+//! traction t. The free term is c. The kernels U and T are the displacement and the traction of a unit point force
+//! ([`super::full_space`]). The nodes are quadrature points inside the elements. Tractions may jump between elements,
+//! so edges and corners need no special treatment.
 //!
 //! # Source
 //! C.A. Brebbia, J.C.F. Telles, L.C. Wrobel, Boundary Element Techniques (1984).

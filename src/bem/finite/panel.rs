@@ -36,8 +36,8 @@ impl Panel {
         a.cross(&b)
     }
 
-    /// For quadratic interpolation, the element with six nodes (triangle) or nine nodes (quadrilateral); otherwise the element
-    /// itself.
+    /// Element for the `interpolation`: six nodes (triangle) or nine nodes (quadrilateral) if quadratic, otherwise the
+    /// unchanged element.
     pub fn with_second_order_nodes(self, interpolation: Interpolation) -> Self {
         let kind = if self.is_triangle() { ElementKind::Tri6 } else { ElementKind::Quad9 };
         if interpolation != Interpolation::Quadratic || self.kind == kind {

@@ -1,6 +1,7 @@
-//! Plane surface of a half-space, discretised with the kernels of a full space and fixed beyond its elements.
+//! Plane surface of a half-space, discretised with the kernels of a full space.
 //!
-//! The equation of each node y is ½ u(y) + ∫ T u dS = ∫ U t dS, where the first integral is a principal value. Rigid motions cannot
+//! The equation of each node y is ½ u(y) + ∫ T u dS = ∫ U t dS. The first integral is a principal value. The integrals
+//! extend over the elements only: displacement and traction beyond the elements are taken as zero. Rigid motions cannot
 //! provide the diagonal blocks, because the surface is open.
 
 use faer::Par;
@@ -25,8 +26,8 @@ type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 pub struct PlaneResponse {
     /// Displacement of the nodes, `[3 n, 3 n_loaded]`, mm/MPa.
     pub displacement: DenseMatrix,
-    /// Largest residual of some recomputed equations under all unit tractions together, relative to the largest sum of the
-    /// magnitudes of their terms.
+    /// Largest residual of some equations that are computed again with all unit tractions together. The residual is
+    /// relative to the largest sum of the magnitudes of the terms of an equation.
     pub residual: f64,
 }
 
@@ -34,7 +35,8 @@ impl BoundaryElements {
     fn plane_rows(&self, node: usize) -> Rows {
         let y = self.panel(node).position(self.reference_nodes_of(node).reference_points()[0]);
         let of = |i: usize| {
-            // Integrals over very elongated elements take long. After cancellation the zero blocks are not used.
+            // Integrals over very elongated elements take long, so cancellation is checked for each element. After a
+            // cancellation the zero blocks are not used.
             if cancel::requested() {
                 return (Matrix3::zeros(), Matrix3::zeros());
             }
@@ -47,8 +49,8 @@ impl BoundaryElements {
         (h, g)
     }
 
-    /// Displacement of the nodes of a plane surface of constant elements under unit tractions of the nodes `loaded`. Other nodes
-    /// carry no traction.
+    /// Displacement of the nodes of a plane surface of constant elements under unit tractions on the nodes `loaded`.
+    /// Other nodes carry no traction.
     ///
     /// # Errors
     /// If the elements are not constant, memory does not suffice, the equations are singular, or the run is cancelled.

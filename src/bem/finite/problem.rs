@@ -3,7 +3,8 @@
 use super::elements::BoundaryElements;
 use crate::fem::RigidBodyModes;
 
-/// Largest number of unknowns that are solved by dense equations by default. Above it, compressed equations take less time.
+/// Largest number of unknowns that are solved by dense equations by default. For more unknowns, compressed equations
+/// take less time.
 pub const MAX_DENSE_UNKNOWNS: usize = 10_000;
 
 /// Side of the surface on which the body lies.
@@ -11,16 +12,17 @@ pub const MAX_DENSE_UNKNOWNS: usize = 10_000;
 pub enum Domain {
     /// Body enclosed by the surface.
     Interior,
-    /// Infinite body around the surface, whose normals point into the cavity.
+    /// Infinite body around a cavity. The normals of the surface point into the cavity.
     Exterior,
 }
 
 /// Values on the boundary under one load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundaryValues {
-    /// Prescribed displacement (mm), or traction on the body (MPa) for the other dofs, `[3 n]`.
+    /// Displacement (mm) of the dofs with prescribed displacement, traction on the body (MPa) of all other dofs,
+    /// `[3 n]`.
     pub at_dofs: Vec<f64>,
-    /// Mean displacement along each free motion, mm; empty for zero.
+    /// Mean displacement along each free rigid motion, mm. An empty list means zero.
     pub mean_displacement: Vec<f64>,
 }
 

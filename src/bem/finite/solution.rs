@@ -27,7 +27,8 @@ pub struct BoundarySolution {
 }
 
 impl BoundarySolution {
-    /// Largest residual of some recomputed equations, relative to the largest sum of the magnitudes of their terms.
+    /// Largest residual of some equations that are computed again after the solution. The residual is relative to the
+    /// largest sum of the magnitudes of the terms of an equation.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -65,7 +66,7 @@ impl BoundarySolution {
         sum
     }
 
-    /// State under the loads with their `amplitudes`, plus the `tractions` of the loaded nodes, `[3 n_loaded]`, MPa.
+    /// State due to the loads with their `amplitudes` and the `tractions` on the loaded nodes, `[3 n_loaded]`, MPa.
     pub fn state(&self, amplitudes: &[f64], tractions: &[f64]) -> SurfaceState {
         let n = self.displacement_known.len() / 3;
         let found = self.superpose(amplitudes, tractions);
@@ -82,8 +83,8 @@ impl BoundarySolution {
         state
     }
 
-    /// Amplitudes of the tractions in the shapes of the free motions that balance the loads of [`Self::state`] with the same
-    /// arguments, MPa.
+    /// Amplitudes of the tractions that balance the loads of [`Self::state`] with the same arguments, MPa. Each free
+    /// rigid motion has one amplitude. Its tractions have the shape of the motion.
     pub fn balance(&self, amplitudes: &[f64], tractions: &[f64]) -> Vec<f64> {
         let found = self.superpose(amplitudes, tractions);
         found[self.displacement_known.len()..].iter().map(|x| x * self.traction_scale).collect()

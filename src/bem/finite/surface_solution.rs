@@ -1,7 +1,8 @@
-//! Displacement and its gradient on the surface of a body.
+//! Displacement and displacement gradient on the surface of a body.
 //!
-//! The element polynomials give the tangential derivatives G. For elements with one node, G is fitted to the neighbours. The normal
-//! derivative follows from the traction t: a = T⁻¹ (t - (C : G) n) with T_ik = C_ijkl n_j n_l.
+//! The element polynomials give the tangential derivatives G. For elements with one node, G is fitted to the
+//! neighbours. The normal derivative a follows from the traction t and the unit normal n: a = T⁻¹ (t - (C : G) n) with
+//! T_ik = C_ijkl n_j n_l.
 //!
 //! # Source
 //! Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -17,10 +18,11 @@ use super::panel::Panel;
 use super::system::SurfaceState;
 use crate::geometry::Point;
 
-/// Smallest cosine between the normals of smoothly connected neighbours (45 degrees).
+/// Smallest cosine of the angle between the normals of neighbours with a smooth connection (45 degrees).
 const MIN_SMOOTH_COSINE: f64 = 0.707;
 
-/// Singular values below this share of the norm are neglected in the fit, as for neighbours on a line.
+/// Singular values below this multiple of the norm are neglected in the fit. They occur if the neighbours lie on a
+/// line.
 const ON_A_LINE: f64 = 1e-9;
 
 /// Displacement and traction of a surface between its nodes.
@@ -42,7 +44,7 @@ impl BoundaryElements {
         }
     }
 
-    /// Surface gradients of elements with one node: linear functions fitted to the neighbours.
+    /// Surface gradients of elements with one node, from linear functions that are fitted to the neighbours.
     fn fit_constant_gradients(&self, state: &SurfaceState) -> Vec<Matrix3<f64>> {
         let corners = |panel: &Panel| -> Vec<[u64; 3]> {
             let bits = |xi: &[f64; 2]| <[f64; 3]>::from(panel.position(*xi)).map(|x| (x + 0.0).to_bits());
@@ -95,8 +97,8 @@ impl SurfaceSolution<'_> {
         self.interpolate(&self.state.traction, i, xi)
     }
 
-    /// Surface gradient of the displacement at `xi` of element `i`; rows are components, columns are directions. The derivative
-    /// along the normal is set to zero.
+    /// Surface gradient of the displacement at `xi` of element `i`. Rows are components, columns are directions. The
+    /// derivative along the normal is set to zero.
     pub fn surface_gradient(&self, i: usize, xi: [f64; 2]) -> Matrix3<f64> {
         if let Some(slope) = self.slopes.get(i) {
             return *slope;
@@ -113,7 +115,7 @@ impl SurfaceSolution<'_> {
         change(0) * dual[0].transpose() + change(1) * dual[1].transpose()
     }
 
-    /// Full gradient at `xi` of element `i`, with the normal derivative from the traction.
+    /// Displacement gradient at `xi` of element `i`. The normal derivative follows from the traction.
     pub fn gradient(&self, i: usize, xi: [f64; 2]) -> Matrix3<f64> {
         let stiffness = self.elements.stiffness();
         let n = self.elements.panel(i).area_vector(xi).normalize();

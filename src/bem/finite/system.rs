@@ -1,11 +1,11 @@
 //! Collocation equations of a boundary-element body.
 //!
-//! The strongly singular diagonal block of a node follows from rigid translations, which cause no traction. It is minus the sum of
-//! the other blocks, plus the unit matrix for the body around a cavity.
+//! The strongly singular diagonal block of a node follows from rigid translations, which cause no traction. The block
+//! is minus the sum of the other blocks of the node. For the body around a cavity, the unit matrix is added.
 //!
-//! Each free rigid motion adds an unknown and an equation. The unknown is the amplitude of tractions in the shape of the motion,
-//! which balance the loads. These tractions act on all dofs without prescribed displacement. The equation prescribes the mean
-//! displacement along the motion, zero by default.
+//! Each free rigid motion adds an unknown and an equation. The unknown is the amplitude of tractions in the shape of
+//! the motion. These tractions balance the loads, and act on all dofs without prescribed displacement. The equation
+//! prescribes the mean displacement along the motion, zero by default.
 
 use faer::Par;
 use nalgebra::{DMatrix, Matrix3};
@@ -30,7 +30,7 @@ const CHECKED: usize = 24;
 /// Default tolerance of compressed equations.
 pub const DEFAULT_TOLERANCE: f64 = 1e-5;
 
-/// Largest admissible residual of recomputed rows, as a multiple of the tolerance.
+/// Largest admissible residual of the equations that are computed again, divided by the tolerance.
 const MAX_RESIDUAL_OVER_TOLERANCE: f64 = 100.0;
 
 /// Solution method for the equations.
@@ -49,7 +49,7 @@ impl SolutionMethod {
     }
 }
 
-/// Blocks of the displacements and of the tractions of all nodes, in the three equations of one node.
+/// Coefficients of the displacements and of the tractions of all nodes, in the three equations of one node.
 type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 
 impl BoundaryElements {
@@ -76,8 +76,8 @@ impl BoundaryElements {
         (h, g)
     }
 
-    /// Rigid motions that remain free if the dofs marked in `held` are prescribed, with mean square 1 over the surface; `None` if
-    /// there are none.
+    /// Rigid motions that remain free if the displacements of the dofs marked in `held` are prescribed. Their mean
+    /// square over the surface is 1. `None` if no motion remains free.
     ///
     /// # Errors
     /// If all nodes lie on a line.
@@ -200,7 +200,7 @@ impl BoundaryValueProblem<'_> {
     /// Solves the problem by a given method.
     ///
     /// # Errors
-    /// As [`Self::solve`], and if the tolerance of the compressed equations is not admissible.
+    /// In the cases of [`Self::solve`], and if the tolerance of the compressed equations is not admissible.
     pub fn solve_by(&self, equations: SolutionMethod, par: Par) -> Result<BoundarySolution> {
         match equations {
             SolutionMethod::Dense => {
@@ -249,8 +249,9 @@ impl BoundaryValueProblem<'_> {
         Ok(solution)
     }
 
-    /// Largest residual at up to `CHECKED` nodes, relative to the largest sum of magnitudes at one of them. Each load and the unit
-    /// tractions are checked separately, since their magnitudes may differ strongly.
+    /// Largest residual of the equations at up to `CHECKED` nodes. The residual is relative to the largest sum of the
+    /// magnitudes of the terms at one of these nodes. Each load and the unit tractions are checked separately, because
+    /// their magnitudes may differ strongly.
     fn residual(&self, solution: &BoundarySolution) -> Result<f64> {
         let n = 3 * self.loaded.len();
         let unit = |load: usize| (0..self.loads.len()).map(|k| f64::from(u8::from(k == load))).collect();
@@ -315,8 +316,8 @@ mod tests {
         (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]).map(side).collect()
     }
 
-    /// Truth: the solved equations leave only rounding. A unit response that is 10 % too large must show in the residual beside
-    /// large prescribed displacements.
+    /// Truth: the residual of the solved equations is only rounding. If a unit response is 10 % too large, the residual
+    /// must be large, even beside large prescribed displacements.
     #[test]
     fn wrong_responses_show_beside_prescribed_displacements() {
         let stiffness = Stiffness::isotropic(2e5, 0.3).unwrap();

@@ -8,17 +8,19 @@ use crate::bem::green_tensor::GreenTensor;
 use crate::error::{Error, Result};
 use crate::material::Stiffness;
 
-/// First and largest number of directions over half a turn.
+/// Initial and maximum number of directions over half a turn.
 const DIRECTIONS: [usize; 2] = [32, 16384];
 
-/// Largest change on doubling the directions, relative to the largest value. The remaining error is about the square of the change.
+/// Convergence limit: change of the field when the number of directions doubles, relative to the largest value. The
+/// remaining error is about the square of this change.
 const MAX_CHANGE: f64 = 1e-7;
 
 /// Field of a unit force at the origin of an anisotropic full space.
 ///
 /// # Source
-/// D.M. Barnett (1972): U = <Q⁻¹> / 4πr and ∂_s U = <-T_s Q⁻¹ + z_s F> / 4πr². The means <> are taken over the unit vectors z
-/// normal to T = x / r. Q = C(z, z), F = Q⁻¹ (C(z, T) + C(T, z)) Q⁻¹, C(u, v)_ik = C_ijkl u_j v_l.
+/// D.M. Barnett (1972): U = <Q⁻¹> / 4πr and ∂_s U = <-T_s Q⁻¹ + z_s F> / 4πr². The means <> are taken over the unit
+/// vectors z normal to T = x / r. Here Q = C(z, z) and F = Q⁻¹ (C(z, T) + C(T, z)) Q⁻¹, with C(u, v)_ik = C_ijkl u_j
+/// v_l.
 #[derive(Debug, Clone)]
 pub struct BarnettField {
     stiffness: Stiffness,
@@ -46,7 +48,7 @@ impl BarnettField {
         Self { stiffness: stiffness.clone() }
     }
 
-    /// Field at `x` (mm), not the origin.
+    /// Field at the point `x` (mm), which must not be the origin.
     ///
     /// # Errors
     /// If the sums do not converge with 16384 directions (stiffness ratios too large).
@@ -91,7 +93,7 @@ impl Contractions {
         Self { across: [contract(a, a), both(a, b), contract(b, b)], along: [both(a, t), both(b, t)] }
     }
 
-    /// The first of `n` directions is `offset` steps from the vector a.
+    /// Means over `n` directions in the plane of a and b. The first direction is `offset` steps from the vector a.
     fn sums(&self, n: usize, offset: f64) -> Sums {
         let mut sums = Sums { value: Matrix3::zeros(), slopes: [Matrix3::zeros(); 2] };
         for k in 0..n {

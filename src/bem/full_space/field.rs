@@ -1,4 +1,4 @@
-//! Field of a point force in a full space for millions of evaluations, in closed form or tabulated.
+//! Field of a point force in a full space: a closed form for isotropic materials, a table for all others.
 
 use nalgebra::Vector3;
 
@@ -34,10 +34,11 @@ impl FullSpaceField {
         Ok(Self::load_or_compute(stiffness, None)?.0)
     }
 
-    /// As [`Self::new`], with a cache of tables. Also returns a warning for a damaged entry or a failed write.
+    /// Reads the table of the field from `cache`, or computes it if the cache does not hold it. Also returns a warning
+    /// for a damaged cache entry or a failed write.
     ///
     /// # Errors
-    /// As [`BarnettField::at`], if memory does not suffice, and if the run is cancelled.
+    /// If [`BarnettField::at`] fails, if memory does not suffice, or if the run is cancelled.
     pub fn load_or_compute(stiffness: &Stiffness, cache: Option<&Cache>) -> Result<(Self, Option<String>)> {
         if let Some(closed) = Kelvin::from_stiffness(stiffness) {
             return Ok((Self(Form::Closed(closed)), None));
@@ -50,7 +51,7 @@ impl FullSpaceField {
         Ok((Self(Form::Tabulated(Box::new(table))), note))
     }
 
-    /// Field at `x` (mm), not the origin.
+    /// Field at the point `x` (mm), which must not be the origin.
     #[inline]
     pub fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         match &self.0 {
@@ -59,7 +60,7 @@ impl FullSpaceField {
         }
     }
 
-    /// Largest observed difference of the table from the integrals, relative to the largest entry; 0 for closed forms.
+    /// Estimated error of the table, relative to the largest entry; 0 for closed forms.
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,

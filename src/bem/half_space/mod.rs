@@ -1,10 +1,11 @@
-//! Elastic half-spaces, isotropic or anisotropic: surface Green's function, integrals over cells, flexibility operators on the
-//! frame.
+//! Elastic half-spaces, isotropic or anisotropic: surface Green's function, integrals over cells, flexibility operators
+//! on the frame.
 //!
-//! All quantities are in the axes (x, y, n) of the frame. The outward normal is +n for the lower body and -n for the upper body.
-//! Tractions t on a body cause the displacement `u(x) = ∫ G(x - y) t(y) dA` of its surface: rows of G are displacements, columns
-//! tractions. G(x) = Γ(φ) / |x| with x = |x| (cos φ, sin φ), and G(-x) = G(x)^T. Body 2 carries the traction P and body 1 carries
-//! -P, so that S = G(lower) + G(upper).
+//! All quantities are in the axes (x, y, n) of the frame. Body 1 is the lower body with the outward normal +n. Body 2
+//! is the upper body with the outward normal -n. Tractions t on a body displace its surface by
+//! `u(x) = ∫ G(x - y) t(y) dA`. Rows of the Green's function G are displacements, columns are tractions. With x = |x|
+//! (cos φ, sin φ), G(x) = Γ(φ) / |x| and G(-x) = G(x)^T. Body 2 carries the traction P and body 1 carries -P. The gap
+//! therefore changes by the integral of P with the sum of the two bodies' Green's functions.
 
 pub mod green;
 pub mod grid;

@@ -29,7 +29,7 @@ pub fn hashin(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
         let across = (sum / strength.tension[1]).powi(2) + (s[3] * s[3] - s[1] * s[2]) / (s23 * s23);
         StressExposure { value: (across + axial).max(0.0).sqrt(), mode: FailureMode::MatrixTension }
     } else {
-        // ((σ22 + σ33)/2)² - σ22 σ33, without cancellation, plus σ23².
+        // Equals (((σ22 + σ33)/2)² - σ22 σ33 + σ23²) / S23², without cancellation.
         let across = (0.25 * (s[1] - s[2]).powi(2) + s[3] * s[3]) / (s23 * s23);
         let yc = strength.compression[1];
         let linear = ((0.5 * yc / s23).powi(2) - 1.0) * sum / yc;

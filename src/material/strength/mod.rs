@@ -121,7 +121,7 @@ impl FailureCriterion {
 /// Stress exposure and the governing failure mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StressExposure {
-    /// 1 at failure, proportional to the load.
+    /// Exposure, proportional to the load; 1 at failure.
     pub value: f64,
     /// Failure mode at this exposure.
     pub mode: FailureMode,
@@ -158,7 +158,7 @@ impl MaterialStrength {
         }
     }
 
-    /// Refuses strengths that are not positive and finite, and interactions that leave the failure surface open.
+    /// Checks that all strengths are positive and finite, and that the interactions give a closed failure surface.
     ///
     /// # Errors
     /// If a value is not admissible (kind `Input`).

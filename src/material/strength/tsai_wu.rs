@@ -1,7 +1,9 @@
 use super::{FailureMode, PlyStrength, StressExposure, quadratic_exposure};
 
-/// Exposure of F_i σ_i + F_ij σ_i σ_j = 1 with F_i = 1/X_t - 1/X_c, F_ii = 1/(X_t X_c), F_44 = 1/S23², F_55 = 1/S13², F_66 = 1/S12²
-/// and F_ij = F_ij* sqrt(F_ii F_jj).
+/// Stress exposure by the criterion of Tsai and Wu, F_i σ_i + F_ij σ_i σ_j = 1.
+///
+/// The coefficients are F_i = 1/X_t - 1/X_c, F_ii = 1/(X_t X_c), F_44 = 1/S23², F_55 = 1/S13², F_66 = 1/S12² and F_ij =
+/// F_ij* sqrt(F_ii F_jj). X_t and X_c are the tensile and compressive strengths along axis i.
 ///
 /// # Source
 /// Tsai and Wu (1971), J. Composite Materials 5, 58-80, eqs. 4-11.

@@ -1,12 +1,15 @@
-//! Surface admittance W(m) / κ at any wavevector κ m with the wavenumber κ and the unit vector m, from a table of directions.
+//! Surface admittance W(m) / κ of half-spaces, interpolated in a table of the directions m.
+//!
+//! A traction t exp(i κ m·x) has the wavenumber κ and the direction m, a unit vector. This traction displaces the
+//! surface by W(m) t exp(i κ m·x) / κ.
 
 use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::AngularTable;
 
-/// Hermitian 3 x 3 matrix: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
+/// Hermitian 3 x 3 matrix: real entries xx, yy, nn, then real and imaginary parts of the entries xy, xn, yn.
 pub(in crate::bem::half_space) type Hermitian = [f64; 9];
 
-/// W in one direction as a real matrix, row by row: real part (symmetric) plus imaginary part (antisymmetric).
+/// Real matrix Re W + Im W for one direction, row by row. Re W is symmetric and Im W is antisymmetric.
 pub(in crate::bem::half_space) type Rows = [f64; 9];
 
 pub(in crate::bem::half_space) struct Admittance {

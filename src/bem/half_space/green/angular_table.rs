@@ -1,4 +1,4 @@
-//! Tabulated functions of a direction, such as Γ(φ), for many evaluations.
+//! Tables for the fast evaluation of functions of the direction, such as Γ(φ) of the surface Green's function Γ(φ) / r.
 
 use std::f64::consts::PI;
 
@@ -40,7 +40,8 @@ impl AngularTable {
         (16 * (order + 1)).next_power_of_two().max(512)
     }
 
-    /// Table from the values of each function at an even number of equidistant angles of a full turn, starting at the angle 0.
+    /// Builds a table from the values of each function. `planes` holds these values at an even number of equidistant
+    /// angles over a full turn, from the angle 0.
     pub(in crate::bem::half_space) fn new(planes: &[Vec<f64>]) -> Self {
         let count = planes[0].len();
         // Node j of the table lies at the angle -π + (j - 3) step, so that no index wraps around.
@@ -80,7 +81,7 @@ impl AngularTable {
         (lagrange(position - base as f64), rows)
     }
 
-    /// Adds the functions at an angle between −π and 3π to `sum`.
+    /// Adds the values of all functions to `sum`. `angle` lies between −π and 3π.
     pub(in crate::bem::half_space) fn add_at<const N: usize>(&self, angle: f64, sum: &mut [f64; N]) {
         let (weights, rows) = self.around_angle(if angle > PI { angle - 2.0 * PI } else { angle });
         for (weight, row) in weights.iter().zip(rows.chunks_exact(N)) {
@@ -104,7 +105,7 @@ impl AngularTable {
     }
 }
 
-/// Lagrange weights of the nodes -3, ..., 4 at `t`; most accurate for `t` in [0, 1].
+/// Lagrange weights of the nodes -3, ..., 4 at the position `t`. The interpolation is most accurate for `t` in [0, 1].
 fn lagrange(t: f64) -> [f64; NODES] {
     let distances: [f64; NODES] = std::array::from_fn(|j| t + 3.0 - j as f64);
     let mut weights = LAGRANGE;
@@ -118,7 +119,8 @@ fn lagrange(t: f64) -> [f64; NODES] {
     weights
 }
 
-/// The entries of Γ, row by row, at `count` equidistant angles, each harmonic times `factor` of its order.
+/// Entries of Γ, row by row, at `count` equidistant angles. Each harmonic of order n is first multiplied by
+/// `factor(n)`.
 fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<f64>) -> Vec<Vec<f64>> {
     let harmonic = |order: usize, coefficient: Complex<f64>| (order, coefficient * factor(order));
     let symmetric = std::array::from_fn::<_, 6, _>(|c| {

@@ -11,10 +11,11 @@ use crate::geometry::Side;
 use crate::linalg::vector::nan_max;
 use crate::material::Stiffness;
 
-/// First and largest number of points of the trapezoidal rule over half a turn.
+/// Initial and maximum number of points of the trapezoidal rule over half a turn.
 const POINTS: [usize; 2] = [32, 1 << 15];
 
-/// Limit of the change from a rule to the doubled rule. The error after the doubling is about the square of the change.
+/// Maximum relative change of the tensors when the number of points doubles. The error after doubling is about the
+/// square of this change.
 const MAX_CHANGE: f64 = 1e-10;
 
 /// The tensors S, H, L for the plane of a surface direction m and the outward normal.
@@ -31,7 +32,8 @@ pub struct BarnettLothe {
     pub l: Matrix3<f64>,
 }
 
-/// Contractions Q = C(m, m), R = C(m, ν), T = C(ν, ν) in the integrands, with C(u, v)_ik = C_ijkl u_j v_l and the normal ν.
+/// Contractions of the stiffness in the integrands: Q = C(m, m), R = C(m, ν), T = C(ν, ν). Here C(u, v)_ik = C_ijkl u_j
+/// v_l, m is the surface direction and ν the outward normal.
 #[derive(Debug, Clone, Copy)]
 struct Contractions {
     q: Matrix3<f64>,
@@ -51,8 +53,8 @@ impl BarnettLothe {
     /// Tensors for the surface direction (cos `angle`, sin `angle`, 0).
     ///
     /// # Errors
-    /// If the stiffness is nearly singular, or the rule has not converged with the largest number of points (stiffness ratios above
-    /// about 10^6).
+    /// If the stiffness is nearly singular, or if the rule does not converge with the maximum number of points
+    /// (stiffness ratios above about 10^6).
     pub fn new(stiffness: &Stiffness, side: Side, angle: f64) -> Result<Self> {
         let m = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let contractions = Contractions::new(stiffness, &m, &Vector3::new(0.0, 0.0, side.outward()));
@@ -80,13 +82,13 @@ impl BarnettLothe {
         )))
     }
 
-    /// Re W = L^-1 (symmetric) and Im W = S L^-1 (antisymmetric) of the surface admittance W, 1/MPa. A traction exp(i κ m·x) causes
-    /// the displacement W / κ times the traction.
+    /// Re W = L^-1 (symmetric) and Im W = S L^-1 (antisymmetric) of the surface admittance W, 1/MPa. A traction t exp(i
+    /// κ m·x) on the surface causes the displacement W t exp(i κ m·x) / κ.
     ///
     /// # Source
     /// docs/theory-half-space.md, harmonic tractions.
     pub fn admittance(&self) -> [Matrix3<f64>; 2] {
-        // L is positive definite like the stiffness. If rounding makes it singular, NaN prevents convergence.
+        // L is positive definite like the stiffness. If rounding makes L singular, the NaN entries prevent convergence.
         let l_inverse = self.l.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         let coupling = self.s * l_inverse;
         [(l_inverse + l_inverse.transpose()) * 0.5, (coupling - coupling.transpose()) * 0.5]
@@ -138,14 +140,14 @@ impl QuadratureSums {
         Self { count: 0, n1: zero, t_inverse: zero, minus_n3: zero }
     }
 
-    /// Adds `count` equidistant points, offset by `offset` spacings; `None` if C(ν, ν) at a point is not positive definite within
-    /// rounding.
+    /// Adds the integrands at `count` equidistant angles over half a turn, shifted by `offset` spacings. Returns `None`
+    /// if T at an angle is not positive definite within rounding.
     fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) -> Option<()> {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
-            // Q - R T⁻¹ Rᵀ is computed without the inverse T⁻¹: for Lamé constants λ ≫ μ, both terms are of order λ and their
-            // difference is of order μ. The difference amplifies rounding errors of the inverse by (λ / μ)³, and of the Cholesky
-            // factor by λ / μ.
+            // The Cholesky factor of T replaces T⁻¹ in Q - R T⁻¹ Rᵀ. For Lamé constants λ ≫ μ, Q and R T⁻¹ Rᵀ are of
+            // order λ, but their difference is of order μ. This difference amplifies rounding errors of T⁻¹ by (λ /
+            // μ)³. It amplifies rounding errors of the Cholesky factor only by λ / μ.
             let factor = at.t.cholesky()?;
             let lower = factor.l();
             let y = lower.solve_lower_triangular(&at.r.transpose())?;

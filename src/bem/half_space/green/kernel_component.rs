@@ -1,9 +1,10 @@
-/// Component of the kernel: entry of the part that is even in the offset (symmetric matrix) or odd (antisymmetric matrix).
+/// One of the nine components of a kernel matrix. The symmetric part of the matrix is an even function of the offset
+/// from source to target. The antisymmetric part is an odd function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::bem::half_space) enum KernelComponent {
-    /// Entry xx, yy, nn, xy, xn, yn of the symmetric part.
+    /// Index of an entry of the symmetric part in the order xx, yy, nn, xy, xn, yn.
     Even(usize),
-    /// Entry xy, xn, yn of the antisymmetric part.
+    /// Index of an entry of the antisymmetric part in the order xy, xn, yn.
     Odd(usize),
 }
 

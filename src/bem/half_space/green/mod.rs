@@ -18,14 +18,14 @@ use crate::error::{Error, Result};
 use crate::geometry::Side;
 use crate::material::Stiffness;
 
-/// First and largest number of sampled directions over half a turn.
+/// Initial and maximum number of sampled directions over half a turn.
 const DIRECTIONS: [usize; 2] = [32, 1 << 13];
 
-/// The last quarter of the harmonics must lie below this share of the largest. The harmonics decay geometrically, so the omitted
-/// ones are then of the order of rounding.
+/// Maximum size of the last quarter of the harmonics, relative to the largest harmonic. The harmonics decay
+/// geometrically, so the omitted harmonics are then of the order of rounding errors.
 const TAIL: f64 = 1e-12;
 
-/// As `TAIL`, for the largest number of directions.
+/// Maximum relative size of the last quarter of the harmonics for the maximum number of directions.
 const TAIL_AT_LIMIT: f64 = 1e-9;
 
 pub(super) const HARMONIC_CUTOFF: f64 = 1e-15;
@@ -42,10 +42,12 @@ pub(super) type OddHarmonic = [Complex<f64>; 3];
 
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-/// Γ(φ) of the surface Green's function Γ(φ) / r, 1/MPa, as the real Fourier series Σ γ_n exp(i n φ).
+/// Surface Green's function Γ(φ) / r: displacement of the surface per unit force, at the distance r from the force in
+/// the direction φ.
 ///
-/// The Green's function gives the displacement of the surface due to a force on it. Even harmonics are symmetric matrices (from
-/// L^-1), odd harmonics antisymmetric (from S L^-1).
+/// Γ(φ), 1/MPa, is the real Fourier series Σ γ_n exp(i n φ). For even n, γ_n is a symmetric matrix and follows from
+/// L^-1. For odd n, γ_n is antisymmetric and follows from S L^-1. S and L are the Barnett-Lothe tensors
+/// ([`BarnettLothe`]).
 ///
 /// # Source
 /// docs/theory-half-space.md, point forces.
@@ -61,8 +63,8 @@ impl SurfaceGreen {
     /// Green's function of one half-space; `stiffness` is in the axes (x, y, n) of the frame.
     ///
     /// # Errors
-    /// If the stiffness is nearly singular, the Barnett-Lothe integrals or the series do not converge (stiffness ratios above about
-    /// 10^5), or the run is cancelled.
+    /// If the stiffness is nearly singular, or if the run is cancelled. Also if the Barnett-Lothe integrals or the
+    /// series do not converge (stiffness ratios above about 10^5).
     pub fn new(stiffness: &Stiffness, side: Side) -> Result<Self> {
         let mut samples = sample(stiffness, side, DIRECTIONS[0], 0.0)?;
         loop {
@@ -103,19 +105,22 @@ impl SurfaceGreen {
         assemble(&real_sum(&self.even, ONE, turn * turn), &real_sum(&self.odd, turn, turn * turn))
     }
 
-    /// Surface admittance W(m) for m = (cos `angle`, sin `angle`) and κ = 1, 1/MPa; Hermitian and positive definite.
+    /// Surface admittance W(m) for m = (cos `angle`, sin `angle`) and the wavenumber κ = 1, 1/MPa. W is Hermitian and
+    /// positive definite.
     ///
     /// # Source
     /// docs/theory-half-space.md, harmonic tractions.
     pub fn symbol(&self, angle: f64) -> Matrix3<Complex<f64>> {
-        // Re W has the harmonics 2π i^-n γ_n (n even), Im W has -2π γ_n / sin(n π/2) (n odd). Both factors alternate in sign.
+        // The coefficients of Re W are 2π i^-n γ_n for even n. The coefficients of Im W are -2π γ_n / sin(n π/2) for
+        // odd n. Each factor of γ_n alternates in sign with n.
         let turn = Complex::from_polar(1.0, angle);
         let re = assemble(&real_sum(&self.even, ONE, -turn * turn), &[0.0; 3]);
         let im = assemble(&[0.0; 6], &real_sum(&self.odd, -turn, -turn * turn));
         Matrix3::from_fn(|i, j| Complex::new(re[(i, j)], im[(i, j)]) * (2.0 * PI))
     }
 
-    /// Series of W(m) at κ = 1. Its even part is Re W (symmetric), its odd part Im W (antisymmetric).
+    /// Fourier series of W(m) for the wavenumber κ = 1. The even part is Re W (symmetric), the odd part Im W
+    /// (antisymmetric).
     pub(super) fn admittance_series(&self) -> Self {
         let factor = |k: usize| if k.is_multiple_of(2) { 2.0 * PI } else { -2.0 * PI };
         let mut series = self.clone();
@@ -124,11 +129,12 @@ impl SurfaceGreen {
         series
     }
 
-    /// Estimated distance between the real axis and the nearest complex singularity of Γ(φ) / r, on a line at unit distance from
-    /// the source.
+    /// Estimated distance of the nearest complex singularity of Γ(φ) / r from the real axis. The variable is the
+    /// position along a line at unit distance from the source.
     pub(super) fn singularity_distance(&self) -> f64 {
-        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n, so Γ is analytic for |Im φ| <
-        // η. At the distance d from the source, Γ / r is then analytic within d tanh η of the real axis.
+        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n. Γ is therefore
+        // analytic for |Im φ| < η. On a line at the distance d from the source, Γ / r is then analytic within d tanh η
+        // of the real axis.
         (-HARMONIC_CUTOFF.ln() / self.order().max(1) as f64).tanh()
     }
 
@@ -198,7 +204,7 @@ impl SurfaceGreen {
         self.truncated_at(HARMONIC_CUTOFF)
     }
 
-    /// Series without the trailing harmonics below `share` of the largest.
+    /// Series without the trailing harmonics that are smaller than `share` times the largest harmonic.
     pub(super) fn truncated_at(mut self, share: f64) -> Self {
         let bound = share * self.max_coefficient();
         let kept = |sizes: Vec<f64>| sizes.iter().rposition(|&size| size > bound).map_or(0, |last| last + 1);
@@ -213,7 +219,7 @@ impl SurfaceGreen {
 /// Re W and Im W in one direction.
 type AdmittanceSample = [Matrix3<f64>; 2];
 
-/// W at `count` equidistant directions over half a turn, with an `offset` in units of their spacing.
+/// W at `count` equidistant directions over half a turn. The first direction lies `offset` spacings from the x axis.
 fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Result<Vec<AdmittanceSample>> {
     (0..count)
         .into_par_iter()
@@ -225,8 +231,8 @@ fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Resul
         .collect()
 }
 
-/// Sum of a real series over its positive and negative orders. `first` is the phase factor of the lowest order, and `ratio` is the
-/// factor from one harmonic to the next. Order 0 of the even harmonics has no counterpart of opposite sign.
+/// Sum of a real series over its positive and negative orders. `first` is the phase factor of the lowest order, and
+/// `ratio` is the factor from one harmonic to the next. The term of order 0 counts once, all other terms count twice.
 fn real_sum<const N: usize>(
     harmonics: &[[Complex<f64>; N]],
     first: Complex<f64>,

@@ -23,18 +23,18 @@ use crate::linalg::memory;
 /// Treatment of the blocks between normal and tangential components if they vanish within rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CrossBlocks {
-    /// The blocks are multiplied even if they vanish; the operator counts as coupled.
+    /// Multiplies the blocks even if they vanish. The operator counts as coupled.
     Keep,
-    /// Vanishing blocks are skipped; the operator then counts as uncoupled.
+    /// Skips vanishing blocks. The operator then counts as uncoupled.
     SkipVanishing,
 }
 
 const MAX_SMALLER_GRIDS: usize = 6;
 
-/// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
+/// Flexibility operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
-/// The influence K at the cell offset d satisfies K(-d) = K(d)^T, so S is symmetric and its symbol, the transform of K, is
-/// Hermitian. Cell (ix, iy) has the index `ix * cells[1] + iy`.
+/// The influence K at the cell offset d satisfies K(-d) = K(d)^T. S is therefore symmetric, and its symbol, the Fourier
+/// transform of K, is Hermitian. Cell (ix, iy) has the index `ix * cells[1] + iy`.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
@@ -53,7 +53,8 @@ pub struct FftFlexibility {
 impl FftFlexibility {
     /// Tabulates the influence of a cell on the grid.
     ///
-    /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `green`: of one half-space or of a pair.
+    /// `cells`: numbers of cells along x and y; `spacing`: sides of a cell, mm; `green`: Green's function of one
+    /// half-space, or the sum for a pair.
     ///
     /// # Errors
     /// - If the grid is empty, or the spacing is not positive and finite.
@@ -85,7 +86,7 @@ impl FftFlexibility {
         }
     }
 
-    /// Operator on a coarser or smaller grid, with `factor` times the cell sides of this grid.
+    /// Operator on a grid of `cells` cells, whose sides are `factor` times the cell sides of this grid.
     fn on_smaller_grid(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
         let spacing = self.spacing.map(|side| side * factor as f64);
         let symbol = GridSymbol::new(cells, self.symbol.table.clone(), factor, self.symbol.coupled);
@@ -115,7 +116,7 @@ impl Flexibility for FftFlexibility {
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
         let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(3));
-        // The planes are computed before the parallel section, in which threads would wait for each other.
+        // The planes are computed before the parallel section. Inside this section, threads would wait for each other.
         let (normal, rest) = (self.symbol.normal(), self.symbol.other_planes());
         self.symbol.plan.apply::<3>(tractions, gap, buffers, |ky, columns| {
             let [nn] = self.symbol.planes_at(normal, ky);
@@ -183,8 +184,9 @@ impl Flexibility for FftFlexibility {
         if self.symbol.coarsening != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
             return None;
         }
-        // The largest grid within this grid that needs no larger padding than `at_least`; even along an axis where `at_least` is
-        // even. It does not depend on earlier calls, so a resumed run has the same operators.
+        // Largest grid that fits into this grid and needs no more padding than a grid of `at_least` cells. The size is
+        // even along each axis where `at_least` is even. The choice does not depend on earlier calls, so a resumed run
+        // has the same operators.
         let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
         let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
         let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
@@ -225,7 +227,8 @@ impl TangentialFlexibility for FftFlexibility {
     }
 }
 
-/// Admissible lengths and compliances, without overflow or underflow in powers, products and transforms.
+/// Admissible range of lengths and compliances. Within this range, powers, products and transforms neither overflow nor
+/// underflow.
 const MAGNITUDE_RANGE: [f64; 2] = [1e-20, 1e20];
 
 pub(in crate::bem::half_space) fn validate_grid(
@@ -254,7 +257,8 @@ pub(in crate::bem::half_space) fn validate_grid(
             spacing[0], spacing[1], MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
         )));
     }
-    // Real numbers per padded cell: symbol, kernel table, one transform in progress (two complex planes) and work space.
+    // Real numbers per padded cell: 5 for the symbol, 5 for the kernel table, 4 for one transform in progress (two
+    // complex planes), 6 for work space.
     let bytes = padded.iter().map(|&n| n as u128).product::<u128>() * 8 * (5 + 5 + 4 + 6);
     memory::ensure(bytes, &format!("the operator on {} x {} cells", cells[0], cells[1]), "use fewer cells")
 }

@@ -11,7 +11,8 @@ use rustfft::{Fft, FftNum, FftPlanner};
 
 const TASKS: usize = 16;
 
-/// Number of columns (or rows, in the inverse transform) gathered together. Their complex numbers share a cache line.
+/// Number of columns that are gathered from the rows at once, because the complex numbers of four columns share a cache
+/// line. The inverse transform gathers as many rows.
 const BLOCK: usize = 4;
 
 pub(in crate::bem::half_space) trait FftReal: FftNum + Into<f64> {
@@ -76,7 +77,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
         self.padded[1] / 2 + 1
     }
 
-    /// An odd number of cache lines: columns at a distance of a power of two would compete for the same cache sets.
+    /// Distance of columns in memory: an odd number of cache lines. With a power of two, columns would compete for the
+    /// same cache sets.
     fn column_stride(&self) -> usize {
         (self.cells[0].div_ceil(BLOCK) | 1) * BLOCK
     }
@@ -193,7 +195,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
         }
     }
 
-    /// Inverse transform of spectrum `k`. The imaginary parts of the real harmonics are rounding errors, and are set to zero.
+    /// Inverse transform of spectrum `k`. The harmonics 0 and, for even sizes, Nyquist are real. Their imaginary parts
+    /// are rounding errors and are set to zero.
     fn real_row(&self, k: usize, scratch: &mut Scratch<T>) {
         let half = self.half_spectrum();
         let spectrum = &mut scratch.spectra[k * half..(k + 1) * half];
@@ -206,7 +209,8 @@ impl<T: FftReal> PaddedGridPlan<T> {
             .expect("buffers of the planned lengths");
     }
 
-    /// Transform of a real plane over the padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds row `ix` to the zeros in `row`.
+    /// Transform of a real plane over the padded grid, `[k_y][padded_x]`. `fill(ix, row)` adds the values of row `ix`
+    /// to `row`, which contains zeros.
     pub(super) fn transform(&self, fill: impl Fn(usize, &mut [T]) + Sync) -> Vec<Complex<T>> {
         let (half, [px, py]) = (self.half_spectrum(), self.padded);
         let zero = Complex::new(T::zero(), T::zero());
@@ -286,8 +290,8 @@ const MAX_UNALIGNED_SIZE: usize = 64;
 
 const SIMD_LANES: usize = 8;
 
-/// Smallest size >= `least` with a fast transform: 1, or even with prime factors 2, 3 and at most one 5, above 64 a multiple of
-/// eight.
+/// Smallest size >= `least` with a fast transform. Fast sizes are 1, and even numbers with the prime factors 2, 3 and
+/// at most one 5. Above 64, they are multiples of eight.
 pub(in crate::bem::half_space) fn fast_size(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for prime in [2, 3] {

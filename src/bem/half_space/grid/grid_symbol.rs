@@ -10,16 +10,16 @@ use crate::bem::half_space::grid::fft_plan::PaddedGridPlan;
 use crate::bem::half_space::grid::kernel_table::{KernelComponent, KernelTable, OffsetPlane};
 use crate::bem::half_space::grid::symbol::{COUPLED, UNCOUPLED};
 
-/// Transform of the kernel on a grid of cells; its parts are computed on first use.
+/// Fourier transform of the kernel on a grid of cells. Each part of the transform is computed on first use.
 pub(super) struct GridSymbol {
     pub(super) plan: PaddedGridPlan,
     pub(super) table: Arc<KernelTable>,
     /// Cell sides of the grid divided by the cell sides of the table.
     pub(super) coarsening: usize,
     pub(super) coupled: bool,
-    /// Plane nn, `[k_y][padded_x]`, times `weight`.
+    /// Entry nn of the symbol, `[k_y][padded_x]`, times `weight`.
     normal: OnceLock<Vec<f64>>,
-    /// Other planes, `[k_y][COUPLED or UNCOUPLED][padded_x]`, times `weight`.
+    /// Other entries of the symbol, `[k_y][COUPLED or UNCOUPLED][padded_x]`, times `weight`.
     other_planes: OnceLock<Vec<f64>>,
 }
 
@@ -48,13 +48,14 @@ impl GridSymbol {
         std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
     }
 
-    /// Factor 1/(padded size) of the inverse transform, times the coarsening: the kernel is proportional to the cell sides.
+    /// Factor 1/(padded size) of the inverse transform, times the coarsening. The coarsening is a factor because the
+    /// kernel is proportional to the cell sides.
     fn weight(&self) -> f64 {
         let [px, py] = self.plan.padded;
         self.coarsening as f64 / (px * py) as f64
     }
 
-    /// Adds the kernel values at the offset of row `ix` to `row`, periodically with the padded size.
+    /// Adds the kernel values at the offset of row `ix` to `row`. The offsets repeat with the padded size.
     fn add_row(&self, plane: &OffsetPlane, ix: usize, row: &mut [f64]) {
         let (cells, period) = (self.plan.cells[0], self.plan.padded[0]);
         if let Some(dx) = wrapped_offset(ix, period, cells) {
@@ -88,7 +89,8 @@ impl GridSymbol {
         symbol
     }
 
-    /// Writes the real part of a transform into the first of `planes`, the imaginary part into the second, if there is one.
+    /// Writes the real part of a transform into the first of `planes`. If `planes` has two elements, writes the
+    /// imaginary part into the second.
     fn put(&self, symbol: &mut [f64], count: usize, transformed: &[Complex<f64>], planes: Range<usize>) {
         let (px, weight) = (self.plan.padded[0], self.weight());
         symbol.par_chunks_exact_mut(count * px).zip(transformed.par_chunks_exact(px)).for_each(
@@ -105,7 +107,8 @@ impl GridSymbol {
     }
 }
 
-/// Cell offset that an index of a periodic table represents; `None` for the padding between the two ends.
+/// Cell offset for an index of the padded grid; `None` if the index belongs to the padding between positive and
+/// negative offsets.
 fn wrapped_offset(index: usize, period: usize, cells: usize) -> Option<isize> {
     if index < cells {
         Some(index as isize)

@@ -12,22 +12,22 @@ use crate::cancel;
 const EVEN: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 const ODD: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
-/// Kernel K(d) of a uniform grid for the offsets d = target - source: integrals for near offsets, a series expansion for far ones.
-/// Half of the offsets suffice, since K(-d) = K(d)^T.
+/// Kernel K(d) of a uniform grid for the offsets d = target - source. Near offsets use integrals, far offsets use a
+/// series expansion. Half of the offsets suffice, because K(-d) = K(d)^T.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
 pub(super) struct KernelTable {
     spacing: [f64; 2],
     near_cells: [usize; 2],
-    /// `[near_x][2 near_y - 1]`, offsets x >= 0.
+    /// Values at the near offsets with x >= 0, `[near_x][2 near_y - 1]`.
     near: Vec<Matrix3<f64>>,
     far: RectangleExpansion,
     integrator: PatchIntegrator,
 }
 
 impl KernelTable {
-    /// After cancellation the table is incomplete.
+    /// Integrates the kernel for the near offsets. After a cancellation, the table is incomplete.
     pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Self {
         let (integrator, far) = (PatchIntegrator::new(green), RectangleExpansion::new(green, spacing));
         let near_cells: [usize; 2] = std::array::from_fn(|axis| {
@@ -52,18 +52,18 @@ impl KernelTable {
         Self { spacing, near_cells, near, far, integrator }
     }
 
-    /// K at an offset of `d` cells.
+    /// K at an offset of `d` cells, by integration.
     pub(super) fn integral(&self, d: [isize; 2]) -> Matrix3<f64> {
         let offset = [0, 1].map(|axis| d[axis] as f64 * self.spacing[axis]);
         self.integrator.rectangle(self.spacing, offset)
     }
 
-    /// K(0).
+    /// Influence K(0) of a cell on itself.
     pub(super) fn self_influence(&self) -> Matrix3<f64> {
         self.near[self.near_cells[1] - 1]
     }
 
-    /// K at a near offset; `None` for far offsets.
+    /// Tabulated K at a near offset; `None` for far offsets.
     fn near(&self, dx: usize, dy: isize) -> Option<&Matrix3<f64>> {
         let [nx, ny] = self.near_cells;
         let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];
@@ -80,7 +80,8 @@ impl KernelTable {
         }
     }
 
-    /// Planes of `components` at the offsets x >= 0 of a grid that is at most as large as the grid of the table.
+    /// Values of the `components` of K at the offsets x >= 0 of a grid. This grid must not be larger than the grid of
+    /// the table.
     pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[KernelComponent]) -> Vec<OffsetPlane> {
         let (width, count, far) = (2 * ny - 1, components.len(), self.far.of(components));
         let mut planes: Vec<OffsetPlane> = components
@@ -91,7 +92,7 @@ impl KernelTable {
                 parity: if let KernelComponent::Even(_) = component { 1.0 } else { -1.0 },
             })
             .collect();
-        // If all components are even or odd in y, only the values at y >= 0 are computed.
+        // If each component is even or odd in y, only the values at y >= 0 are computed.
         let signs: Option<Vec<f64>> =
             components.iter().map(|component| self.far.y_parity(*component)).collect();
         let mut rows: Vec<Vec<&mut [f64]>> = (0..nx).map(|_| Vec::with_capacity(count)).collect();
@@ -125,21 +126,23 @@ impl KernelTable {
     }
 }
 
-/// Component of the kernel at the offsets x >= 0, `[cells_x][2 cells_y - 1]`, even or odd in the offset.
+/// One component of the kernel at the offsets x >= 0, `[cells_x][2 cells_y - 1]`. The component is even or odd in the
+/// offset.
 pub(super) struct OffsetPlane {
     cells_y: usize,
     values: Vec<f64>,
-    /// 1 for even, -1 for odd.
+    /// 1 for an even component, -1 for an odd component.
     parity: f64,
 }
 
 impl OffsetPlane {
-    /// Adds the values at an offset of `dx` cells to `row`, periodically with its length.
+    /// Adds the values at the offset `dx` along x to `row`. Negative offsets along y are at the end of `row`.
     pub(super) fn add_row(&self, dx: isize, row: &mut [f64]) {
         let (ny, period) = (self.cells_y, row.len());
         let start = dx.unsigned_abs() * (2 * ny - 1);
         let values = &self.values[start..start + 2 * ny - 1];
-        // `before` has the offsets dy < 0, `from` has dy = 0, 1, .... For dx < 0 the values at -dx are mirrored.
+        // `before` has the offsets dy < 0, `from` has dy = 0, 1, .... For dx < 0, the value is `parity` times the value
+        // at the offset (-dx, -dy).
         let (before, from) = values.split_at(ny - 1);
         if dx >= 0 {
             row.iter_mut().zip(from).for_each(|(r, value)| *r += value);

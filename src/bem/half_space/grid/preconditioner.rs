@@ -1,7 +1,8 @@
 //! Approximate inverses of the flexibility of half-spaces on a grid, as preconditioners.
 //!
-//! The flexibility of the half-spaces is W / κ at the wavenumber κ, so the symbol of the inverse is κ W⁻¹. The grid is taken as
-//! periodic, so the far fields of the periodic images cause an error.
+//! At the wavenumber κ, the flexibility of the half-spaces is W / κ with the surface admittance W. The symbol of the
+//! inverse is therefore κ W⁻¹. The inverse treats the grid as periodic. The far fields of the periodic images therefore
+//! cause an error.
 //!
 //! # Source
 //! Vollebregt 2014, "A new solver for the elastic normal contact problem using conjugate gradients, deflation, and an FFT-based
@@ -16,7 +17,7 @@ use crate::bem::half_space::green::admittance::{Admittance, Hermitian, hermitian
 use crate::bem::half_space::grid::fft_plan::PaddedGridPlan;
 use crate::bem::half_space::grid::spectral_filter::{ComponentSet, SpectralFilter};
 
-/// The zero wavenumber is replaced by this share of the lowest wavenumber.
+/// Wavenumber that replaces the zero wavenumber, divided by the lowest wavenumber.
 const ZERO_WAVENUMBER_SHARE: f64 = 0.5;
 
 struct Wavenumbers {
@@ -44,7 +45,8 @@ impl Wavenumbers {
     }
 }
 
-/// Filter that multiplies gaps by κ / W_nn, or by the block of κ W⁻¹ for several components. `spacing`: sides of the cells, mm.
+/// Filter that multiplies normal gaps by κ / W_nn. For other sets of components, it multiplies gaps by their block of κ
+/// W⁻¹. `spacing`: sides of the cells, mm.
 pub(in crate::bem::half_space) fn inverse_filter(
     parts: ComponentSet,
     convolution: PaddedGridPlan<f32>,
@@ -77,7 +79,7 @@ pub(in crate::bem::half_space) fn inverse_filter(
     SpectralFilter::new(convolution, parts, &[&symbol])
 }
 
-/// Zero if the matrix is singular.
+/// Inverse of a Hermitian matrix; zero if the matrix is singular.
 fn inverse([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: &Hermitian) -> Matrix3<Complex<f64>> {
     let real = |value: &f64| Complex::from(*value);
     let (xy, xn, yn) = (Complex::new(*xy, *xy_im), Complex::new(*xn, *xn_im), Complex::new(*yn, *yn_im));

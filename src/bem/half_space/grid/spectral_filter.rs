@@ -17,7 +17,7 @@ const LANES: usize = 8;
 pub(in crate::bem::half_space) enum ComponentSet {
     Normal,
     Tangential,
-    /// Without coupling of the normal to the tangential components.
+    /// Normal and tangential components without coupling between them.
     Uncoupled,
     Coupled,
 }
@@ -33,7 +33,7 @@ impl ComponentSet {
         }
     }
 
-    /// Number of planes of a symbol; nn is first if included.
+    /// Number of planes of a symbol. The first plane is nn if the set includes the normal component.
     pub(super) fn n_planes(self) -> usize {
         match self {
             Self::Normal => 1,
@@ -69,7 +69,7 @@ impl SpectralFilter {
         Self { convolution, parts, symbol, size, buffers }
     }
 
-    /// Filters `input`, with one plane of cell values for each component.
+    /// Filters `input`, which has one plane of cell values for each component, and writes the result to `output`.
     pub(in crate::bem::half_space) fn apply(&self, input: &[f64], output: &mut [f64]) {
         let scale = max_abs(input);
         if scale.is_nan() || scale == 0.0 {

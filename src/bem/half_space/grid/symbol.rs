@@ -10,7 +10,7 @@ pub(super) const COUPLED: usize = 8;
 /// Number of planes of an uncoupled symbol in addition to nn: xx, yy, real and imaginary part of xy.
 pub(super) const UNCOUPLED: usize = 4;
 
-/// Multiplies by the symbol at every wavevector of a column.
+/// Multiplies the components x, y, n by the symbol at every wavevector of a column.
 pub(in crate::bem::half_space) fn multiply_coupled<T: FftReal>(
     nn: &[T],
     rest: [&[T]; COUPLED],
@@ -28,7 +28,7 @@ pub(in crate::bem::half_space) fn multiply_coupled<T: FftReal>(
     }
 }
 
-/// As [`multiply_coupled`] for vanishing xn and yn.
+/// Same product as [`multiply_coupled`] for a symbol with xn = yn = 0.
 pub(in crate::bem::half_space) fn multiply_uncoupled<T: FftReal>(
     nn: &[T],
     rest: [&[T]; UNCOUPLED],

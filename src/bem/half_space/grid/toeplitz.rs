@@ -1,4 +1,4 @@
-//! Entries of an operator on a uniform grid. They depend only on the offset of two cells.
+//! Entries of an operator on a uniform grid. The entries depend only on the offset between two cells.
 
 use nalgebra::Matrix3;
 
@@ -7,7 +7,7 @@ use crate::flexibility::Flexibility;
 /// Blocks S_ik of an operator with S_ik = K(x_i - x_k) and K(-d) = K(d)ᵀ on a grid.
 pub(in crate::bem::half_space) struct ToeplitzBlocks {
     cells: [usize; 2],
-    /// Gaps `[3, N]` due to unit tractions x, y, n: on the first cell of the first row, and on the last cell of that row.
+    /// Gaps `[3, N]` due to unit tractions along x, y, n, on the first cell and on the last cell of the first row.
     corners: [[Vec<f64>; 3]; 2],
 }
 

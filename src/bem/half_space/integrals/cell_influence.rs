@@ -1,8 +1,10 @@
-//! Symmetrised influences between the cells of a plane frame: moment expansions for distant cells, exact integrals for others.
+//! Symmetrised influences between the cells of a plane frame: moment expansions for distant cells, exact integrals for
+//! near cells.
 //!
-//! Collocation gives K_IJ, the displacement at the centre of cell I due to a unit traction on cell J. With the cell areas A, S_IJ =
-//! (A_I K_IJ + A_J K_JIᵀ) / (2 A_I). This module computes F = S A^-1, the operator on forces instead of tractions. F is symmetric.
-//! If both cells are expanded about their centres, K_IJ and K_JIᵀ share the derivatives of the Green's function G at d = x_I - x_J:
+//! Collocation gives K_IJ, the displacement at the centre of cell I due to a unit traction on cell J. The operator on
+//! tractions is S_IJ = (A_I K_IJ + A_J K_JIᵀ) / (2 A_I), with the cell areas A. This module computes F = S A^-1, the
+//! operator on forces. F is symmetric. If the cells I and J are expanded about their centres, K_IJ and K_JIᵀ share the
+//! derivatives of the Green's function G at d = x_I - x_J:
 //!
 //! `F_IJ = ½ Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,
 //!
@@ -18,20 +20,21 @@ use crate::bem::half_space::integrals::polygon;
 use crate::bem::half_space::integrals::polygon_moments::{PolygonMoments, n_moments};
 use crate::bem::half_space::integrals::polygon_multipole::{MAX_ORDER, PolygonMultipole};
 
-/// Error of the integrals as a share of the tolerance of the operator.
+/// Error of the integrals, divided by the tolerance of the operator.
 const INTEGRAL_TOLERANCE_SHARE: f64 = 0.1;
 
-/// Between different cells, trailing harmonics of the Green's function are neglected below this share of the integrals' error.
+/// Cut-off for trailing harmonics of the Green's function between different cells, divided by the error of the
+/// integrals.
 const HARMONIC_CUTOFF_SHARE: f64 = 0.05;
 
 /// Smallest relative tolerance of an operator, close to rounding.
 const MIN_TOLERANCE: f64 = 1e-12;
 
-/// Cells are small if the root of their area is below this multiple of the root of the mean area.
+/// Cells are small if the square root of their area is below this multiple of the square root of the mean area.
 const SMALL_CELL_RATIO: f64 = 0.25;
 
-/// Factor, at most 1, by which each cell tightens the compression tolerance. The same gap error changes the pressure of a small
-/// cell more, in inverse proportion to its side.
+/// Factor for each cell, at most 1, that multiplies the compression tolerance. An error of the gap changes the pressure
+/// of a cell in inverse proportion to the side of the cell. Small cells therefore need a smaller tolerance.
 pub(in crate::bem::half_space) fn tolerance_shares(areas: &[f64]) -> Vec<f64> {
     let mean = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
     areas.iter().map(|area| (area.sqrt() / (SMALL_CELL_RATIO * mean)).min(1.0)).collect()
@@ -47,7 +50,7 @@ pub(in crate::bem::half_space) struct Cell {
 }
 
 impl Cell {
-    /// `corners` run counter-clockwise; lengths in mm.
+    /// Cell with counter-clockwise `corners`; lengths in mm, area in mm².
     pub fn new(center: [f64; 2], corners: Vec<[f64; 2]>, area: f64) -> Self {
         let radii = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1]));
         Self { center, radius: radii.fold(0.0, f64::max), corners, area }
@@ -59,11 +62,11 @@ pub(in crate::bem::half_space) struct CellInfluence {
     /// Moments divided by the area, `[cell][function]`.
     moments: Vec<f64>,
     green: SurfaceGreen,
-    /// Integrator between different cells, with truncated harmonics.
+    /// Integrator for pairs of different cells, with truncated harmonics.
     integrator: PatchIntegrator,
     components: Vec<KernelComponent>,
     far: PolygonMultipole,
-    /// Additional decades of accuracy for each cell due to its size.
+    /// Number of additional decades of accuracy that each cell needs because of its size.
     extra_decades: Vec<u8>,
     scale: f64,
 }
@@ -144,7 +147,7 @@ impl CellInfluence {
     pub fn entry(&self, i: usize, j: usize, values: &mut [f64]) {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let d = [a.center[0] - b.center[0], a.center[1] - b.center[1]];
-        // F_JI is the transpose of F_IJ.
+        // Only the upper half-plane is tabulated. For other directions, F_IJ is computed as the transpose of F_JI.
         if d[1] < 0.0 || (d[1] == 0.0 && d[0] < 0.0) {
             self.entry_in_upper_half_plane(j, i, [-d[0], -d[1]], values);
             for (value, component) in values.iter_mut().zip(&self.components) {
@@ -157,15 +160,15 @@ impl CellInfluence {
         }
     }
 
-    /// As [`Self::entry`] for `d` = x_I - x_J in the upper half-plane.
+    /// Same as [`Self::entry`] for `d` = x_I - x_J in the upper half-plane.
     fn entry_in_upper_half_plane(&self, i: usize, j: usize, d: [f64; 2], values: &mut [f64]) {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let r = (d[0] * d[0] + d[1] * d[1]).sqrt();
         values.fill(0.0);
         let factor = 0.5 * self.scale;
         let Some(order) = self.far.order_at(r / a.radius.max(b.radius), self.decade(i, j)) else {
-            // The expansion may hold for one cell only: a small cell may be thousands of its own sizes away from the centre of a
-            // large neighbour.
+            // The expansion may hold for one of the two cells only. For example, the distance may be thousands of radii
+            // of a small cell, but only one radius of its large neighbour.
             self.add_half((i, j), d, factor, Signs::Alternate, values);
             self.add_half((j, i), d, factor, Signs::Same, values);
             return;
@@ -185,9 +188,9 @@ impl CellInfluence {
         self.far.add(d, order, &weights[..n_moments(order)], values);
     }
 
-    /// Adds `factor` times the mean of the Green's function over the source cell at the centre of the target, K_target,source /
-    /// A_source. With `Signs::Alternate`, `d` points from source to target. With `Signs::Same`, the transpose is added and `d`
-    /// points from target to source.
+    /// Adds `factor` K_target,source / A_source: the mean of the Green's function over the source cell, at the centre
+    /// of the target cell. With `Signs::Alternate`, `d` points from source to target. With `Signs::Same`, the transpose
+    /// is added and `d` points from target to source.
     fn add_half(
         &self,
         (target, source): (usize, usize),
@@ -239,7 +242,7 @@ impl CellInfluence {
         &self.moments[cell * stride..cell * stride + n_moments(order)]
     }
 
-    /// S_IJ from the integrals over both cells, by an `integrator` of the same Green's function.
+    /// Block S_IJ from integrals over the cells I and J. `integrator` must belong to the same Green's function.
     pub fn block_by_integration(&self, integrator: &PatchIntegrator, i: usize, j: usize) -> Matrix3<f64> {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let on = |target: &Cell, source: &Cell| integrator.polygon(&source.corners, target.center);
@@ -300,8 +303,8 @@ mod tests {
         Cell::new([x, y], corners.to_vec(), 0.04)
     }
 
-    /// Truth: the symmetrised exact integrals over both cells. At the smallest distance of the expansion the error must not be
-    /// negligible.
+    /// Truth: the symmetrised exact integrals over the two cells. At the smallest distance of the expansion, the error
+    /// must not be negligible. Otherwise this distance would be larger than necessary.
     #[test]
     fn moments_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {
@@ -313,7 +316,7 @@ mod tests {
                 for distance in [1.001, 1.3, 2.0, 5.0] {
                     for k in 0..12 {
                         let (r, angle) = (distance * begin * 0.2, 0.1 + 0.52 * f64::from(k));
-                        // Moments about the centre do not change.
+                        // The moments about the centre do not change when the cell moves.
                         pairs.cells[1] = square([0.4 / 3.0 + r * f64::cos(angle), 0.1 + r * f64::sin(angle)]);
                         let (a, b) = (&pairs.cells[0], &pairs.cells[1]);
                         assert!(pairs.far.order_at(r / a.radius.max(b.radius), 0).is_some());
@@ -333,8 +336,8 @@ mod tests {
         }
     }
 
-    /// Truth: the symmetrised integrals over both cells, which stay accurate at any distance. The small cell is distant relative to
-    /// its own size, but too near for the moments of the large cell.
+    /// Truth: the symmetrised integrals over the two cells, which stay accurate at any distance. The small cell is
+    /// distant relative to its own size, but too near for the moments of the large cell.
     #[test]
     fn cells_of_unlike_size_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {

@@ -10,10 +10,10 @@ use crate::quadrature::gauss_legendre;
 /// Maximum number of Gauss points per direction.
 const MAX_POINTS: usize = 16;
 
-/// Polygons always use rules with up to this many points. Such rules suffice only far away, where the exact integral loses
-/// accuracy.
+/// Polygons use Gauss rules whenever this many points per direction suffice. That is the case only far away, where the
+/// exact integral loses accuracy.
 const FEW_POINTS: usize = 4;
-/// Cost of one Gauss point, in harmonics of the exact integral.
+/// Cost of one Gauss point, divided by the cost of one harmonic of the exact integral.
 const SLOWER: usize = 2;
 
 /// Negative natural logarithm of the accuracy of the Gauss rules (1e-14).
@@ -24,16 +24,16 @@ const LN_ACCURACY: f64 = 32.3;
 pub struct PatchIntegrator {
     green: SurfaceGreen,
     table: AngularTable,
-    /// As [`SurfaceGreen::singularity_distance`].
+    /// Singularity distance of the Green's function, as defined for [`SurfaceGreen::singularity_distance`].
     singularity_distance: f64,
     /// Gauss-Legendre rules on [-1, 1] with 1, 2, ... points.
     rules: Vec<Vec<(f64, f64)>>,
 }
 
 impl PatchIntegrator {
-    /// Integrator of a Green's function.
+    /// Prepares the integration of a Green's function.
     pub fn new(green: &SurfaceGreen) -> Self {
-        // See [`SurfaceGreen::singularity_distance`].
+        // Same estimate as in [`SurfaceGreen::singularity_distance`].
         let strip = -HARMONIC_CUTOFF.ln() / green.order().max(1) as f64;
         Self {
             green: green.clone(),
@@ -71,7 +71,8 @@ impl PatchIntegrator {
         let radius = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1])).fold(0.0, f64::max);
         let distance = (target[0] - center[0]).hypot(target[1] - center[1]) - radius;
         match self.points(2.0 * radius, distance) {
-            // One more point, because the Jacobian of the triangles about the centre is linear in one direction.
+            // The rule has one more point, because the Jacobian of the triangles about the centre is linear in one
+            // direction.
             Some(n) if n <= FEW_POINTS || SLOWER * (n + 1) * (n + 1) < self.green.order() => {
                 self.fan(corners, center, target, n + 1)
             }
@@ -79,7 +80,7 @@ impl PatchIntegrator {
         }
     }
 
-    /// Gauss rules with `n` points per direction on the triangles between the centre and the edges.
+    /// Integral by Gauss rules with `n` points per direction on the triangles between the centre and the edges.
     fn fan(&self, corners: &[[f64; 2]], center: [f64; 2], target: [f64; 2], n: usize) -> Matrix3<f64> {
         let mut sum = [0.0; 9];
         for (k, from) in corners.iter().enumerate() {
@@ -103,10 +104,11 @@ impl PatchIntegrator {
         self.table.add(x[0], x[1], weight / (x[0] * x[0] + x[1] * x[1]).sqrt(), sum);
     }
 
-    /// Number of Gauss points along a `side` for a target at least `distance` away; `None` if the exact integral is required.
+    /// Number of Gauss points along a `side` for a target at least `distance` away; `None` if the exact integral is
+    /// required.
     ///
-    /// On a segment whose nearest complex singularity is x half-lengths away, the error of n points is ρ^(-2n), ρ = x + sqrt(1 +
-    /// x^2).
+    /// If the nearest complex singularity is x half-lengths away from a segment, n points have the error ρ^(-2n) with
+    /// ρ = x + sqrt(1 + x^2).
     fn points(&self, side: f64, distance: f64) -> Option<usize> {
         let x = 2.0 * distance * self.singularity_distance / side;
         if x <= 0.0 {

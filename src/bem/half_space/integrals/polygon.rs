@@ -1,8 +1,9 @@
 //! Exact integrals of the surface Green's function over polygons.
 //!
-//! Each edge contributes the integral over the triangle between the edge and the target. In polar coordinates about the target the
-//! Jacobian cancels 1/r, so targets inside the polygon, or on or near its edges, cause no singularity. Far away the contributions
-//! of the edges cancel (relative error about 1e-16 (distance / size)^2).
+//! Each edge contributes the integral over the triangle between the edge and the target. In polar coordinates about the
+//! target, the Jacobian cancels 1/r. Targets inside the polygon, or on or near its edges, therefore cause no
+//! singularity. For distant targets, the contributions of the edges nearly cancel. The relative error is then about
+//! 1e-16 (distance / size)^2.
 
 use nalgebra::{Complex, Matrix3};
 
@@ -12,11 +13,11 @@ use crate::bem::half_space::green::{SurfaceGreen, assemble};
 struct Edge {
     /// Distance of the target from the line of the edge, mm.
     height: f64,
-    /// Unit direction towards the foot of the perpendicular.
+    /// Unit direction from the target to the foot of the perpendicular on the line of the edge.
     foot: Complex<f64>,
-    /// Unit directions towards the two ends.
+    /// Unit directions from the target to the two ends of the edge.
     ends: [Complex<f64>; 2],
-    /// Integrals `∫ exp(i n ψ) / cos ψ dψ` of orders 0 and 1, with ψ measured from the foot.
+    /// Integrals `∫ exp(i n ψ) / cos ψ dψ` of orders n = 0 and 1, with the angle ψ measured from `foot`.
     bases: [Complex<f64>; 2],
 }
 
@@ -39,7 +40,7 @@ pub fn integrate(green: &SurfaceGreen, corners: &[[f64; 2]], target: [f64; 2]) -
 }
 
 impl Edge {
-    /// `None` if the triangle has no area.
+    /// Edge between two corners; `None` if the triangle with the target has no area.
     fn new(from: [f64; 2], to: [f64; 2], target: [f64; 2]) -> Option<Self> {
         let direction = Complex::new(to[0] - from[0], to[1] - from[1]);
         let length = direction.norm();
@@ -48,13 +49,13 @@ impl Edge {
         }
         let along = direction / length;
         let rays = [from, to].map(|p| Complex::new(p[0] - target[0], p[1] - target[1]));
-        // The nearer end gives a smaller rounding error of the height.
+        // The height is computed from the nearer end, which gives a smaller rounding error.
         let nearest = if rays[0].norm_sqr() < rays[1].norm_sqr() { rays[0] } else { rays[1] };
         let signed = nearest.re * along.im - nearest.im * along.re;
         if signed == 0.0 {
             return None;
         }
-        // For a target on the right of the edge, foot and sense of rotation are reversed.
+        // For a target on the right of the edge, the foot and the sense of rotation are reversed.
         let sense = signed.signum();
         let foot = Complex::new(along.im, -along.re) * sense;
         let height = signed.abs();
@@ -77,7 +78,7 @@ impl Edge {
     fn add(&self, green: &SurfaceGreen, even: &mut [f64; 6], odd: &mut [f64; 3]) {
         let (foot, [a, b]) = (self.foot, self.ends);
         let (a_squared, b_squared) = (a * a, b * b);
-        // a^n and b^n for the odd and the even n of a step.
+        // a^n and b^n for the odd and the even order n of one pass of the loop.
         let (mut a_powers, mut b_powers) = ([a, a_squared], [b, b_squared]);
         let mut integrals = [self.bases[0], foot * self.bases[1]];
         let orders = green.even().len().max(green.odd().len());

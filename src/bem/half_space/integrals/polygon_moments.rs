@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use crate::quadrature::gauss_legendre;
 
-/// Number of real moments of the orders 0..=`order`; order k has k + 1.
+/// Number of real moments of the orders 0..=`order`; order k has k + 1 moments.
 pub(super) const fn n_moments(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
@@ -25,11 +25,12 @@ impl PolygonMoments {
         Self { order, rule: gauss_legendre(order / 2 + 1) }
     }
 
-    /// Moments ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, in the order of [`powers`], `[n_moments]`. A moment m with a > b gives the
-    /// values 2 Re m and -2 Im m, the factors of Re c and Im c in c m + c̄ m̄. Corners are counter-clockwise.
+    /// Moments ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, in the order of [`powers`], `[n_moments]`. A moment m with a > b
+    /// gives two values, 2 Re m and -2 Im m. They are the factors of Re c and Im c in c m + c̄ m̄, for a complex
+    /// coefficient c. Corners are counter-clockwise.
     ///
-    /// For order k, the triangle of the origin and an edge contributes 2 area / (k + 2) times the mean of the integrand along the
-    /// edge.
+    /// For order k, the triangle between the origin and an edge contributes 2 area / (k + 2) times the mean of the
+    /// integrand along the edge.
     pub fn of(&self, corners: &[[f64; 2]], origin: [f64; 2]) -> Vec<f64> {
         let mut moments = vec![0.0; n_moments(self.order)];
         for (k, from) in corners.iter().enumerate() {
@@ -78,7 +79,7 @@ mod tests {
         let close = |found: &[f64], expected: &[f64]| {
             found.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-16, "{a} {b}"));
         };
-        // 1; ζ; ζ²/2 = (x² - y²)/2 + i x y; ζ ζ̄ = x² + y².
+        // Integrands: 1; ζ; ζ²/2 = (x² - y²)/2 + i x y; ζ ζ̄ = x² + y².
         close(&PolygonMoments::new(2).of(&corners, [0.0, 0.0]), &[area, 0.0, 0.0, xx - yy, 0.0, xx + yy]);
         let found = PolygonMoments::new(2).of(&corners, [1.0, -2.0]);
         let (xx, yy, xy) = (xx + area, yy + 4.0 * area, -2.0 * area);

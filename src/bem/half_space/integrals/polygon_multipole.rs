@@ -1,12 +1,12 @@
-//! Influence of distant polygons, from their moments.
+//! Influence of distant polygons, from the moments of the polygons.
 //!
-//! With z = x + i y a harmonic of the Green's function is exp(i n φ) / r = z^((n-1)/2) z̄^(-(n+1)/2). Therefore
+//! With z = x + i y, a harmonic of the Green's function is exp(i n φ) / r = z^((n-1)/2) z̄^(-(n+1)/2). Therefore
 //!
 //! `∂_z^a ∂_z̄^b Γ(φ) / r = D_ab(φ) / r^(1+a+b)`, `D_ab = Σ γ_n P_a((n-1)/2) P_b(-(n+1)/2) exp(i (n-a+b) φ)`,
 //!
-//! with the harmonics γ_n of Γ and P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the Taylor sum of these derivatives
-//! times the moments of the polygon. The functions D_ab are tabulated over half a turn; in the opposite direction only signs
-//! differ.
+//! with the harmonics γ_n of Γ and P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the Taylor sum of these
+//! derivatives times the moments of the polygon. The functions D_ab are tabulated over half a turn, because only signs
+//! differ in the opposite direction.
 
 use std::f64::consts::PI;
 
@@ -24,10 +24,10 @@ const MAX_TABLE_LEN: usize = 1 << 22;
 
 /// Number of nodes of the local interpolation in the table.
 const NODES: usize = 6;
-/// Minimum number of angles of a full turn.
+/// Minimum number of tabulated angles in a full turn.
 const ANGLES: usize = 1024;
 
-/// Number of angles per period of the highest harmonic.
+/// Number of tabulated angles per period of the highest harmonic.
 const PER_PERIOD: usize = 16;
 
 const LAGRANGE: [f64; NODES] = [-1.0 / 120.0, 1.0 / 24.0, -1.0 / 12.0, 1.0 / 12.0, -1.0 / 24.0, 1.0 / 120.0];
@@ -53,7 +53,7 @@ impl PolygonMultipole {
         let order = (1..=MAX_ORDER).rev().find(fits).unwrap_or(0);
         let stride = n_moments(order) * components.len();
         let mut table = vec![0.0; stride * (angles / 2 + NODES)];
-        // Two omitted orders determine the minimum distances, since one of them may vanish.
+        // The first two omitted orders determine the minimum distances, because one of them may vanish.
         let mut sizes = vec![0.0_f64; order + 3];
         let mut function = 0;
         for (k, size) in sizes.iter_mut().enumerate() {
@@ -68,7 +68,7 @@ impl PolygonMultipole {
                     }
                     if k <= order {
                         for (part, values) in parts.iter().enumerate().take(if a == b { 1 } else { 2 }) {
-                            // Node j lies at the angle (j - 2) step.
+                            // Node j lies at the angle (j - 2) times the angular step.
                             for (j, row) in table.chunks_exact_mut(stride).enumerate() {
                                 row[(function + part) * components.len() + c] =
                                     values[(j + angles - 2) % angles];
@@ -80,7 +80,7 @@ impl PolygonMultipole {
             }
             *size = of_order.into_iter().fold(0.0, f64::max);
         }
-        // Moments of order k of a disc are at most 2 / (k + 2) × area × radius^k.
+        // Moments of order k are estimated by the bound for a disc: 2 / (k + 2) × area × radius^k.
         let suffices = |k: usize, accuracy: f64| {
             let term = 2.0 / (k + 2) as f64 * sizes[k] / (accuracy * sizes[0].max(f64::MIN_POSITIVE));
             term.powf(1.0 / k as f64)
@@ -120,8 +120,8 @@ impl PolygonMultipole {
         size_of_val(self.table.as_slice())
     }
 
-    /// Adds the sum of `weights` times the functions in the direction of (x, y), y >= 0. The `weights`, `[n_moments]`, include the
-    /// powers of 1 / r.
+    /// Adds the sum of `weights` times the functions in the direction of (x, y) to `values`, for y >= 0. The `weights`,
+    /// `[n_moments]`, include the powers of 1 / r.
     pub fn add(&self, [x, y]: [f64; 2], order: usize, weights: &[f64], values: &mut [f64]) {
         let position = y.atan2(x) * self.per_radian;
         let last = self.table.len() / self.stride - NODES;
@@ -204,7 +204,8 @@ fn falling(x: f64, count: usize) -> f64 {
     (0..count).map(|k| x - k as f64).product()
 }
 
-/// Harmonics n = 0, 1, ... of two real series: the real and the imaginary part of D_ab of a component.
+/// Fourier coefficients of orders 0, 1, ... of two real functions of the angle: the real and the imaginary part of D_ab
+/// for a component.
 pub(super) fn derivative_harmonics(
     component: KernelComponent,
     green: &SurfaceGreen,

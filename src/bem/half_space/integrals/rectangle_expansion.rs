@@ -1,7 +1,8 @@
 //! Influence of a distant rectangle: integral of Γ(φ) / r as a series in the ratio of the sides to the distance.
 //!
-//! As in [`super::polygon_multipole`], each order is a function of the direction, divided by a power of r. All rectangles
-//! of a grid have the same sides and thus the same moments. The table contains the sum over the moments of each order.
+//! As in [`super::polygon_multipole`], each order is a function of the direction, divided by a power of r. All
+//! rectangles of a grid have the same sides and thus the same moments. The table therefore contains, for each order,
+//! the sum over all moments of this order.
 
 use nalgebra::Complex;
 
@@ -29,8 +30,8 @@ const COMPONENTS: [KernelComponent; 9] = [
     KernelComponent::Odd(2),
 ];
 
-/// Terms T_m(φ) of one component of the integral over the rectangle, Σ T_m(φ) / r^(2m+1), by their Fourier coefficients. Moments of
-/// odd order vanish, the others are real.
+/// Fourier coefficients of the terms T_m(φ) of one component. The integral over the rectangle is Σ T_m(φ) / r^(2m+1).
+/// Moments of odd order vanish, and moments of even order are real.
 fn terms(component: KernelComponent, green: &SurfaceGreen, sides: [f64; 2]) -> Vec<Vec<Complex<f64>>> {
     let [a, b] = sides.map(|side| side / 2.0);
     let corners = [[-a, -b], [a, -b], [a, b], [-a, b]];
@@ -50,17 +51,17 @@ fn terms(component: KernelComponent, green: &SurfaceGreen, sides: [f64; 2]) -> V
 }
 
 pub(in crate::bem::half_space) struct RectangleExpansion {
-    /// `[component][term]`, values at equidistant angles of a full turn.
+    /// Values of each term at equidistant angles of a full turn, `[component][term][angle]`.
     planes: Vec<Vec<Vec<f64>>>,
     /// Minimum distances for which 1, 2, ... terms suffice.
     min_distance: [f64; TERMS],
-    /// Parity in y; `None` if a component has none.
+    /// Parity of each component in y: 1 if even, -1 if odd, `None` if neither.
     parity: Vec<Option<f64>>,
 }
 
 const PARITY: f64 = 1e-14;
 
-/// 1 for functions that are even in the angle, -1 if odd, `None` if neither.
+/// Parity of functions of the angle: 1 if all are even, -1 if all are odd, `None` otherwise.
 fn parity(terms: &[Vec<f64>], largest: &[f64]) -> Option<f64> {
     let holds = |sign: f64| {
         terms.iter().zip(largest).all(|(values, size)| {
@@ -125,7 +126,7 @@ pub(in crate::bem::half_space) struct RectangleExpansionTable {
 }
 
 impl RectangleExpansionTable {
-    /// Components at (x, y), at least [`RectangleExpansion::min_valid_distance`] away.
+    /// Computes the components at (x, y). The distance must be at least [`RectangleExpansion::min_valid_distance`].
     pub(in crate::bem::half_space) fn evaluate(&self, [x, y]: [f64; 2], values: &mut [f64]) {
         let r = (x * x + y * y).sqrt();
         let terms = self.min_distance.iter().position(|&from| r >= from).map_or(TERMS, |m| m + 1);

@@ -1,11 +1,13 @@
-//! Flexibility of half-spaces on a grid frame that is periodic in one or both directions.
+//! Flexibility of half-spaces on a grid frame that is periodic in one or two directions.
 //!
-//! In a periodic direction tractions and displacements are trigonometric polynomials through the values at the centres, with the
-//! exact admittance W(m) / κ of every harmonic. In an open direction tractions are constant over the cells.
+//! In a periodic direction, tractions and displacements are trigonometric polynomials through the values at the centres
+//! of the cells. The admittance W(m) / κ of every harmonic is exact. In an open direction, tractions are constant over
+//! each cell.
 //!
-//! A uniform load has no finite displacement relative to infinity. With two periodic directions, the mean displacement is zero.
-//! With one, the mean traction of each row of cells in this direction acts as a line load. The logarithmic part of the displacement
-//! due to a line load is zero at a distance of half the frame width in the open direction.
+//! A uniform load on an infinite surface causes no finite displacement relative to infinity. With two periodic
+//! directions, the mean displacement is therefore set to zero. With one periodic direction, the mean traction of each
+//! row of cells along this direction acts as a line load. The displacement due to a line load contains a logarithm of
+//! the distance. This logarithm is zero at a distance of half the frame width in the open direction.
 //!
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
@@ -36,9 +38,9 @@ use crate::flexibility::per_cell::PerCell;
 /// Maximum aspect ratio of a cell in a frame with one open direction.
 const MAX_CELL_ASPECT_RATIO: f64 = 1e3;
 
-/// The operator S of half-spaces on a uniform periodic grid of cells; symmetric.
+/// Symmetric flexibility operator S of half-spaces on a uniform periodic grid of cells.
 ///
-/// In a frame that is periodic in both directions, uniform tractions cause no displacement. Cell (ix, iy) has the index
+/// In a frame that is periodic in two directions, uniform tractions cause no displacement. Cell (ix, iy) has the index
 /// `ix * cells[1] + iy`.
 pub struct PeriodicFlexibility {
     convolution: PaddedGridPlan,
@@ -54,13 +56,14 @@ pub struct PeriodicFlexibility {
 }
 
 impl PeriodicFlexibility {
-    /// Computes the symbol, in closed form if both directions are periodic.
+    /// Computes the operator. If two directions are periodic, its symbol has a closed form.
     ///
-    /// `cells`: numbers along x and y; `spacing`: sides of a cell, mm; `periodic`: whether the frame is periodic along x and along
-    /// y.
+    /// `cells`: numbers of cells along x and y; `spacing`: sides of a cell, mm; `periodic`: whether the frame is
+    /// periodic along x and along y.
     ///
     /// # Errors
-    /// - If the grid is empty or a single cell with two periodic directions, or no direction is periodic.
+    /// - If the grid is empty, or if no direction is periodic.
+    /// - If two directions are periodic and the grid has only one cell.
     /// - If the spacing is not positive and finite, or the spacing or the compliance is extremely large or small.
     /// - With one periodic direction, if the cells are too elongated or the period is too long.
     /// - If memory does not suffice, or the run is cancelled.

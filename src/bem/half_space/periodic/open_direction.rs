@@ -1,13 +1,14 @@
-//! Half-spaces under tractions that are periodic in one direction of the frame: the symbol along the other (open) direction.
+//! Symbol of half-spaces on a frame that is periodic in one direction and open in the other direction.
 //!
-//! The traction on a cell is exp(i k s) along the periodic direction s, and constant over the width h of the cell in the open
-//! direction. At the centre of a cell at distance d it causes the displacement
+//! The traction on a cell varies as exp(i k s) along the periodic direction s. It is constant over the width h of the
+//! cell in the open direction. At the centre of a cell at distance d, this traction causes the displacement
 //!
 //! `K(d) = 1/2π ∫ W(κ, k) / |(κ, k)| h sinc(κ h / 2) exp(i κ d) dκ`,
 //!
-//! and K(-d) is the conjugate transpose of K(d). The discrete transform of K at the cell offsets is the sum of W(κ, k) / |(κ, k)|
-//! sinc(κ h / 2) over the aliases κ + 2π p / h, with all integers p. This alternating series is summed by Euler's transformation.
-//! For k = 0 (plane strain) the integral does not exist. K then contains a logarithm that vanishes at a given distance.
+//! where W is the surface admittance. K(-d) is the conjugate transpose of K(d). The symbol is the discrete Fourier
+//! transform of K over the cell offsets. The symbol equals the sum of W(κ, k) / |(κ, k)| sinc(κ h / 2) over the aliases
+//! κ + 2π p / h, with all integers p. This alternating series is summed by Euler's transformation. For k = 0 (plane
+//! strain), the integral does not exist. K then contains a logarithm that vanishes at a given distance.
 
 use std::f64::consts::PI;
 
@@ -18,21 +19,23 @@ use crate::bem::half_space::green::admittance::{Admittance, Hermitian, Rows, her
 use crate::bem::half_space::grid::fft_plan::{PaddedGridPlan, fast_size};
 use crate::cancel;
 
-/// Number of aliases on each side that are summed directly.
+/// Number of aliases on each side that are summed directly, without Euler's transformation.
 const ALIASES: usize = 10;
 const N_EULER_TERMS: usize = 18;
 
-/// Additional directly summed aliases per k h / (2π δ), where δ is the singularity distance.
+/// Additional number of directly summed aliases, divided by k h / (2π δ). Here k is the wavenumber in the periodic
+/// direction, h the cell width, and δ the singularity distance.
 const EXTRA_ALIASES_PER_KH: f64 = 4.0;
 
 /// Negative natural logarithm of the admissible wraparound error of K, relative to K (1e-15).
 const LN_MAX_WRAPAROUND: f64 = 35.0;
 
-/// Maximum number of cells of the periodic line on which a kernel is computed. Each cell takes some 300 bytes per thread.
+/// Maximum number of cells of the auxiliary periodic line on which a kernel is computed. Each cell takes some 300 bytes
+/// per thread.
 const MAX_LINE_POINTS: usize = 1 << 19;
 
-/// Largest ratio of the period to the cell width in the open direction for which [`MAX_LINE_POINTS`] suffices. The frame's own
-/// cells in the open direction are not counted.
+/// Largest ratio of the period to the cell width in the open direction for which [`MAX_LINE_POINTS`] suffices. The
+/// ratio ignores the number of cells of the frame in the open direction.
 pub(super) fn max_period_over_cell(singularity_distance: f64) -> f64 {
     2.0 * PI * singularity_distance * MAX_LINE_POINTS as f64 / LN_MAX_WRAPAROUND
 }
@@ -50,7 +53,7 @@ pub(super) struct OpenDirection<'a> {
     pub spacing: [f64; 2],
     /// Distance from a line load along the periodic direction at which the logarithmic part of the displacement is zero, mm.
     pub datum: f64,
-    /// Decay rate δ of K(d) ∝ exp(-δ k d): distance of the nearest singularity of W(κ, 1) from the real κ axis.
+    /// Decay rate δ of K(d) ∝ exp(-δ k d): the distance of the nearest singularity of W(κ, 1) from the real κ axis.
     pub singularity_distance: f64,
 }
 
@@ -80,7 +83,7 @@ impl<'a> OpenDirection<'a> {
         if period <= self.padded {
             return (0..self.padded).map(|j| self.sum_over_aliases(j, self.padded, k, paired)).collect();
         }
-        // After cancellation the result is not used.
+        // After a cancellation the values are not used, so zeros suffice.
         let sum = |j| match cancel::requested() {
             true => [0.0; 9],
             false => self.sum_over_aliases(j, period, k, paired),
@@ -103,8 +106,8 @@ impl<'a> OpenDirection<'a> {
         )
     }
 
-    /// Sum over the aliases of the wavenumber with index `j` on a line of `period` cells. `paired`: k and -k coincide on the grid;
-    /// the mean of both sums is returned.
+    /// Sum over the aliases of the wavenumber with index `j` on a line of `period` cells. If `paired`, k and -k
+    /// coincide on the grid. The result is then the mean of the sums at k and -k.
     pub(super) fn sum_over_aliases(&self, j: usize, period: usize, k: f64, paired: bool) -> Hermitian {
         let h = self.spacing[self.axis];
         let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };
@@ -116,7 +119,7 @@ impl<'a> OpenDirection<'a> {
             let plain = ALIASES
                 + (EXTRA_ALIASES_PER_KH * k * h / (2.0 * PI * self.singularity_distance)).ceil() as usize;
             let mut weight = 2.0 / h * half.sin();
-            // The last J terms have the weights 2^-J Σ_{m >= j} C(J, m), j = 1, ..., J.
+            // Euler's transformation gives the last J terms the weights 2^-J Σ_{m >= j} C(J, m), j = 1, ..., J.
             let (mut tail, mut binomial) = (1.0, 0.5_f64.powi(N_EULER_TERMS as i32));
             for i in 1..=plain + N_EULER_TERMS {
                 weight = -weight;
@@ -134,7 +137,8 @@ impl<'a> OpenDirection<'a> {
         hermitian(&sum)
     }
 
-    /// Adds `factor` W / |(κ, k)| at κ = `kappa` to `sum`; if `paired`, the mean of the terms at k and -k.
+    /// Adds `factor` W / |(κ, k)| at κ = `kappa` to `sum`. If `paired`, the mean of W / |(κ, k)| at k and -k is used
+    /// instead.
     fn add(&self, kappa: f64, k: f64, paired: bool, factor: f64, sum: &mut Rows) {
         let at = |k: f64| if self.axis == 0 { [kappa, k] } else { [k, kappa] };
         if paired {
@@ -164,7 +168,7 @@ impl<'a> OpenDirection<'a> {
         .map(|entry| Complex::new(entry, 0.0))
     }
 
-    /// Transform over the padded cells of a kernel that is a function of the cell offset.
+    /// Discrete Fourier transform of a kernel over the padded cells. `kernel` gives the values at each cell offset.
     fn transformed(&self, kernel: impl Fn(isize) -> Upper) -> Vec<Hermitian> {
         let reach = self.cells as isize - 1;
         let mut planes: [Vec<Complex<f64>>; 6] =

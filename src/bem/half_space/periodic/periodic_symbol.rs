@@ -1,4 +1,4 @@
-//! Symbols of half-spaces on periodic grids.
+//! Symbols of half-spaces on periodic grids: Fourier transforms of the flexibility.
 
 use std::f64::consts::PI;
 
@@ -9,10 +9,11 @@ use crate::bem::half_space::grid::fft_plan::PaddedGridPlan;
 use crate::bem::half_space::periodic::open_direction::OpenDirection;
 use crate::cancel;
 
-/// Number of planes of the symbol: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
+/// Number of real arrays (planes) of the symbol: xx, yy, nn, then real and imaginary parts of xy, xn, yn.
 pub(super) const PLANES: usize = 9;
 
-/// W(m) / κ at every wavevector of a grid with two periodic directions, times 1/(padded size); zero at the zero wavevector.
+/// Symbol of a frame with two periodic directions, times 1/(padded size): W(m) / κ at every wavevector κ m of the grid.
+/// The symbol is zero at the zero wavevector.
 pub(super) fn doubly_periodic_symbol(
     convolution: &PaddedGridPlan,
     spacing: [f64; 2],
@@ -23,7 +24,8 @@ pub(super) fn doubly_periodic_symbol(
     filled(convolution, |kx, ky| {
         let signed = if 2 * kx <= nx { kx as f64 } else { kx as f64 - nx as f64 };
         let (x, y) = (signed * lowest[0], ky as f64 * lowest[1]);
-        // At the Nyquist wavenumber of an axis, k and -k coincide on the grid. Both values are averaged.
+        // At the Nyquist wavenumber of an axis, k and -k coincide on the grid. The symbol is the mean of the values at
+        // k and -k.
         let [both_x, both_y] = [2 * kx == nx, 2 * ky == ny];
         let mut sum: Rows = [0.0; 9];
         let mut count = 0.0;
@@ -62,7 +64,7 @@ pub(super) fn singly_periodic_symbol(
     })
 }
 
-/// Zeros after cancellation.
+/// Symbol of the harmonic `index`; zeros after a cancellation.
 fn symbol_unless_cancelled(line: &OpenDirection, index: usize, count: usize) -> Vec<Hermitian> {
     if cancel::requested() { vec![[0.0; 9]; line.padded] } else { line.symbol(index, count) }
 }

@@ -23,7 +23,8 @@ use crate::linalg::memory::MemoryLimit;
 
 const LEAF: usize = 48;
 
-/// Two clusters are admissible if the smaller diameter is at most this multiple of their distance.
+/// Two clusters are admissible, with a low-rank block, if the smaller diameter is at most this multiple of their
+/// distance.
 const ADMISSIBILITY: f64 = 3.0;
 
 /// Maximum number of cells of a frame for the dense operator.
@@ -32,11 +33,12 @@ pub const MAX_DENSE_CELLS: usize = 1000;
 /// Default relative tolerance of the compressed operator.
 pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
-/// Memory of a far block `[m, n]` per component, bytes, divided by d² (m + n) with d = -log10(tolerance). A typical value.
+/// Typical memory of a far block `[m, n]` per kernel component, bytes, divided by d² (m + n). The number of digits is
+/// d = -log10(tolerance).
 const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 1.9;
 
-/// Time of the build for n cells on two cores, seconds, divided by n ln n × (number of components) × d² with d = -log10(tolerance).
-/// A typical value.
+/// Typical time of the build for n cells on two cores, seconds, divided by n ln n × (number of kernel components) × d².
+/// The number of digits is d = -log10(tolerance).
 const BUILD_SECONDS_PER_CELL: f64 = 2e-7;
 
 /// Advice if memory does not suffice.
@@ -47,8 +49,9 @@ pub const TOLERANCE_RANGE: [f64; 2] = [1e-12, 1e-2];
 
 /// Compressed operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
-/// It equals [`DenseFlexibility`](crate::bem::half_space::DenseFlexibility) within a tolerance. The symmetric matrix F = S A^-1
-/// with the cell areas A is stored in hierarchical blocks (see [`hierarchical`](crate::linalg::hierarchical)).
+/// Its products equal products with [`DenseFlexibility`](crate::bem::half_space::DenseFlexibility) within a tolerance.
+/// The symmetric matrix F = S A^-1 with the cell areas A is stored in hierarchical blocks (see
+/// [`hierarchical`](crate::linalg::hierarchical)).
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
@@ -62,18 +65,20 @@ pub struct CompressedFlexibility {
     place_and_area: Vec<(usize, f64)>,
     integrator: PatchIntegrator,
     inverses: [OnceLock<AdditiveSchwarz>; 2],
-    /// `[3, N]` each, in tree order.
+    /// Two vectors `[3, N]` in tree order, for input and result.
     scratch: Mutex<[Vec<f64>; 2]>,
 }
 
 impl CompressedFlexibility {
-    /// Computes the operator from the arguments of [`DenseFlexibility::new`](crate::bem::half_space::DenseFlexibility::new).
-    /// Products with a vector x differ from products with the dense operator by about `tolerance` ‖S‖ ‖x‖.
+    /// Computes the operator from the arguments of
+    /// [`DenseFlexibility::new`](crate::bem::half_space::DenseFlexibility::new). Products with a vector x differ from
+    /// products with the dense operator by about `tolerance` ‖S‖ ‖x‖.
     ///
     /// # Errors
-    /// If the lengths differ or are zero, a number is not finite, or a cell is not a counter-clockwise polygon of positive area. If
-    /// the tolerance is not within [`TOLERANCE_RANGE`], the operator does not fit into the machine's memory, or the run is
-    /// cancelled.
+    /// - If the lengths differ or are zero, a number is not finite, or a cell is not a counter-clockwise polygon of
+    ///   positive area.
+    /// - If the tolerance is not within [`TOLERANCE_RANGE`].
+    /// - If the operator does not fit into the machine's memory, or the run is cancelled.
     pub fn new(
         centers: &[[f64; 2]],
         corners: &[Vec<[f64; 2]>],
@@ -141,8 +146,9 @@ impl CompressedFlexibility {
         })
     }
 
-    /// Estimated memory, bytes, with an error of up to a third. Near blocks are counted, far blocks estimated from typical ranks
-    /// for the tolerance. [`Self::new`] has the same arguments and uses a more accurate estimate.
+    /// Estimated memory, bytes, with an error of up to a third. Near blocks are counted exactly. The memory of far
+    /// blocks is estimated from typical ranks for the tolerance. [`Self::new`] has the same arguments but uses a more
+    /// accurate estimate.
     pub fn typical_bytes(
         centers: &[[f64; 2]],
         corners: &[Vec<[f64; 2]>],
@@ -159,21 +165,21 @@ impl CompressedFlexibility {
             )
     }
 
-    /// Typical build time for `n` cells, seconds, to within a factor of about two.
+    /// Typical build time for `n` cells on two cores, seconds, to within a factor of about two.
     pub fn typical_build_seconds(n: usize, green: &SurfaceGreen, tolerance: f64) -> f64 {
         let (n, components) = (n as f64, green.nonzero_components().len() as f64);
         BUILD_SECONDS_PER_CELL * n * n.ln() * components * tolerance.log10().powi(2)
     }
 
-    /// Current memory, bytes, with the approximate inverses built so far.
+    /// Current memory, bytes, including the approximate inverses built so far.
     pub fn bytes(&self) -> usize {
         let inverses: usize =
             self.inverses.iter().filter_map(OnceLock::get).map(AdditiveSchwarz::bytes).sum();
         self.matrix.bytes() + self.pairs.bytes() + inverses
     }
 
-    /// Applies `with` to `x` in tree order and writes the result to `y`. Input values are multiplied by `factor(area)`, results by
-    /// `back(area)`.
+    /// Applies `with` to `x` in tree order and writes the result to `y`. The input of a cell is multiplied by
+    /// `factor(area)` and its result by `back(area)`, with the area of the cell.
     fn in_order(
         &self,
         x: &[f64],

@@ -13,10 +13,10 @@ use crate::flexibility::per_cell::PerCell;
 use crate::linalg::memory;
 use crate::linalg::vector::dot8;
 
-/// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
+/// Flexibility operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
-/// K_IJ is the influence of cell J on the centre of cell I, and `S_IJ = (A_I K_IJ + A_J K_JI^T) / (2 A_I)` with the areas A. On a
-/// uniform grid S_IJ = K_IJ.
+/// K_IJ is the displacement of the centre of cell I by a unit traction on cell J. The operator has the entries
+/// `S_IJ = (A_I K_IJ + A_J K_JI^T) / (2 A_I)` with the cell areas A. On a uniform grid S_IJ = K_IJ.
 ///
 /// # Source
 /// docs/theory-half-space.md, operators on the frame.
@@ -30,8 +30,8 @@ pub struct DenseFlexibility {
 impl DenseFlexibility {
     /// Computes the operator by integration over every cell for every centre.
     ///
-    /// `centers` `[N]` and `corners` `[N]` (of each cell, counter-clockwise) are in the x and y of the frame's plane, mm. `areas`
-    /// `[N]`, mm2.
+    /// `centers` `[N]` and the counter-clockwise `corners` `[N]` of each cell have coordinates x and y in the plane of
+    /// the frame, mm. `areas` `[N]` are in mm².
     ///
     /// # Errors
     /// - If the lengths differ or are zero, a number is not finite, or a cell is not a counter-clockwise polygon of positive area.
@@ -74,7 +74,8 @@ impl DenseFlexibility {
         Ok(Self { n, rows, coupled: green.couples_normal_tangential() })
     }
 
-    /// Operator from K, `[3 n][3 n]` ordered by component: displacements of all cells under unit tractions on each cell, mm/MPa.
+    /// Operator from the displacements K of all cells under unit tractions on each cell, mm/MPa. `k` has the shape
+    /// `[3 n][3 n]`, ordered by component.
     ///
     /// # Panics
     /// If `k` does not have 9 n² entries.
@@ -159,7 +160,7 @@ pub(super) fn validate_cells(centers: &[[f64; 2]], corners: &[Vec<[f64; 2]>], ar
     Ok(())
 }
 
-/// Negative for clockwise corners.
+/// Area of a polygon; negative for clockwise corners.
 fn signed_area(corners: &[[f64; 2]]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     0.5 * corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()

@@ -19,7 +19,7 @@ pub(super) struct Boussinesq {
 }
 
 impl Boussinesq {
-    /// `None` unless the material is isotropic.
+    /// Closed form for `stiffness`; `None` unless the material is isotropic.
     pub(super) fn from_stiffness(stiffness: &Stiffness) -> Option<Self> {
         let [mu, nu] = stiffness.isotropic_constants()?;
         Some(Self { factor: 1.0 / (4.0 * PI * mu), nu })
@@ -27,7 +27,8 @@ impl Boussinesq {
 
     #[expect(clippy::too_many_lines, reason = "closed form whose terms share their factors")]
     pub(in crate::bem::half_space) fn at(&self, point: &Vector3<f64>) -> GreenTensor {
-        // s = 1/ρ, e = 1/(ρ + d), ρ = |x|. Along x_a: s' = −x_a s³, e' = −x_a s e². Along the depth d: s' = −d s³, e' = −s e.
+        // With ρ = |x|: s = 1/ρ and e = 1/(ρ + d). Derivatives along x_a: s' = −x_a s³, e' = −x_a s e². Derivatives
+        // along the depth d: s' = −d s³, e' = −s e.
         let (x, y, d) = (point.x, point.y, -point.z);
         let s = 1.0 / point.norm();
         let e = 1.0 / (1.0 / s + d);
@@ -51,7 +52,8 @@ impl Boussinesq {
             d * d * s3 + g * s,
         );
 
-        // Suffix `_a`: derivatives of the factors along x_a, divided by −x_a. Suffix `_d`: derivatives along the depth.
+        // Suffix `_a`: derivative of a factor along x_a, divided by −x_a. Suffix `_d`: derivative of a factor along the
+        // depth.
         let same_a = s3 + k * s * e2;
         let cross_a = 3.0 * s5 - k * (s3 * e2 + 2.0 * s2 * e2 * e);
         let once_a = k * (s3 * e + s2 * e2);

@@ -1,8 +1,9 @@
-//! Displacement and stress inside a half-space under uniform tractions on the cells of its surface ([`SubsurfaceField`]).
+//! Displacement and stress inside a half-space under uniform tractions on the cells of its surface
+//! ([`SubsurfaceField`]).
 //!
-//! Near cells are integrated by Gauss rules. Clusters of distant cells are replaced by 6 × 6 equivalent forces, which have the same
-//! moments as the tractions up to degree 5 in each direction. The field at a point is thus a sum over some thousand forces, almost
-//! independently of the number of cells.
+//! Near cells are integrated by Gauss rules. Each cluster of distant cells is replaced by 6 × 6 equivalent forces.
+//! These forces have the same moments as the tractions up to degree 5 in each direction. The field at a point is thus a
+//! sum over some thousand forces. This number is almost independent of the number of cells.
 
 mod boussinesq;
 pub mod point_force;
@@ -18,11 +19,11 @@ use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
 
-/// Error of the integral over a cell or a cluster, relative to the largest values.
+/// Target error of the integral over a cell or a cluster, relative to the largest values.
 const RELATIVE_TOLERANCE: f64 = 1e-6;
 
-/// Number of equivalent forces along a side of a cluster. Their error is about the error of a Gauss rule with half as many points
-/// per side.
+/// Number of equivalent forces along a side of a cluster. The error of these forces is about the error of a Gauss rule
+/// with half as many points per side.
 const EQUIVALENT_FORCES_PER_SIDE: usize = 6;
 
 /// Maximum number of Gauss points along a side of a cell, or of a part of a divided cell.
@@ -30,7 +31,8 @@ const MOST_POINTS: usize = 8;
 
 const MOST_DIVISIONS: usize = 32;
 
-/// A quadrilateral is a parallelogram if its half sides vary by at most this share of the longer one.
+/// Maximum deviation of a half side from the mean of opposite half sides in a parallelogram, relative to the longer
+/// half side. The deviation covers rounding errors.
 const PARALLELOGRAM_TOLERANCE: f64 = 1e-9;
 
 const MAX_LEAF_QUADS: usize = 8;
@@ -47,7 +49,8 @@ struct LoadedQuad {
 #[derive(Debug)]
 struct CellCluster {
     patch: Parallelogram,
-    /// Positions and vectors of the equivalent forces; empty in leaves that have a parent.
+    /// Positions and vectors of the equivalent forces. Leaves with a parent store none, because leaves are always
+    /// integrated cell by cell.
     forces: Vec<([f64; 2], Point)>,
     members: ClusterMembers,
 }
@@ -58,7 +61,8 @@ enum ClusterMembers {
     Quads(Range<usize>),
 }
 
-/// Half-space z <= 0 with outward normal +z, under tractions on cells of its surface.
+/// Displacement and stress field of the half-space z <= 0 with outward normal +z, under tractions on cells of its
+/// surface.
 pub struct SubsurfaceField<'a> {
     field: &'a PointForceField,
     stiffness: &'a Stiffness,
@@ -80,8 +84,9 @@ impl LoadedQuad {
         ([value(0), value(1)], along_s[0] * along_t[1] - along_s[1] * along_t[0])
     }
 
-    /// Number of parallelograms, and their list. A parallelogram gives itself. Other quadrilaterals give for each corner the
-    /// parallelogram of the two sides that meet there, about the common centre.
+    /// Number of parallelograms, and the parallelograms that decide the number of Gauss points. A parallelogram returns
+    /// only itself. Any other quadrilateral returns one parallelogram for each corner. Each has the two sides that meet
+    /// at the corner, and the centre of the quadrilateral.
     fn enclosing_parallelograms(&self) -> (usize, [Parallelogram; 4]) {
         let [a, b, c, d] = self.corners.map(|[x, y]| Point::new(x, y, 0.0));
         let middle = (a + b + c + d) * 0.25;
@@ -93,7 +98,8 @@ impl LoadedQuad {
         (4, [patch(1.0, 1.0), patch(1.0, -1.0), patch(-1.0, 1.0), patch(-1.0, -1.0)])
     }
 
-    /// Halves of the quadrilateral, divided across its longest side.
+    /// Halves of the quadrilateral. The cut joins the midpoint of the longest side to the midpoint of the opposite
+    /// side.
     fn halves(&self) -> [Self; 2] {
         let [a, b, c, d] = self.corners;
         let length = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
@@ -139,8 +145,9 @@ impl<'a> SubsurfaceField<'a> {
                         * size_of::<([f64; 2], Point)>())
     }
 
-    /// Field under uniform tractions on cells. Each item of `cells` has the corners on the surface and the traction on the body
-    /// (MPa). `field` belongs to `stiffness`, in the axes of the surface.
+    /// Field under uniform tractions on cells. Each item of `cells` holds the corners on the surface and the traction
+    /// on the body (MPa). `stiffness` is in the axes of the surface, and `field` is the point-force field for this
+    /// stiffness.
     pub fn new(
         stiffness: &'a Stiffness,
         field: &'a PointForceField,
@@ -157,7 +164,8 @@ impl<'a> SubsurfaceField<'a> {
         made
     }
 
-    /// Builds the cluster of a range of quadrilaterals, after the clusters of its halves; returns its index.
+    /// Builds the cluster of a range of quadrilaterals and returns its index. The clusters of the two halves are built
+    /// first.
     fn build_cluster(&mut self, range: Range<usize>) -> usize {
         let corners = self.quads[range.clone()].iter().flat_map(|part| part.corners);
         let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
@@ -190,8 +198,8 @@ impl<'a> SubsurfaceField<'a> {
         self.clusters.len() - 1
     }
 
-    /// Equivalent forces F_k at the Gauss points x_k of a rectangle, with Σ p(x_k) F_k = ∫ p t dA for polynomials p of degree up to
-    /// 5 in each direction.
+    /// Equivalent forces F_k at the Gauss points x_k of a rectangle. The forces satisfy Σ p(x_k) F_k = ∫ p t dA, with
+    /// the tractions t, for all polynomials p of degree up to 5 in each direction.
     fn forces(&self, members: &ClusterMembers, middle: [f64; 2], half: [f64; 2]) -> Vec<([f64; 2], Point)> {
         let rule = &self.rules[EQUIVALENT_FORCES_PER_SIDE - 1];
         let mut sums = [Point::zeros(); EQUIVALENT_FORCES_PER_SIDE * EQUIVALENT_FORCES_PER_SIDE];
@@ -259,7 +267,7 @@ impl<'a> SubsurfaceField<'a> {
             part.halves().iter().for_each(|half| self.add_part(half, y, divisions - 1, sum));
             return;
         }
-        // If the Jacobian varies, the rule has one more point.
+        // If the Jacobian varies over the quadrilateral, the rule has one more point per direction.
         let n = (n.unwrap_or(MOST_POINTS) + usize::from(count > 1)).min(MOST_POINTS);
         let rule = &self.rules[n - 1];
         for ((s, ws), (t, wt)) in rule.iter().flat_map(|p| rule.iter().map(move |q| (p, q))) {
@@ -307,7 +315,7 @@ mod tests {
         let (stiffness, p, nu) = (steel(), 100.0, 0.3);
         let field = PointForceField::new(&stiffness).unwrap();
         let n = 256.0;
-        // Radius of the polygon with the area of the disc.
+        // Circumradius of the polygon that has the area of the unit disc.
         let radius = (2.0 * std::f64::consts::PI / (n * (2.0 * std::f64::consts::PI / n).sin())).sqrt();
         let corner = |k: usize| {
             let angle = 2.0 * std::f64::consts::PI * k as f64 / n;
@@ -326,7 +334,8 @@ mod tests {
         }
     }
 
-    /// Truth: the sum over all cells with many Gauss points each, below, next to and far from the cells.
+    /// Truth: the sum over all cells with many Gauss points each. The evaluation points lie below, next to and far from
+    /// the cells.
     #[test]
     fn groups_stand_for_their_cells() {
         // Weakly anisotropic fibres need only a small table.
@@ -372,9 +381,9 @@ mod tests {
         }
     }
 
-    /// Truth: under a Hertzian line contact of half-width a and peak pressure p0, the largest shear stress is 0.300283 p0 at the
-    /// depth 0.786151 a (Johnson 4.2c). Strips of length 2 L with the line load P' cause an error (1 - 2ν) P' / (π L) of σ_x, hence
-    /// ν = 0.4999.
+    /// Truth: under a Hertzian line contact of half-width a and peak pressure p0, the largest shear stress is 0.300283
+    /// p0 at the depth 0.786151 a (Johnson 4.2c). Strips of length 2 L with the line load P' cause an error (1 - 2ν) P'
+    /// / (π L) of σ_x. With ν = 0.4999, this error is negligible.
     #[test]
     fn below_a_line_contact() {
         let (a, p0) = (0.2348909, 1355.14);
@@ -382,7 +391,7 @@ mod tests {
         let field = PointForceField::new(&stiffness).unwrap();
         let (n, length) = (160, 400.0 * a);
         let h = 2.0 * a / n as f64;
-        // Integral of √(1 - x²); its differences give the mean pressure over a strip.
+        // Integral of √(1 - x²). Its differences give the mean pressure over a strip.
         let integral = |x: f64| {
             let x = x.clamp(-1.0, 1.0);
             0.5 * (x * (1.0 - x * x).sqrt() + x.asin())

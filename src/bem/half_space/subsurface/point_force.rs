@@ -1,4 +1,5 @@
-//! Field of a point force on the surface of a half-space for millions of evaluations, in closed form or tabulated.
+//! Field of a point force on the surface of a half-space: a closed form for isotropic materials, a table for all
+//! others.
 
 use std::f64::consts::PI;
 
@@ -15,7 +16,7 @@ use crate::geometry::Side;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 
-/// Points whose distance from the surface is at most this multiple of their distance from the force count as surface points.
+/// Maximum ratio of depth to distance from the force for points that count as surface points.
 const SURFACE_TOLERANCE: f64 = 1e-9;
 
 const KIND: &str = "point force";
@@ -23,12 +24,14 @@ const KIND: &str = "point force";
 /// Target error of a table, relative to its largest entry.
 const ERROR: f64 = 3e-8;
 
-/// Convergence limit of the direct integral for a table: change on doubling the number of points, relative to the largest entries.
+/// Convergence limit of the integrals behind a table: change of the field when the number of points doubles, relative
+/// to the largest entries.
 const MAX_INTEGRAL_CHANGE: f64 = 1e-8;
 
 const COMPARED_ON_SURFACE: usize = 1024;
 
-/// Tolerance relative to the largest component; the rotation of axes leaves rounding errors.
+/// Stiffness components up to this multiple of the largest component count as zero, because rotations of the axes leave
+/// rounding errors.
 const ZERO_STIFFNESS_TOLERANCE: f64 = 1e-14;
 
 /// Field of a unit force at the origin of the surface of the half-space z <= 0, whose outward normal is +z.
@@ -56,10 +59,11 @@ impl PointForceField {
         Ok(Self::load_or_compute(stiffness, None)?.0)
     }
 
-    /// As [`Self::new`], with a cache of tables. Also returns a warning for a damaged entry or a failed write.
+    /// Reads the table of the field from `cache`, or computes it if the cache does not hold it. Also returns a warning
+    /// for a damaged cache entry or a failed write.
     ///
     /// # Errors
-    /// As [`SurfaceGreen::new`], if memory does not suffice, and if the run is cancelled.
+    /// If [`SurfaceGreen::new`] fails, if memory does not suffice, or if the run is cancelled.
     pub fn load_or_compute(stiffness: &Stiffness, cache: Option<&Cache>) -> Result<(Self, Option<String>)> {
         if let Some(closed) = Boussinesq::from_stiffness(stiffness) {
             return Ok((Self(Form::Closed(closed)), None));
@@ -82,8 +86,9 @@ impl PointForceField {
         Ok((Self(Form::Tabulated(Box::new(Tabulated { inside, surface }))), note))
     }
 
-    /// Field at `x` (mm) with z <= 0, not the origin. Points whose depth is at most 1e-9 of their distance from the origin count as
-    /// surface points. There, the derivatives are one-sided, from within the body.
+    /// Field at the point `x` (mm) with z <= 0, other than the origin. Points whose depth is at most 1e-9 of their
+    /// distance from the origin count as surface points. At surface points, the derivatives are one-sided, from within
+    /// the body.
     #[inline]
     pub fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let on_surface = x.z >= -SURFACE_TOLERANCE * x.norm();
@@ -96,8 +101,7 @@ impl PointForceField {
         }
     }
 
-    /// Largest observed difference of displacement or gradient from the direct integral, relative to the largest entry; 0 for
-    /// closed forms.
+    /// Estimated error of the tabulated displacement and gradient, relative to the largest entry; 0 for closed forms.
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,
@@ -106,7 +110,8 @@ impl PointForceField {
     }
 }
 
-/// Whether the plane normal to `axis` is a plane of symmetry: stiffnesses with an odd number of indices `axis` vanish.
+/// Whether the plane normal to `axis` is a plane of material symmetry. Stiffness components C_ijkl with an odd number
+/// of indices `axis` then vanish.
 fn is_mirror(stiffness: &Stiffness, axis: usize) -> bool {
     let largest = stiffness.voigt().amax();
     let indices = || (0..81).map(|n| [n / 27, n / 9 % 3, n / 3 % 3, n % 3]);
@@ -167,7 +172,7 @@ mod tests {
         let path = folder.path().read_dir().unwrap().next().unwrap().unwrap().path();
         let whole = std::fs::read(&path).unwrap();
         let key = cache_key(KIND, &stiffness);
-        // A marker in the file distinguishes a cached table from a recomputed one.
+        // The false error value 0.5 in the cache file distinguishes the cached table from a recomputed one.
         let list = |error: f64| {
             let CacheLookup::Hit(mut values) = cache.read_list(&key, CACHE_EXTENSION).unwrap() else {
                 panic!("no list")

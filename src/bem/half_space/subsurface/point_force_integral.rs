@@ -1,4 +1,5 @@
-//! Displacement and its gradient inside a half-space under a point force on its surface, by integrals over directions.
+//! Displacement and displacement gradient inside a half-space under a point force on its surface, by an integral over
+//! directions.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -12,14 +13,14 @@ use crate::error::{Error, Result};
 use crate::linalg::simd::wide;
 use crate::material::Stiffness;
 
-/// First and largest number of points of the angular rule.
+/// Initial and maximum number of points of the angular rule.
 const POINTS: [usize; 2] = [16, 1 << 14];
 
-/// Convergence limit: change from a rule to the doubled rule, relative to the largest value.
+/// Convergence limit: change of the field when the number of points doubles, relative to the largest value.
 const MAX_CHANGE: f64 = 1e-11;
 
-/// Number of rules, for the ratios 1, 1/4, 1/16, ... of depth to distance from the z axis. The last rule serves all smaller ratios,
-/// too.
+/// Number of rules. Each rule is computed for one ratio of depth to distance from the z axis: 1, 1/4, 1/16, ... The
+/// last rule also serves all smaller ratios.
 const RULES: i32 = 10;
 
 /// Number of quadrature points per batch, for SIMD.
@@ -30,9 +31,12 @@ const TERMS: usize = 36;
 
 /// Field of a unit force at the origin of the surface of the half-space z < 0, whose outward normal is +z.
 ///
+/// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ with D = Q + τ(R + Rᵀ) + τ²T, m = (cos θ, sin θ, 0) and τ = −(m·x)/z.
+/// The matrices are Q = C(m, m), R = C(m, e3), T = C(e3, e3), with C(u, v)_ik = C_ijkl u_j v_l and the unit vector e3
+/// along z. A = S L⁻¹ follows from the Barnett-Lothe tensors S and L.
+///
 /// # Source
-/// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ with D = Q + τ(R + Rᵀ) + τ²T. Here Q = C(m, m), R = C(m, e3), T = C(e3, e3), with
-/// C(u, v)_ik = C_ijkl u_j v_l. m = (cos θ, sin θ, 0), τ = −(m·x)/z. A = S L⁻¹ follows from the Barnett-Lothe tensors.
+/// docs/theory-half-space.md, the field inside.
 #[derive(Debug, Clone)]
 pub struct PointForceIntegral {
     /// C(e_x, e_x), C(e_x, e_y) + C(e_y, e_x), C(e_y, e_y).
@@ -45,11 +49,12 @@ pub struct PointForceIntegral {
     /// A(θ), antisymmetric: entries xy, xz, yz.
     coupling: AngularTable,
     rules: Vec<Vec<RulePoint>>,
-    /// Number of points of the first rule.
+    /// Initial number of points.
     min_points: usize,
 }
 
-/// Point of the angular rule: tan ψ, and dψ/ds divided by its mean π/2. `PointForceIntegral::integrate` defines ψ and s.
+/// Point of the angular rule: tan ψ, and the weight dψ/ds divided by its mean π/2. `PointForceIntegral::integrate`
+/// defines ψ and s.
 #[derive(Debug, Clone, Copy)]
 struct RulePoint {
     tangent: f64,
@@ -65,7 +70,8 @@ struct Direction {
 }
 
 impl PointForceIntegral {
-    /// Field for a material in the axes of the surface; `green` is its surface Green's function.
+    /// Prepares the integral for a material in the axes of the surface. `green` is the surface Green's function of this
+    /// material.
     pub fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
         let contract = |j: usize, l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, j, k, l));
         let admittance = green.admittance_series();
@@ -74,7 +80,8 @@ impl PointForceIntegral {
             evaluate_series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
         });
         let mixed = [contract(0, 2), contract(1, 2)];
-        // The integrand varies over angles of the order of the inverse square root of the stiffness ratio.
+        // The integrand varies over angles of about 1 / √r, where r is the ratio of the largest to the smallest
+        // stiffness. The initial number of points therefore grows with √r.
         let first = (2.0 * condition(stiffness).sqrt()) as usize;
         Self {
             plane: [contract(0, 0), contract(0, 1) + contract(1, 0), contract(1, 1)],
@@ -107,13 +114,16 @@ impl PointForceIntegral {
         )))
     }
 
-    /// Field at a point below the surface, and the last change on doubling the number of points, relative to the largest entries.
-    /// The number is doubled until this change is at most `change`, or up to the largest rule.
+    /// Field at a point below the surface, and an error estimate. The estimate is the change at the last doubling of
+    /// the number of points, relative to the largest entries. The number of points doubles until the change is at most
+    /// `change`, or until the largest rule is reached.
     ///
-    /// The trapezoidal rule is applied in s. With the modulus k = √(1 - k'²) and the quarter period K, tan ψ = k' sc(K s, k) and
-    /// θ = φ + π/2 + ψ. Here k' is approximately the ratio of depth to distance from the z axis. The poles near tan ψ = ±i k' and
-    /// ±i are then far from the real line. A second condition, on the change before the last, prevents false convergence where the
-    /// leading error, a wave in φ, vanishes.
+    /// The trapezoidal rule is applied in s. With the modulus k = √(1 - k'²) and the quarter period K, tan ψ = k' sc(K
+    /// s, k) and θ = φ + π/2 + ψ. Here φ is the polar angle of the point, and k' is approximately the ratio of depth to
+    /// distance from the z axis. The poles near tan ψ = ±i k' and ±i are then far from the real line.
+    ///
+    /// The change at the doubling before the last must also be small. Without this condition, false convergence occurs
+    /// where the leading error, which oscillates with φ, vanishes.
     pub(super) fn integrate(&self, x: &Vector3<f64>, change: f64) -> (GreenTensor, f64) {
         let direction = Direction::new(x);
         let mut sums = [0.0; TERMS];
@@ -157,11 +167,11 @@ impl PointForceIntegral {
         sums.iter_mut().zip(&terms).for_each(|(sum, terms)| *sum += terms.iter().sum::<f64>());
     }
 
-    /// Terms of the sums at a point of the rule, times its weight: F, m_x F', m_y F' and F + τF'. The integrand is F = D⁻¹ [1 −
-    /// (R + τT) A], and F' = ∂F/∂τ.
+    /// Weighted terms of the sums at one point of the rule: F, m_x F', m_y F' and F + τF'. The integrand is F = D⁻¹ [1
+    /// − (R + τT) A], and F' = ∂F/∂τ.
     #[inline(always)]
     fn term(&self, direction: &Direction, [cos, sin, weight]: [f64; 3], a: [f64; 3]) -> [f64; TERMS] {
-        // m at θ = φ + π/2 + ψ, and τ.
+        // Direction m at θ = φ + π/2 + ψ, and τ.
         let m = [-(direction.sin * cos + direction.cos * sin), direction.cos * cos - direction.sin * sin];
         let tau = -sin * direction.slope;
         let both = |i: usize, k: usize| m[0] * self.mixed_sum[0][(i, k)] + m[1] * self.mixed_sum[1][(i, k)];
@@ -171,7 +181,7 @@ impl PointForceIntegral {
             q + tau * (both(i, k) + tau * self.normal[(i, k)])
         };
         let factor = Factor::new([d(0, 0), d(1, 0), d(1, 1), d(2, 0), d(2, 1), d(2, 2)]);
-        // Rows of R + τT, times A.
+        // Rows of (R + τT) A.
         let row = |i: usize| {
             let entry = |k: usize| {
                 m[0] * self.mixed[0][(i, k)] + m[1] * self.mixed[1][(i, k)] + tau * self.normal[(i, k)]
@@ -200,7 +210,7 @@ impl PointForceIntegral {
     }
 }
 
-/// `points`: cos ψ, sin ψ and the weights.
+/// Computes the weighted terms at a batch of points. `points` holds cos ψ, sin ψ and the weights.
 fn weigh(
     integral: &PointForceIntegral,
     direction: &Direction,
@@ -243,7 +253,8 @@ impl Direction {
     }
 }
 
-/// Points of the largest rule for a `ratio` of depth to distance from the z axis. The angle ψ covers half a turn from −π/2.
+/// Points of the largest rule for a `ratio` of depth to distance from the z axis. The angle ψ runs over half a turn,
+/// from −π/2 to π/2.
 fn rule(ratio: f64) -> Vec<RulePoint> {
     // The points are offset by half a step from the centre and the ends, so that all tangents are finite.
     let tangents = (0..POINTS[1]).map(|k| {

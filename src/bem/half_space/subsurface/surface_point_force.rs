@@ -7,12 +7,14 @@ use crate::bem::half_space::green::SurfaceGreen;
 use crate::bem::half_space::green::angular_table::AngularTable;
 use crate::material::Stiffness;
 
-/// Γ(φ) / r, its derivatives in the surface, and the normal derivative that leaves the surface free of traction.
+/// Surface Green's function Γ(φ) / r and its derivatives. The normal derivative follows from the condition that the
+/// surface is free of traction.
 #[derive(Debug, Clone)]
 pub(super) struct SurfacePointForce {
-    /// Γ and Γ', row by row.
+    /// Γ and its derivative Γ' with respect to φ, row by row.
     table: AngularTable,
-    /// −T⁻¹ C(e3, e_a) for a = x, y, with T = C(e3, e3): maps derivatives along x, y to the derivative along z.
+    /// Matrices −T⁻¹ C(e3, e_a) for a = x, y, with T = C(e3, e3) and C(u, v)_ik = C_ijkl u_j v_l. They map the
+    /// derivatives along x and y to the derivative along z.
     normal: [Matrix3<f64>; 2],
 }
 
