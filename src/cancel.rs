@@ -1,6 +1,6 @@
-//! Process-wide cancellation flag, which long computations poll.
+//! Process-wide cancellation flag, which long computations check repeatedly.
 //!
-//! The flag is global because the signal that sets it concerns the whole process.
+//! The flag is global, because the signal that sets the flag concerns the whole process.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,13 +13,14 @@ pub fn flag() -> &'static AtomicBool {
     &REQUESTED
 }
 
-/// Resets the flag. Call it only while nothing is computed, because a running computation that has already skipped work would not
-/// notice the cancellation.
+/// Resets the flag. Call this function only while nothing is computed. A running computation may already have skipped
+/// work and would not notice the cancellation any more.
 pub fn reset() {
     REQUESTED.store(false, Ordering::Relaxed);
 }
 
-/// Whether cancellation was requested. Results computed after the request may be wrong and must be discarded.
+/// Whether cancellation was requested. Computations may then skip work, so their results may be wrong and must be
+/// discarded.
 pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

@@ -1,6 +1,7 @@
 //! Lines and cells of CSV files.
 
-/// Trimmed lines of a table, each with its line number (from 1) in `text`. Blank lines and lines that begin with # are left out.
+/// Lines of a table without surrounding blanks, each with its line number in `text` (from 1). Blank lines and lines
+/// that begin with # are omitted.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
     lines
@@ -9,11 +10,11 @@ pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
-/// Cells of a line, trimmed and without enclosing double quotes. Commas and semicolons separate cells, even within quotes. If the
-/// line has neither, blanks separate cells.
+/// Splits a line into cells, without surrounding blanks and double quotes. Commas and semicolons separate cells, even
+/// within quotes. If a line has neither commas nor semicolons, blanks separate its cells.
 pub(crate) fn split_fields(line: &str) -> Vec<&str> {
     if line.contains([',', ';']) {
-        // A separator at the end of the line does not start a further cell.
+        // A separator at the end of the line does not start another cell.
         let line = line.strip_suffix([',', ';']).unwrap_or(line);
         line.split([',', ';']).map(|cell| unquoted(cell.trim())).collect()
     } else {
@@ -21,19 +22,19 @@ pub(crate) fn split_fields(line: &str) -> Vec<&str> {
     }
 }
 
-/// Checks that all lines of a table use the same separator, so that a decimal comma is not read as a separator.
+/// Checks that all lines of a table use the same separator. Otherwise a decimal comma might be read as a separator.
 #[derive(Default)]
 pub(crate) struct Separators {
-    /// Separator of the lines so far: comma, semicolon or blank.
+    /// Separator of the previous lines: comma, semicolon or blank. `None` if the lines had one cell only.
     found: Option<char>,
 }
 
 impl Separators {
-    /// Checks a line.
+    /// Checks the separators of a line.
     ///
     /// # Errors
-    /// If the line contains commas as well as semicolons, a comma that may be a decimal comma, or another separator than an earlier
-    /// line. The error text begins with "has" and needs a subject in front, such as "the row".
+    /// If the line contains commas as well as semicolons, a comma that may be a decimal comma, or a separator that
+    /// differs from earlier lines. The error text begins with "has" and needs a subject in front, such as "the row".
     pub(crate) fn check(&mut self, line: &str) -> Result<(), String> {
         let blank = line.split_whitespace().nth(1).map(|_| ' ');
         let separator = line.chars().find(|c| [',', ';'].contains(c)).or(blank);
@@ -56,8 +57,12 @@ impl Separators {
     }
 }
 
-/// Whether the line has a comma that may be a decimal comma, as in "1 100,5", but not in "0.1,5 of 10". Whole numbers stand
-/// directly on both sides of this comma (on the right, an exponent may follow), and a cell beside it has several words.
+/// Whether the line has a comma that may be a decimal comma. This is a comma with two properties:
+///
+/// * Whole numbers stand directly on both sides. An exponent may follow the number on the right.
+/// * One of the two cells beside the comma has several words.
+///
+/// The comma in "1 100,5" has both properties. The comma in "0.1,5 of 10" does not, because 0.1 is not a whole number.
 fn may_have_decimal_comma(line: &str) -> bool {
     let is_whole = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let cells: Vec<&str> = line.split(',').collect();
@@ -80,8 +85,8 @@ fn unquoted(cell: &str) -> &str {
 mod tests {
     use super::*;
 
-    /// Truth: by docs/scene.md, decimal commas together with semicolons, blanks or tabs are refused. Texts, units and dates in
-    /// other columns may hold blanks. A line with another separator than the line before is refused.
+    /// Truth: docs/scene.md. Decimal commas together with semicolons, blanks or tabs are refused. Texts, units and
+    /// dates in other columns may contain blanks. A line whose separator differs from the line before is refused.
     #[test]
     fn decimal_commas_are_no_separators() {
         for wrong in

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub mod exit {
     /// Done, converged.
     pub const DONE: u8 = 0;
-    /// Unexpected failure.
+    /// Unexpected failure: a numerical method failed, or the program has a defect.
     pub const FAILED: u8 = 1;
     /// Invalid input.
     pub const INPUT: u8 = 2;
@@ -20,7 +20,7 @@ pub mod exit {
     /// Stopped by a signal; results so far are kept.
     pub const INTERRUPTED: u8 = 130;
 
-    /// The more severe of two exit codes.
+    /// Returns the more severe of two exit codes.
     pub fn worse(a: u8, b: u8) -> u8 {
         const ORDER: [u8; 6] = [DONE, NOT_CONVERGED, INPUT, RESOURCES, FAILED, INTERRUPTED];
         let rank = |code: u8| ORDER.iter().position(|known| *known == code).unwrap_or(ORDER.len());
@@ -28,7 +28,7 @@ pub mod exit {
     }
 }
 
-/// Kind of an [`Error`], which determines the exit code of the program.
+/// Kind of an [`Error`]. The kind determines the exit code of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorKind {
     /// A scene, mesh, material or command-line value is invalid, or a file cannot be read (exit code 2).
@@ -43,7 +43,7 @@ pub enum ErrorKind {
     Interrupted,
 }
 
-/// Error message with its kind and its context; the outermost context comes first.
+/// Error: message, kind and context. The context lists where the error occurred, with the outermost place first.
 #[derive(Debug, Clone)]
 pub struct Error {
     kind: ErrorKind,
@@ -56,7 +56,7 @@ pub struct Error {
 /// `Result` with the crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Text of a panic's payload, or "no message" if the payload is no text.
+/// Message of a panic, or "no message" if the payload of the panic is not a text.
 pub fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
@@ -67,7 +67,7 @@ impl Error {
         Self { kind, message: message.into(), context: Vec::new(), group: None }
     }
 
-    /// Error in the user's input. The message should state the invalid input, the allowed values, and the remedy.
+    /// Error in the user's input. The message should state the invalid input, the allowed values and the remedy.
     pub fn input(message: impl Into<String>) -> Self {
         Self::new(ErrorKind::Input, message)
     }
@@ -82,7 +82,7 @@ impl Error {
         Self::new(ErrorKind::Numerical, message)
     }
 
-    /// Failure of an iteration to converge.
+    /// Error of an iteration that did not converge.
     pub fn not_converged(message: impl Into<String>) -> Self {
         Self::new(ErrorKind::NotConverged, message)
     }
@@ -92,7 +92,7 @@ impl Error {
         Self::new(ErrorKind::Interrupted, "interrupted")
     }
 
-    /// Prepends `place` (file, group, step, ...) to the context, unless it is already the outermost entry.
+    /// Adds `place` (file, group, step, ...) in front of the context, unless `place` is already its first entry.
     pub fn context(mut self, place: impl Into<String>) -> Self {
         let place = place.into();
         if self.context.first() != Some(&place) {
@@ -101,7 +101,7 @@ impl Error {
         self
     }
 
-    /// Removes `place` from the context if it is the outermost entry.
+    /// Removes `place` from the context if it is the first entry.
     pub(crate) fn without_context(mut self, place: &str) -> Self {
         if self.context.first().is_some_and(|first| first == place) {
             self.context.remove(0);
@@ -109,12 +109,12 @@ impl Error {
         self
     }
 
-    /// Names the mesh group of a support that causes the error.
+    /// Sets the mesh group of the support that causes the error.
     pub(crate) fn at_group(self, group: &str) -> Self {
         Self { group: Some(group.to_owned()), ..self }
     }
 
-    /// Adds a second error to the message.
+    /// Appends the second error `other` to the message.
     pub(crate) fn followed_by(mut self, other: &Error) -> Self {
         self.message = format!("{}; besides, {other}", self.message);
         self
@@ -164,13 +164,13 @@ pub enum Severity {
     Uncertain,
 }
 
-/// Note or warning for the user. Files of results contain its text only.
+/// Note or warning for the user. Result files contain the text only.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "String", into = "String")]
 pub struct Warning {
     /// Severity of the message.
     pub severity: Severity,
-    /// The message. Warnings other than notes contain a mark of their severity.
+    /// Text of the message. Except in notes, the text contains a prefix that states the severity.
     pub text: String,
 }
 
@@ -202,7 +202,7 @@ impl From<Warning> for String {
     }
 }
 
-/// Determines the severity of a warning from the mark in its text (docs/results.md).
+/// Determines the severity of a warning from the prefix in its text (docs/results.md).
 impl From<String> for Warning {
     fn from(text: String) -> Self {
         let severity = match &text {
@@ -214,10 +214,10 @@ impl From<String> for Warning {
     }
 }
 
-/// Mark of warnings about unreliable results in their text.
+/// Prefix in the texts of warnings about unreliable results.
 const WARNING_PREFIX: &str = "WARNING: ";
 
-/// Mark of warnings about units in their text.
+/// Prefix in the texts of warnings about units.
 const UNIT_ERROR_PREFIX: &str = "possible unit error: ";
 
 /// Text of a warning about unreliable results.

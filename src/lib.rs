@@ -1,16 +1,17 @@
 //! orthowear: three-dimensional frictional contact and wear of orthotropic bodies, in particular fibre-reinforced plastics.
 //!
-//! Two bodies touch on a *contact frame*: N cells with areas and local axes (e1, e2, n), where n is the outward normal of body 1.
-//! The elasticity of a body enters the contact problem only through its *flexibility* on the frame: the surface displacement due to
-//! tractions on the cells. With the gap g, the free gap g_free (initial gap and rigid-body motion), the tractions P on body 2, the
-//! flexibility S of both bodies and the wear depth w,
+//! Two bodies touch on a *contact frame*: N cells with areas and local axes (e1, e2, n), where n is the outward normal
+//! of body 1. The elasticity of a body enters the contact problem only through its *flexibility* on the frame: the
+//! surface displacement due to tractions on the cells. The gap g is the sum of the free gap g_free (initial gap and
+//! rigid-body motion), the displacements and the wear depth w along n:
 //!
 //! ```text
 //! g = g_free + S P + w n
 //! ```
 //!
-//! Signorini's conditions, a Coulomb law with an elliptic friction cone and a wear law for w close the system
-//! ([`contact::Increment`]). Tractions inside the library act on body 2; forces in results act on body 1.
+//! S is the flexibility of both bodies, and P are the tractions on body 2. Signorini's conditions, a Coulomb law with
+//! an elliptic friction cone and a wear law for w close the system ([`contact::Increment`]). Tractions inside the
+//! library act on body 2; forces in results act on body 1.
 //!
 //! # Data flow
 //!
@@ -25,7 +26,8 @@
 //!
 //! # Modules in the order of imports
 //!
-//! A module uses only modules above it; `tests/architecture.rs` checks this, and that no files import each other in circles.
+//! A module uses only modules above it. No files import each other in circles. `tests/architecture.rs` checks these two
+//! rules.
 //!
 //! | module | contents |
 //! |---|---|
@@ -61,7 +63,7 @@
 #![deny(missing_docs)]
 #![warn(clippy::too_many_lines)]
 
-// Fixtures shared by unit tests and other tests refer to the crate by its external name.
+// Fixtures that unit tests share with integration tests use the name `orthowear` for the crate.
 #[cfg(test)]
 extern crate self as orthowear;
 

@@ -1,4 +1,5 @@
-//! NumPy files (numpy.lib.format): reads two-dimensional arrays from .npy files of versions 1 and 2, and writes .npz archives.
+//! NumPy files (numpy.lib.format). Reads two-dimensional arrays from .npy files of versions 1 and 2, and writes .npz
+//! archives.
 
 use std::io::{Cursor, Write};
 
@@ -13,10 +14,10 @@ const MAGIC: &[u8; 6] = b"\x93NUMPY";
 /// Alignment of the data in a .npy file, bytes.
 const ALIGNMENT: usize = 64;
 
-/// Value type: code in the header, size in bytes, conversion to f64.
+/// Value type: code in the header, size in bytes, and conversion of these bytes to f64.
 type ValueType = (&'static str, usize, fn(&[u8]) -> f64);
 
-/// Supported types. In the header of a file, "<" or "=" precedes the code; both stand for little-endian.
+/// Supported value types. In the header of a file, "<" or "=" precedes the code; both mean little-endian here.
 const VALUE_TYPES: [ValueType; 4] = [
     ("f4", 4, |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
     ("f8", 8, |b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])),
@@ -33,11 +34,11 @@ pub struct Array2 {
     pub shape: [usize; 2],
 }
 
-/// Reads an array from the bytes of a .npy file: little-endian f4, f8, i4 or i8 in C or Fortran order.
+/// Reads an array from the bytes of a .npy file. The values are little-endian f4, f8, i4 or i8, in C or Fortran order.
 ///
 /// # Errors
-/// If the bytes are not a .npy file, are damaged, or hold no values. If the format version, the value type or the number of
-/// dimensions is not supported.
+/// If the bytes are not a .npy file, are damaged, or contain no values. If the format version, the value type or the
+/// number of dimensions is not supported.
 pub fn read(bytes: &[u8]) -> Result<Array2> {
     let (header, data) = split(bytes)?;
     let descr = field(header, "descr")?;
@@ -99,7 +100,8 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8])> {
     Ok((header, data))
 }
 
-/// Text of a value in the header, which is a Python dictionary such as
+/// Text of the value of `name` in the header. The header is a Python dictionary such as
+///
 /// `{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }`.
 fn field<'a>(header: &'a str, name: &str) -> Result<&'a str> {
     let missing = || wrong(format!("it is damaged: its header has no \"{name}\""));
@@ -147,7 +149,7 @@ impl NpzWriter {
         Self { zip: ZipWriter::new(Cursor::new(Vec::new())) }
     }
 
-    /// Appends `values` in C order as the array `name` of `shape`.
+    /// Appends the array `name` with the given `shape`. `values` are in C order.
     ///
     /// # Errors
     /// If the archive already has an array of this name, or `shape` does not fit the number of values.
@@ -157,7 +159,7 @@ impl NpzWriter {
                 format!("the array {name}: {} values do not fill the shape {shape:?}", values.len());
             return Err(Error::numerical(message));
         }
-        // ZIP64, with a margin: without it, a file in a ZIP archive must be smaller than 4 GiB.
+        // Files of 4 GiB and more need ZIP64. It is used from 2 GiB, which leaves a margin for the header.
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .large_file(size_of_val(values) >= 1 << 31);
@@ -185,7 +187,7 @@ impl NpzWriter {
 
 /// Header of an array of f8 in C order, format version 1.
 fn head(shape: &[usize]) -> Vec<u8> {
-    // Python tuple: a single length needs a trailing comma.
+    // A Python tuple with a single length needs a trailing comma.
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let lengths = if shape.len() == 1 { lengths.trim_end() } else { lengths.trim_end_matches(", ") };
     let dictionary = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({lengths}), }}");
@@ -193,7 +195,7 @@ fn head(shape: &[usize]) -> Vec<u8> {
     let before = bytes.len() + 4;
     let length = (before + dictionary.len() + 1).next_multiple_of(ALIGNMENT) - before;
     bytes.extend([1, 0]);
-    // The dictionary is far shorter than the limit of u16.
+    // The length fits into u16, because the dictionary is short.
     bytes.extend((length as u16).to_le_bytes());
     bytes.extend(format!("{dictionary:width$}\n", width = length - 1).into_bytes());
     bytes
@@ -203,7 +205,7 @@ fn head(shape: &[usize]) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// Converts a value to the bytes of a type.
+    /// Conversion of a value to the bytes of a value type.
     type Bytes = fn(f64) -> Vec<u8>;
 
     fn file(version: u8, header: &str, data: &[u8]) -> Vec<u8> {
@@ -224,8 +226,8 @@ mod tests {
         format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}   \n")
     }
 
-    /// Truth: `read` returns the values of files in the layout of numpy.lib.format, row by row in C order and column by column in
-    /// Fortran order.
+    /// Truth: `read` returns the values of files in the layout of numpy.lib.format. In C order the rows follow each
+    /// other, in Fortran order the columns.
     #[test]
     fn types_versions_and_orders() {
         let wanted = [1.0, -2.0, 3.0, 4.0, 5.0, 6.0];
@@ -251,7 +253,8 @@ mod tests {
         }
     }
 
-    /// Truth: unsupported types, versions and shapes are refused with the reason in the message. Damaged files give errors.
+    /// Truth: unsupported types, versions and shapes are refused, and the message names the reason. Damaged files give
+    /// errors.
     #[test]
     fn other_files_are_refused() {
         let refused = |bytes: &[u8], word: &str| {
@@ -282,8 +285,8 @@ mod tests {
         }
     }
 
-    /// Truth: written files follow numpy.lib.format. Their header is a dictionary whose shape is a tuple, and their data start at a
-    /// multiple of 64 bytes. A second array of the same name is refused.
+    /// Truth: written files follow numpy.lib.format. The header is a dictionary whose shape is a tuple. The data start
+    /// at a multiple of 64 bytes. A second array of the same name is refused.
     #[test]
     fn archives_hold_npy_files() {
         let values = [1.5, -2.0, f64::MIN_POSITIVE, 4.0, 5.0, 6.0];

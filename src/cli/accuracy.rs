@@ -1,9 +1,9 @@
-//! Text report on results with estimated errors.
+//! Table of results with estimated errors, for runs with a target accuracy.
 
 use super::table::{align_columns, counted, five_digits};
 use crate::output::accuracy::{AccuracyRecord, EstimatedResult};
 
-/// The table omits results whose relative error is at most this fraction of the requested accuracy.
+/// Relative error up to which the table omits a result, as a fraction of the requested accuracy.
 const NEGLIGIBLE_ERROR_SHARE: f64 = 1e-4;
 
 pub(super) fn describe(record: &AccuracyRecord) -> String {
@@ -50,8 +50,8 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     )
 }
 
-/// Value rounded to the second significant digit of its estimated error, but never coarser than to an integer. Without an error:
-/// five digits.
+/// Formats a value, rounded to the second significant digit of its estimated error. A large error rounds the value to
+/// an integer at most. Without an error estimate, the value has five digits.
 fn value_with_reliable_digits(value: f64, result: &EstimatedResult) -> String {
     let Some(estimate) = result.estimate.filter(|estimate| *estimate > 0.0) else {
         return five_digits(value);

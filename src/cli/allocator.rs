@@ -1,34 +1,34 @@
-//! Global allocator. If memory is exhausted, the program ends with exit code 4 instead of an abort.
+//! Global allocator. If memory is exhausted, the program ends with exit code 4 and does not abort.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::fmt::Write as _;
 
 use crate::linalg::memory::allocation_failure_is_handled;
 
-/// The system's allocator. A failure ends the program, unless the calling code handles it.
+/// The allocator of the system. A failed allocation ends the program, unless the calling code handles the failure.
 #[derive(Debug)]
 pub struct Allocator;
 
-// SAFETY: every call is forwarded unchanged to the system's allocator. After a failure the null pointer is returned, or the program
-// ends without allocating.
+// SAFETY: every call is forwarded unchanged to the allocator of the system. After a failure, either the null pointer is
+// returned, or the program ends without allocating.
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: guaranteed by the caller.
+        // SAFETY: the caller guarantees the conditions of `alloc`.
         exit_if_null(unsafe { System.alloc(layout) }, layout.size())
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: guaranteed by the caller.
+        // SAFETY: the caller guarantees the conditions of `alloc_zeroed`.
         exit_if_null(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        // SAFETY: guaranteed by the caller.
+        // SAFETY: the caller guarantees the conditions of `dealloc`.
         unsafe { System.dealloc(place, layout) }
     }
 
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: guaranteed by the caller.
+        // SAFETY: the caller guarantees the conditions of `realloc`.
         exit_if_null(unsafe { System.realloc(place, layout, size) }, size)
     }
 }
@@ -55,7 +55,8 @@ impl std::fmt::Write for StackText {
     }
 }
 
-/// Ends the program without waiting for other threads. Incomplete files have temporary names, so no result is damaged.
+/// Ends the program without waiting for other threads. Files that are being written have temporary names, so complete
+/// results stay intact.
 #[cold]
 fn exit_out_of_memory(bytes: usize) -> ! {
     let mut line = StackText { bytes: [0; 512], length: 0 };
@@ -64,7 +65,7 @@ fn exit_out_of_memory(bytes: usize) -> ! {
         "error: out of memory: {bytes} more bytes could not be allocated. Existing checkpoints are kept, nothing else \
          is written. Use a coarser mesh or fewer cells, or raise the limit (ulimit -v), and resume with --resume"
     );
-    // SAFETY: the bytes are initialised; _exit has no preconditions.
+    // SAFETY: the first `length` bytes are initialised; `_exit` has no preconditions.
     unsafe {
         libc::write(libc::STDERR_FILENO, line.bytes.as_ptr().cast(), line.length);
         libc::_exit(libc::c_int::from(super::exit::RESOURCES))

@@ -74,7 +74,7 @@ fn describe(plan: &Plan, forecast: &RunEstimate, search: Option<&AccuracySearch>
     text
 }
 
-/// Omitted keys of the main sections of the scene, with their defaults.
+/// Keys that the main sections of the scene omit, with their default values.
 fn defaults(plan: &Plan) -> Vec<(String, String)> {
     let schema = json_schema();
     let mut found = Vec::new();
@@ -216,7 +216,7 @@ fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
     plan.steps.iter().filter(first).map(row).collect()
 }
 
-/// Loads of the bodies with amplitudes: one row per step, one column per load; empty without loads.
+/// Amplitudes of the loads of the bodies: one row per step, one column per load. Empty without loads.
 fn load_rows(plan: &Plan) -> Vec<Vec<String>> {
     let of_bodies = BODY_KEYS.into_iter().enumerate();
     let mut all: Vec<(&str, LoadCase)> = of_bodies
@@ -242,7 +242,7 @@ fn load_rows(plan: &Plan) -> Vec<Vec<String>> {
         }
         cells
     };
-    // A history has the row of its last load point.
+    // A load history has one row, for its last load point.
     let rows = plan.steps.iter().enumerate().map(|(i, step)| (step, row((i, step))));
     let last = |step: &Step| step.history_row.is_none_or(|point| point.index + 1 == point.count);
     rows.filter(|(step, _)| last(step)).map(|(_, row)| row).collect()

@@ -86,7 +86,8 @@ pub(super) fn compare(arguments: &CompareArgs) -> CommandResult {
     Ok(worst)
 }
 
-/// Plan of the scene with the user's cache, or the exit code. `accuracy` is refused.
+/// Plan of the scene with the user's cache of flexibility matrices. Errors are printed, and their exit code is
+/// returned. A scene with `accuracy` is an error.
 fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     if plan.accuracy.is_some() {
@@ -114,7 +115,8 @@ struct VariantRunner<'a> {
 }
 
 impl VariantRunner<'_> {
-    /// Runs a variant and writes its results into its folder. An impossible variant does not run; its exit code is 0.
+    /// Runs a variant and writes its results into its folder. A variant that cannot be computed does not run; its exit
+    /// code is 0.
     fn run_variant(
         &mut self,
         variant: &Variant,

@@ -20,8 +20,8 @@ pub(super) fn print_error(error: &Error) -> u8 {
 /// Whether a write to standard output failed, for example on a full disk.
 pub(super) static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
 
-/// Prints to standard output. The first failure other than a closed pipe is reported, and makes the exit code at least as severe as
-/// [`exit::RESOURCES`].
+/// Prints to standard output. The first failure is reported, and the exit code becomes at least as severe as
+/// [`exit::RESOURCES`]. A closed pipe is no failure.
 pub(super) fn to_stdout(text: &str) {
     let mut out = std::io::stdout().lock();
     let printed = out.write_all(text.as_bytes()).and_then(|()| out.flush());

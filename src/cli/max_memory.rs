@@ -11,7 +11,7 @@ pub enum MaxMemory {
 }
 
 impl MaxMemory {
-    /// The limit. A percentage refers to the memory available now.
+    /// Converts the value to a memory limit. A percentage refers to the memory that is available now.
     pub fn limit(self) -> MemoryLimit {
         match self {
             Self::Bytes(bytes) => MemoryLimit::of_command_line(bytes),
@@ -32,7 +32,7 @@ impl std::fmt::Display for MaxMemory {
 /// Parses a size or a percentage.
 ///
 /// # Errors
-/// If `text` is neither a size nor a percentage. The error describes the accepted texts.
+/// If `text` is neither a size nor a percentage. The error text lists the accepted forms.
 pub fn parse_max_memory(text: &str) -> Result<MaxMemory, String> {
     let text = text.trim();
     let percent = |number: &str| {

@@ -1,4 +1,4 @@
-//! Command line with one module per subcommand. docs/command-line.md defines the exit codes.
+//! Command line, with one module per subcommand. docs/command-line.md defines the exit codes.
 
 mod accuracy;
 mod allocator;
@@ -67,12 +67,12 @@ enum Command {
     },
 }
 
-/// Runs the program with its arguments, the first of which is its name. Returns the exit code.
+/// Runs the program with its arguments; the first argument is the name of the program. Returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let command = match CommandLine::try_parse_from(arguments) {
         Ok(line) => line.command,
         Err(error) => {
-            // Help and version are no errors; a closed pipe is no failure.
+            // Help and version are no errors. A closed pipe is no failure.
             let printed = error.print().and_then(|()| std::io::stdout().flush());
             let code = u8::try_from(error.exit_code()).unwrap_or(exit::INPUT);
             let lost = code == exit::DONE && is_lost(&printed);
@@ -102,10 +102,11 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     ExitCode::from(exit::worse(code, lost))
 }
 
-/// Without this, a write beyond the file size limit (`ulimit -f`) would end the program by SIGXFSZ.
+/// Makes a write beyond the file size limit (`ulimit -f`) return an error. By default, the signal SIGXFSZ would end the
+/// program.
 fn report_large_files_as_errors() {
     #[cfg(unix)]
-    // SAFETY: an ignored signal runs no code of this program.
+    // SAFETY: the signal is ignored, so it runs no code of this program.
     unsafe {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
     }
@@ -122,19 +123,20 @@ fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
     ));
 }
 
-/// Installs the signal handling before any threads start.
+/// Installs the signal handling before any threads start, then runs `work`.
 fn run_interruptible(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     signal::install();
     run_in_thread_pool(threads, work)
 }
 
-/// Runs `work` on the global pool. From outside the pool, each parallel operation would wait for a thread of the pool.
+/// Runs `work` on a thread of the global pool. Outside the pool, each parallel operation would first wait for a thread
+/// of the pool.
 fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> CommandResult + Send) -> CommandResult {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .spawn_handler(start_pool_thread)
         .build_global();
-    // An error without a cause means that the pool already exists.
+    // An error without a source means that the pool already exists.
     if let Err(error) = pool
         && let Some(cause) = error.source()
     {

@@ -11,7 +11,7 @@ use crate::fem::FlexibilityCache;
 use crate::scene::variant::DiscretisationPair;
 use crate::scene::{self, Diagnostics, Plan};
 
-/// A scene and how to read it.
+/// Scene file with its overrides, number of threads and memory limit.
 #[derive(Debug, Args)]
 pub(super) struct SceneArgs {
     /// Scene file (TOML).
@@ -34,8 +34,8 @@ impl SceneArgs {
         self.plan_with_accuracy(None)
     }
 
-    /// As [`Self::plan`]. The relative error `accuracy` of the option `--accuracy` completes overrides of other keys in the table
-    /// `accuracy`, such as `accuracy.of=["load"]`.
+    /// As [`Self::plan`], with the relative error of the option `--accuracy`. It is added as an override if `--set`
+    /// overrides other keys of the table `accuracy`, such as `accuracy.of=["load"]`.
     pub(super) fn plan_with_accuracy(&self, accuracy: Option<f64>) -> Result<Plan, Diagnostics> {
         let mut overrides = self.overrides.clone();
         if let Some(relative) = accuracy
@@ -72,13 +72,13 @@ pub(super) struct RunArgs {
     pub(super) quiet: bool,
 }
 
-/// Exit code of a command. `Err` if the command ended early because of an interruption, or because of an error that was printed.
+/// Exit code of a command. `Err` if an interruption or an error ended the command early; the error has been printed.
 pub(super) type CommandResult = Result<u8, u8>;
 
-/// The user's cache of flexibility matrices; `None` if `excluded` is true or the environment disables the cache.
+/// The user's cache of flexibility matrices. `None` if `excluded` is true or the environment disables the cache.
 ///
 /// # Errors
-/// The exit code, after an error was printed.
+/// Prints the error and returns its exit code.
 pub(super) fn flexibility_cache(excluded: bool) -> Result<Option<FlexibilityCache>, u8> {
     if excluded {
         return Ok(None);
@@ -131,7 +131,7 @@ pub(super) struct StudyArgs {
     /// Does not read or write the cache of flexibility matrices of meshed bodies.
     #[arg(long)]
     pub(super) no_cache: bool,
-    /// Keeps converged runs and resumes unfinished ones from their last checkpoints.
+    /// Keeps converged runs and resumes unfinished runs from their last checkpoints.
     #[arg(long)]
     pub(super) resume: bool,
     /// Runs only the runs with these numbers, e.g. 3 or 1-4,9 (counted from 1 in the order of the table). Writes no table; see

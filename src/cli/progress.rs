@@ -1,4 +1,4 @@
-//! Progress display: a bar on a terminal, one line per long stage elsewhere, nothing if quiet.
+//! Progress display: a bar on a terminal, otherwise one line per long stage; no display with `--quiet`.
 
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::console::to_stderr;
 use crate::output::recorder::ProgressEvent;
 
-/// Without a terminal, only stages of at least this duration print a line.
+/// Minimum duration of a stage that prints a line if there is no terminal.
 const MIN_REPORTED_STAGE: Duration = Duration::from_secs(1);
 
 const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(60);
@@ -19,7 +19,7 @@ pub(super) struct ProgressDisplay {
     bar: Option<ProgressBar>,
     lines: bool,
     stage: Option<(String, Instant)>,
-    /// Largest fraction so far, so that a restarted solve does not move the bar back.
+    /// Largest fraction so far. The bar shows it, so that a restarted solution does not move the bar back.
     done: f64,
     drawn: Instant,
 }
@@ -32,14 +32,14 @@ impl ProgressDisplay {
                 ProgressStyle::with_template("{prefix:20} {wide_bar} {percent:>3} %  {elapsed} {msg}")
                     .expect("the template is fixed and valid");
             let bar = ProgressBar::new(BAR_STEPS).with_style(style);
-            // Animates stages that report no fraction.
+            // The tick animates the bar in stages that report no fraction.
             bar.enable_steady_tick(Duration::from_millis(250));
             bar
         });
         Self { bar, lines: !quiet, stage: None, done: 0.0, drawn: Instant::now() }
     }
 
-    /// Shows a stage: its name, the completed fraction in 0..=1, the natural residual.
+    /// Shows a stage: its name, the completed fraction from 0 to 1, and the natural residual.
     pub fn show(&mut self, name: &str, fraction: f64, residual: Option<f64>) {
         let known = self.stage.as_ref().is_some_and(|(stage, _)| stage == name);
         if !known {
@@ -95,7 +95,7 @@ impl ProgressDisplay {
     }
 }
 
-/// Remaining time by linear extrapolation; `None` for fractions up to 0.02.
+/// Remaining time by linear extrapolation. `None` for fractions up to 0.02.
 fn remaining(elapsed: Duration, fraction: f64) -> Option<String> {
     (fraction > 0.02 && fraction <= 1.0)
         .then(|| format_duration(elapsed.as_secs_f64() * (1.0 - fraction) / fraction))

@@ -28,7 +28,7 @@ use crate::simulation::{self, Simulation};
 pub(super) struct RefineArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Target relative error of the stress in the energy norm; default: half of the current one.
+    /// Target relative error of the stress in the energy norm; default: half of the current error.
     #[arg(long, value_name = "SHARE", value_parser = parse_error_fraction)]
     error: Option<f64>,
     /// Size field file (.pos); default: SCENE_body1.pos or SCENE_body2.pos next to the scene.
@@ -37,13 +37,13 @@ pub(super) struct RefineArgs {
     /// Body to refine; required with --out if both bodies have meshes.
     #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
     body: Option<u8>,
-    /// Last step to run; default: the last step before the first one with `cycles` or `sliding`.
+    /// Last step to run; default: the last step before the first step with `cycles` or `sliding`.
     #[arg(long, value_name = "NAME")]
     step: Option<String>,
-    /// Smallest element size; default: a quarter of the current smallest.
+    /// Smallest element size; default: a quarter of the current smallest size.
     #[arg(long, value_name = "LENGTH", value_parser = parse_positive)]
     min_size: Option<f64>,
-    /// Largest element size; default: twice the current largest.
+    /// Largest element size; default: twice the current largest size.
     #[arg(long, value_name = "LENGTH", value_parser = parse_positive)]
     max_size: Option<f64>,
     /// Largest gradient of the element size (change of size per distance).
@@ -187,7 +187,8 @@ fn default_size_file(scene: &Path, index: usize) -> PathBuf {
     scene.with_file_name(format!("{stem}_body{}.pos", index + 1))
 }
 
-/// Writes the size field of each body, unless the error is at rounding level. Returns the text for the user.
+/// Writes the size field of each body. If the estimated error is at rounding level, no field is written. Returns the
+/// text for the user.
 fn write_fields(
     plan: &Plan,
     study: &Simulation<'_>,
@@ -253,7 +254,7 @@ fn write_fields(
     Ok(text)
 }
 
-/// These options keep gmsh from mixing the sizes of the .geo file with those of the field.
+/// Options that make gmsh use the sizes of the field only, not the sizes in the .geo file.
 const GMSH_SIZE_OPTIONS: &str = " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
 
 fn estimate(output: &BodyOutput<'_>, state: &FrameState) -> Result<ErrorEstimate> {

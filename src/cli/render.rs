@@ -12,13 +12,13 @@ use crate::scene::{Diagnostic, Diagnostics};
 
 const MAX_SHOWN: usize = 40;
 
-/// Widths of excerpts in columns, on a terminal and elsewhere. Longer lines are cut around the marked text.
+/// Widths of excerpts in columns: on a terminal, and elsewhere. Longer lines are cut around the marked text.
 const EXCERPT_WIDTHS: [usize; 2] = [110, 1000];
 
 /// Text of the first `MAX_SHOWN` diagnostics with excerpts, followed by the notes and the number of all diagnostics.
 pub fn render(mistakes: &Diagnostics) -> String {
     let renderer = renderer(std::io::stderr().is_terminal());
-    // Blanks replace carriage returns, which would be shown; byte positions stay the same.
+    // Carriage returns would be visible in the excerpt. Blanks replace them, and byte positions stay the same.
     let source = mistakes.text.replace('\r', " ");
     let mut text = String::new();
     for mistake in mistakes.list.iter().take(MAX_SHOWN) {
@@ -36,7 +36,7 @@ pub fn render(mistakes: &Diagnostics) -> String {
     text
 }
 
-/// Renderer with Unicode lines on a terminal, coloured unless `NO_COLOR` is set; plain text elsewhere.
+/// Renderer with Unicode lines on a terminal, in colour unless `NO_COLOR` is set. Elsewhere the text is plain.
 fn renderer(is_terminal: bool) -> Renderer {
     let [narrow, wide] = EXCERPT_WIDTHS;
     if !is_terminal {
@@ -78,7 +78,7 @@ fn with_neighbours(text: &str, start: usize, end: usize) -> Range<usize> {
     before..after
 }
 
-/// Text of a warning with its severity. The text of uncertain results already contains it.
+/// Text of a warning with its severity. The texts of warnings about uncertain results already contain the severity.
 pub(super) fn with_severity(warning: &Warning) -> String {
     let text = &warning.text;
     if warning.severity == Severity::Uncertain { text.clone() } else { format!("note: {text}") }
@@ -107,8 +107,8 @@ mod tests {
         })
     }
 
-    /// Truth: positions are line and character numbers from 1. The mark is below the marked text, with one line before and after. A
-    /// Chinese character is two columns wide, a tab four.
+    /// Truth: lines and characters are counted from 1. The mark is below the marked text, and one line before and after
+    /// is shown. A Chinese character is two columns wide, a tab four.
     #[test]
     fn the_marked_text() {
         let text = "zero\none\r\n\té漢 = 3\r\nthree\nfour\n";
@@ -133,7 +133,8 @@ mod tests {
         );
     }
 
-    /// Truth: a diagnostic is shown for any location: empty, at the end, on several lines, inside a character, or beyond the text.
+    /// Truth: a diagnostic is shown at any location. The range may be empty, at the end, on several lines, inside a
+    /// character, or beyond the text.
     #[test]
     fn any_place() {
         for text in ["", "\n", "a", "é\r\n\n漢 = [\n1,\n2]\n", "a = 1\r\nb\t= \"é\""] {

@@ -1,9 +1,9 @@
-//! Command line that resumes a run.
+//! Command that resumes a run.
 
 use super::options::RunArgs;
 
-/// Command that resumes a run with the same scene, overrides, memory limit and output directory. With `other_limit`, it contains
-/// the placeholder SIZE for another memory limit.
+/// Command that resumes a run with the same scene, overrides, memory limit and output directory. If `other_limit`, the
+/// placeholder SIZE replaces the memory limit.
 pub(super) fn resume_command(arguments: &RunArgs, other_limit: bool) -> String {
     let mut words = vec!["orthowear run".to_owned(), shell_quoted(&arguments.scene.scene.to_string_lossy())];
     words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))));

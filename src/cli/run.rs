@@ -23,8 +23,8 @@ use crate::simulation::job;
 use crate::simulation::resume::{CheckpointSettings, ResumeDecision, decide_resume};
 use crate::simulation::segments::{NullObserver, RunOptions};
 
-/// Hint with the command that resumes a run that ended with `code`. After a lack of resources, the command contains a placeholder
-/// in place of a given memory limit.
+/// Hint with the command that resumes a run; `code` is the exit code of the run. If resources were insufficient and a
+/// memory limit was given, the command contains a placeholder for another limit.
 fn resume_hint(arguments: &RunArgs, plan: &Plan, code: u8) -> String {
     let has_limit =
         arguments.scene.max_memory.is_some() || plan.document.get("solver.memory_limit").is_some();
@@ -95,7 +95,8 @@ pub(super) fn run(arguments: &RunArgs) -> CommandResult {
     Ok(code)
 }
 
-/// Opens the output directory of a run, and determines its checkpoint settings. `None` if the run is already complete.
+/// Opens the output directory of a run and determines its checkpoint settings. `None` if `--resume` finds a converged
+/// run.
 fn open_output(
     plan: &Plan,
     arguments: &RunArgs,
@@ -133,8 +134,8 @@ fn already_converged(summary: &Summary, directory: &Path) -> String {
     )
 }
 
-/// Prints the diagnostics and returns the exit code. Writes a summary if the scene file could be read or an output directory is
-/// given.
+/// Prints the diagnostics and returns the exit code. Writes a summary if the scene file could be read, or if the option
+/// `--out` is given.
 fn reject_scene(mistakes: &Diagnostics, arguments: &RunArgs, directory: &Path) -> u8 {
     let code = print_diagnostics(mistakes);
     if !mistakes.sha256.is_empty() || arguments.out.is_some() {
@@ -153,7 +154,7 @@ pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
     } else {
         print_error(&failure.error)
     };
-    // Wrong units are a frequent cause of a failure.
+    // Wrong units are a frequent cause of failures, so the notes on units are repeated.
     for hint in plan.notes.iter().filter(|note| note.severity == Severity::UnitError) {
         to_stderr(&format!("note: {}\n", hint.text));
     }
@@ -196,7 +197,7 @@ fn final_report(summary: &Summary, directory: &Path, tolerance: f64, seconds: f6
     text
 }
 
-/// Residuals up to this value are called rounding error if the iterations do not reduce them.
+/// Largest residual that counts as rounding error if the iterations do not reduce it.
 const ROUNDING_RESIDUAL: f64 = 1e-12;
 
 fn explain_outcome(summary: &Summary, tolerance: f64) -> String {
@@ -255,7 +256,8 @@ pub(super) fn explain_divergence(reason: Divergence) -> &'static str {
 
 const REASON_UNKNOWN: &str = "reason unknown";
 
-/// Outcome of a run that did not converge, with the explanation of `divergence`, or else with the `error`.
+/// Text for a run that did not converge, with the explanation of `divergence`. Without `divergence`, the text contains
+/// `error`.
 pub(super) fn explain_reason(divergence: Option<Divergence>, error: Option<&str>) -> String {
     match divergence {
         Some(reason) => format!("not converged{}: {}", reason_label(reason), explain_divergence(reason)),

@@ -1,14 +1,14 @@
-//! Run numbers in the syntax of `--only`.
+//! Numbers of runs in the syntax of the option `--only`.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Ranges `[first, last]` of run numbers from 1, with both ends.
+/// Ranges `[first, last]` of run numbers, counted from 1. A range includes both ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct RunNumbers(Vec<[usize; 2]>);
 
 impl RunNumbers {
-    /// Sorted run indices, counted from 0; `None` if a number exceeds `most`.
+    /// Indices of the runs, counted from 0 and sorted. `None` if a run number exceeds `most`.
     pub fn indices(&self, most: usize) -> Option<Vec<usize>> {
         if self.0.iter().any(|[_, last]| *last > most) {
             return None;

@@ -1,8 +1,8 @@
-//! Interruption by Ctrl-C or SIGTERM. The run stops within about a second and keeps its results. Another signal after one second
-//! stops it at once.
+//! Interruption by Ctrl-C or SIGTERM. After the first signal, the run stops within about a second and keeps its
+//! results. A second signal, at least one second later, stops the program at once.
 //!
-//! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable: METIS installs its own
-//! handlers, which jump to a place that is valid only in the calling thread.
+//! All threads block the signals, and a separate thread waits for them. A signal handler is not suitable, because METIS
+//! installs its own handlers. They jump to a place that is valid only in the thread that called METIS.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,17 +15,18 @@ use crate::error::exit;
 const INTERRUPT_MESSAGE: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \
                      once, without writing)\n";
 
-/// Later signals within this time are ignored: a program may signal both a process and its group.
+/// Signals within this time after the first are ignored. A signal to a program and to its group would otherwise count
+/// twice.
 const DUPLICATE_SIGNAL_WINDOW: Duration = Duration::from_secs(1);
 
 static INSTALLED: Once = Once::new();
 
-/// Starts catching signals, and returns the flag that they set. The first call must come before other threads start, because they
-/// inherit the blocked signals.
+/// Starts catching signals. Returns the flag that the first signal sets. The first call must come before other threads
+/// start, because they inherit the blocked signals.
 pub(super) fn install() -> &'static AtomicBool {
     INSTALLED.call_once(|| {
         let signals = block();
-        // Without the thread, signals end the program, as by default.
+        // If the thread cannot start, signals end the program, as by default.
         if std::thread::Builder::new().name("signals".into()).spawn(move || wait(&signals)).is_err() {
             unblock(&signals);
         }
@@ -33,10 +34,11 @@ pub(super) fn install() -> &'static AtomicBool {
     cancel::flag()
 }
 
-/// Blocks the signals in this thread and in threads that it starts.
+/// Blocks the signals in this thread and in threads that this thread starts later.
 fn block() -> libc::sigset_t {
     let mut signals = std::mem::MaybeUninit::uninit();
-    // SAFETY: sigemptyset initialises the set that the other calls use; the old mask is not requested.
+    // SAFETY: sigemptyset initialises the set before the other calls use it. A null pointer for the old mask is
+    // allowed.
     unsafe {
         libc::sigemptyset(signals.as_mut_ptr());
         libc::sigaddset(signals.as_mut_ptr(), libc::SIGINT);
@@ -47,7 +49,7 @@ fn block() -> libc::sigset_t {
 }
 
 fn unblock(signals: &libc::sigset_t) {
-    // SAFETY: the set is initialised; the old mask is not requested.
+    // SAFETY: the set is initialised. A null pointer for the old mask is allowed.
     unsafe { libc::pthread_sigmask(libc::SIG_UNBLOCK, signals, std::ptr::null_mut()) };
 }
 
@@ -66,7 +68,7 @@ fn wait(signals: &libc::sigset_t) {
                 to_stderr(INTERRUPT_MESSAGE);
             }
             Some(at) if at.elapsed() < DUPLICATE_SIGNAL_WINDOW => {}
-            // The program ends without cleanup, which could take time. SAFETY: _exit has no preconditions.
+            // The program ends without cleanup, because cleanup could take time. SAFETY: _exit has no preconditions.
             Some(_) => unsafe { libc::_exit(libc::c_int::from(exit::INTERRUPTED)) },
         }
     }

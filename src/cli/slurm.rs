@@ -1,4 +1,4 @@
-//! Script that runs a study as a Slurm job array.
+//! Writes the script that runs a study as a Slurm job array.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ const MAX_ARRAY_JOBS: usize = 1000;
 
 const DEFAULT_THREADS_PER_JOB: u16 = 4;
 
-/// Ratio of the memory of a job to the estimate for the runs that it computes at the same time.
+/// Memory requested for a job, divided by the estimated memory of the runs that the job computes at the same time.
 const MEMORY_MARGIN_FACTOR: f64 = 1.5;
 
 const MIN_JOB_MEMORY_MIB: f64 = 1024.0;
@@ -20,7 +20,7 @@ fn shell_quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }
 
-/// Text of the script. `bash SCRIPT` submits the array and the collecting job.
+/// Text of the script. The command `bash SCRIPT` submits the job array and the job that collects the results.
 pub(super) fn script(arguments: &StudyArgs, sweep: &Sweep, directory: &Path) -> String {
     let runs = sweep.runs.len();
     let jobs = arguments.jobs.map_or(runs.min(MAX_ARRAY_JOBS), |jobs| runs.min(jobs as usize)).max(1);

@@ -18,7 +18,8 @@ use crate::sweep::{self, Sweep};
 
 const MAX_TABLE_ROWS: usize = 60;
 
-/// Runs a study, or collects its results; with `--emit`, prints a script instead. Returns the worst exit code of the runs.
+/// Runs a study, or collects the results of its runs. With `--emit`, only prints a script. Returns the most severe exit
+/// code of the runs.
 pub(super) fn study(arguments: &StudyArgs) -> CommandResult {
     let stop = signal::install();
     let started = Instant::now();

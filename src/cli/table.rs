@@ -4,7 +4,7 @@ pub(super) use crate::output::number_format::five_digits;
 use crate::output::number_format::five_digits_of_small;
 use crate::output::summary::{Status, Summary, Units};
 
-/// Aligns the columns of a table, the first to the left, the others to the right.
+/// Aligns the first column of a table to the left and the other columns to the right.
 pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
@@ -28,7 +28,7 @@ pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
     text
 }
 
-/// Outcome of a run in tables; `absent` if the run was not computed.
+/// Text for the outcome of a run in tables; `absent` if the run was not computed.
 pub(super) fn status_label(status: Option<Status>, absent: &'static str) -> &'static str {
     match status {
         None => absent,
@@ -39,12 +39,12 @@ pub(super) fn status_label(status: Option<Status>, absent: &'static str) -> &'st
     }
 }
 
-/// A count with its noun: "1 run", "2 runs".
+/// Number with its noun: "1 run", "2 runs".
 pub(super) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
-/// Force component, replaced by 0 if it is below 1e-7 of the load (rounding).
+/// Force component, or 0 if the component is below 1e-7 of the normal load, where it is rounding error.
 pub(super) fn without_round_off(force: f64, load: f64) -> f64 {
     if force.abs() < 1e-7 * load { 0.0 } else { force }
 }

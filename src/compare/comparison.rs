@@ -6,7 +6,7 @@ use crate::error::{Error, Result, Warning};
 use crate::evolution::records::{Divergence, IncrementRecord};
 use crate::output::summary::{Status, Summary, Units};
 
-/// Comparison of the variants of one scene: the fields of `compare.json` (docs/results.md).
+/// Comparison of the variants of a scene. Its fields are the fields of `compare.json` (docs/results.md).
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
     /// Name of the program.
@@ -15,7 +15,7 @@ pub struct Comparison {
     pub version: &'static str,
     /// Title of the scene.
     pub title: String,
-    /// SHA-256 of the scene file and of its changes by `--set`.
+    /// SHA-256 of the scene file and its overrides (`--set`).
     pub scene_sha256: String,
     /// Units of all numbers.
     pub units: Units,
@@ -34,12 +34,12 @@ pub struct VariantResult {
     pub status: Option<Status>,
     /// Reason why the variant was not computed, did not converge or failed.
     pub reason: Option<String>,
-    /// Reason why the run did not converge, if no error caused this.
+    /// Reason why the run did not converge. `None` if the run converged or ended with an error.
     #[serde(skip)]
     pub divergence: Option<Divergence>,
     /// Name of the variant's folder of results, next to `compare.json`.
     pub folder: Option<String>,
-    /// Total time, s, with the writing of results.
+    /// Total time, s, including the output of results.
     pub seconds: f64,
     /// Peak resident memory during the run, bytes; 0 if unknown.
     pub peak_memory_bytes: u64,
@@ -72,19 +72,20 @@ pub struct StepResult {
     pub natural_residual: f64,
     /// Computing time of all increments of the step, s.
     pub seconds: f64,
-    /// Differences from the reference variant. `None` for the reference itself, for a step that the reference lacks, and if both
-    /// ended the step after different numbers of cycles.
+    /// Differences from the reference variant. `None` for the reference itself, and for a step that the reference has
+    /// not computed. Also `None` if the numbers of cycles at the end of the step differ.
     pub difference: Option<Difference>,
 }
 
-/// Differences from the reference variant, percent of the magnitude of the reference value; `None` if the reference value is 0.
+/// Differences from the reference variant, in percent of the magnitude of the reference value. `None` if the reference
+/// value is 0.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[allow(missing_docs)]
 pub struct Difference {
     pub approach: Option<f64>,
     pub normal_force: Option<f64>,
-    /// Magnitude of the difference of the two force vectors, percent of the magnitude of the reference force. `None` also if the
-    /// reference force is only rounding error.
+    /// Magnitude of the difference of the two force vectors, in percent of the magnitude of the reference force. `None`
+    /// also if the reference force is only rounding error.
     pub tangential_force: Option<f64>,
     pub contact_area: Option<f64>,
     pub stick_area: Option<f64>,
@@ -109,8 +110,9 @@ impl VariantResult {
 }
 
 impl Comparison {
-    /// Adds each warning of `told` (pairs of variant and warning) once, unless the comparison already contains it. The names of the
-    /// variants that gave the warning precede its text, unless all computed variants gave it.
+    /// Adds the warnings in `told`, which are pairs of variant and warning. Equal warnings are added once, and only if
+    /// the comparison does not contain them. The names of their variants precede the text, unless all computed variants
+    /// gave the warning.
     pub fn add_variant_warnings(&mut self, told: Vec<(String, Warning)>) {
         let mut said: Vec<(Warning, Vec<String>)> = Vec::new();
         for (variant, warning) in told.into_iter().filter(|(_, warning)| !self.warnings.contains(warning)) {
@@ -126,7 +128,7 @@ impl Comparison {
         self.warnings.extend(said.into_iter().map(named));
     }
 
-    /// Steps with differences: names of the step, the variant and the reference variant.
+    /// Steps with differences. Each element contains the names of the step, the variant and the reference variant.
     pub fn compared_steps(&self) -> Vec<(String, String, String)> {
         let Some(reference) = self.reference().map(|index| &self.variants[index].name) else {
             return Vec::new();
@@ -138,13 +140,14 @@ impl Comparison {
         self.variants.iter().flat_map(of).collect()
     }
 
-    /// Index of the reference variant: the first with a computed step. `None` if no variant has one.
+    /// Index of the reference variant, which is the first variant with a computed step. `None` if no variant has a
+    /// computed step.
     pub fn reference(&self) -> Option<usize> {
         self.variants.iter().position(|variant| !variant.steps.is_empty())
     }
 
-    /// Computes the differences of steps that ended after the same number of cycles as in the reference. Adds a warning for each
-    /// step with another number of cycles, and a note if the scene's first variant has no computed step.
+    /// Computes the differences of steps that ended after the same number of cycles as in the reference. A step with
+    /// another number of cycles causes a warning. A note is added if the reference is not the first variant.
     pub fn compute_differences(&mut self) {
         let Some(first) = self.reference() else { return };
         if first > 0 {
@@ -184,7 +187,7 @@ impl Comparison {
         Ok(text + "\n")
     }
 
-    /// Table in CSV format with one row per variant and step.
+    /// Formats the comparison as CSV, with one row per variant and step.
     pub fn to_csv(&self) -> String {
         let mut text = format!("{}\n", COLUMNS.join(","));
         for variant in &self.variants {
@@ -225,7 +228,7 @@ const COLUMNS: [&str; 20] = [
 ];
 
 impl StepResult {
-    /// Result of the last increment of each step of a run; `seconds` is the sum over all increments of the step.
+    /// Result of the last increment of each step of a run. `seconds` is the sum over all increments of the step.
     pub fn last_entries(summary: &Summary) -> Vec<Self> {
         let mut steps: Vec<Self> = Vec::new();
         for record in &summary.steps {

@@ -1,8 +1,9 @@
 //! Variants of a scene: the same contact problem on the same frame, with other discretisations of the bodies.
 //!
-//! [`variants()`] builds a [`Variant`] for each pair of discretisations. [`comparison::Comparison`] contains results a and their
-//! differences 100 (a - b) / |b| percent from the results b of the first variant with a computed step. [`step_ends::VariantStates`]
-//! provides fields and pressure profiles at the ends of steps.
+//! [`variants()`] builds a [`Variant`] for each pair of discretisations. [`comparison::Comparison`] contains the
+//! results of the variants and their differences from the reference variant. The reference is the first variant with a
+//! computed step. A result a differs by 100 (a - b) / |b| percent from the result b of the reference.
+//! [`step_ends::VariantStates`] provides fields and pressure profiles at the ends of steps.
 
 pub mod comparison;
 pub mod step_ends;
@@ -22,7 +23,7 @@ use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, face_map};
 
 use Discretisation::{BoundaryElements, FiniteElements, HalfSpace, TruncatedHalfSpace};
 
-/// Default pairs of discretisations, for bodies with meshes.
+/// Discretisations of the default variants, for bodies with meshes.
 const DEFAULT_PAIRS: [[Discretisation; 2]; 4] = [
     [FiniteElements, FiniteElements],
     [BoundaryElements, BoundaryElements],
@@ -30,7 +31,7 @@ const DEFAULT_PAIRS: [[Discretisation; 2]; 4] = [
     [HalfSpace, HalfSpace],
 ];
 
-/// A scene with one choice of discretisations of its bodies.
+/// A scene with one pair of discretisations of its bodies.
 pub struct Variant {
     /// Discretisations of body 1 and body 2, for example "FE-BE".
     pub name: String,
@@ -47,11 +48,13 @@ impl Variant {
     }
 }
 
-/// Builds the contact frame of `plan` and the variants on it, without duplicates.
+/// Builds the contact frame of `plan` and the variants on this frame, without duplicates.
 ///
-/// The variants are `wanted`, or those of the scene if `wanted` is empty. If the scene names none, they are the unchanged scene and
-/// the default variants. A variant that cannot be computed has the reason in place of a plan. Only the unchanged scene always has a
-/// plan; its run reports what is wrong.
+/// The variants are the pairs in `wanted`. If `wanted` is empty, they are the pairs that the scene names. If the scene
+/// names none, they are the unchanged scene and the default variants.
+///
+/// A variant that cannot be computed has an error instead of a plan. The unchanged scene always has a plan; if it
+/// cannot be computed, its run reports the error.
 ///
 /// # Errors
 /// If the frame cannot be built, or the gap of the meshes cannot be computed on it.
@@ -92,8 +95,8 @@ fn own(plan: &Plan) -> DiscretisationPair {
     DiscretisationPair(plan.bodies.each_ref().map(BodyPlan::discretisation))
 }
 
-/// The scene's own pair and the default pairs. In a default pair, a body without a mesh keeps its discretisation, except that a
-/// truncated half-space becomes a half-space where the pair has one.
+/// Pair of the scene and default pairs. In a default pair, a body without a mesh keeps its discretisation. The
+/// exception is a truncated half-space: it becomes a half-space if the default pair has one.
 fn usual(own: DiscretisationPair) -> Vec<DiscretisationPair> {
     let kind = |own: Discretisation, usual: Discretisation| match (own, usual) {
         (FiniteElements | BoundaryElements, _) | (TruncatedHalfSpace, HalfSpace) => usual,
@@ -109,7 +112,7 @@ fn usual(own: DiscretisationPair) -> Vec<DiscretisationPair> {
     pairs
 }
 
-/// Plan with the discretisations `pair` of the bodies.
+/// Plan of the variant with the discretisations `pair`.
 fn variant_plan(
     plan: &Plan,
     frame: &ContactFrame,
@@ -153,7 +156,7 @@ fn variant_plan(
     Ok(changed)
 }
 
-/// Gap of the scene's surfaces in each cell, for variants whose bodies may not have the scene's meshes.
+/// Initial gap of the scene in each cell, for variants. Their bodies may have no mesh, or another mesh.
 fn mesh_gap(plan: &Plan, frame: &ContactFrame) -> std::result::Result<GapShape, SceneError> {
     let mut heights = [None, None];
     for (index, (heights, body)) in heights.iter_mut().zip(&plan.bodies).enumerate() {

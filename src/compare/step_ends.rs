@@ -1,4 +1,4 @@
-//! States at the ends of steps of the variants of a scene: pressure profiles, fields and their differences.
+//! States of the variants of a scene at the ends of steps: pressure profiles, fields and their differences.
 
 use crate::error::Result;
 use crate::evolution::observer::Observer;
@@ -19,7 +19,7 @@ pub struct StepEndStates {
 }
 
 impl StepEndStates {
-    /// State at the end of a step, if the run computed the step.
+    /// State at the end of the step with the name `step`. `None` if the run did not compute the step.
     pub fn state(&self, step: &str) -> Option<&FrameState> {
         self.steps.iter().find(|(name, _)| name == step).map(|(_, state)| state)
     }
@@ -61,8 +61,8 @@ impl VariantStates<'_> {
         longest.iter().flat_map(|(_, ends)| ends.names()).collect()
     }
 
-    /// Pressure profiles of the variants along the frame's x and y, through the frame's origin, at the end of each step, as one SVG
-    /// picture.
+    /// Draws the pressure profiles of the variants as one SVG picture. The profiles run along the frame's x and y
+    /// through its origin. Each step has its profiles at its end.
     pub fn profiles_svg(&self, units: &Units) -> String {
         let n = self.frame.n_cells();
         let axes = [("x", 0.0), ("y", std::f64::consts::FRAC_PI_2)];
@@ -86,8 +86,10 @@ impl VariantStates<'_> {
         arrange_panels(&panels, PANEL, 2)
     }
 
-    /// Grid of the frame with the pressure, traction and wear depth of each variant that has the step, and with the requested
-    /// differences.
+    /// Grid of the frame with pressure, traction and wear depth of the variants at the end of `step`, and with the
+    /// requested differences.
+    ///
+    /// Variants that did not compute the step are omitted.
     ///
     /// # Errors
     /// If tractions have the wrong length (kind `Numerical`).
@@ -141,8 +143,8 @@ mod tests {
         ends
     }
 
-    /// Truth: each difference is the value of a variant minus the value of the first variant. A variant without the step is
-    /// omitted.
+    /// Truth: each difference is the value of a variant minus the value of the reference variant. A variant without the
+    /// step is omitted.
     #[test]
     fn differences_are_from_the_first() {
         let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();

@@ -1,4 +1,4 @@
-//! Replacement of a body by another discretisation: finite elements, boundary elements or a half-space.
+//! Replaces a body by another discretisation: finite elements, boundary elements or a half-space.
 
 use std::sync::Arc;
 
@@ -15,16 +15,17 @@ use crate::scene::spec::body::NearField;
 use crate::scene::variant::Discretisation;
 use crate::simulation::plan_bodies::{BODY_KEYS, free_motions};
 
-/// Largest angle, degrees, by which material axes of a body may differ from the axes of the half-space that replaces the body.
+/// Largest angle, degrees, between the material axes of a body and the axes of the half-space that replaces the body.
 const MAX_AXES_SPREAD_DEG: f64 = 5.0;
 
-/// Maximum difference of a group of faces between two meshes: |A2 / A1 - 1| (areas A) and |c2 - c1| / √A1 (centroids c).
+/// Limit up to which a group of faces counts as equal in two meshes: for |A2 / A1 - 1| (areas A) and |c2 - c1| / √A1
+/// (centroids c).
 const ALIKE: f64 = 0.05;
 
-/// Largest angle between material axes, degrees, that counts as rounding.
+/// Largest angle between material axes, degrees, that counts as rounding error.
 const ROUNDING_SPREAD_DEG: f64 = 1e-6;
 
-/// Body `index` of the plan with the discretisation `kind`; an error if the body cannot be replaced.
+/// Body `index` of the plan with the discretisation `kind`. An error if the body cannot be replaced.
 pub(super) fn replace_body(
     plan: &Plan,
     index: usize,
@@ -69,8 +70,8 @@ pub(super) fn is_plane(frame: &ContactFrame) -> bool {
     level && frame.centers.iter().all(|centre| axes.normal().dot(&(centre - first)).abs() < 1e-6 * size)
 }
 
-/// Material of `found`; an error if there are several materials, or if the axes vary by more than `most` degrees. `place` and
-/// `what` describe the material's place and the model in messages.
+/// Material of `found`. An error if there are several materials, or if the axes vary by more than `most` degrees.
+/// `place` names the averaged part of the body and `what` the new model in messages.
 fn single(found: MeanMaterial, body: &str, place: &str, what: &str, most: f64) -> Result<BodyMaterial> {
     if found.materials.len() > 1 {
         let names = found.materials.join(", ");
@@ -91,8 +92,9 @@ fn single(found: MeanMaterial, body: &str, place: &str, what: &str, most: f64) -
     Ok(found.material)
 }
 
-/// Half-space of the material that a constrained meshed body has under the frame. Adds notes on omitted loads, foundations and
-/// prescribed displacements, and on other materials of the body.
+/// Half-space that replaces a body with a mesh. It has the material of the body under the frame. An unconstrained body
+/// causes an error. Notes report omitted loads, foundations and prescribed displacements, and other materials of the
+/// body.
 fn half_space(
     plan: &Plan,
     meshed: &MeshedBodyPlan,
@@ -145,7 +147,7 @@ fn half_space(
     Ok(BodyPlan::HalfSpace(Box::new(elastic)))
 }
 
-/// Boundary-element body of one material that replaces a body of finite elements.
+/// Boundary-element body that replaces a finite-element body. The body must have one material with uniform axes.
 fn boundary_elements(
     plan: &Plan,
     fe: &MeshedBodyPlan,
@@ -178,7 +180,7 @@ fn boundary_elements(
     Ok(BodyPlan::Be(Box::new(BeBodyPlan { meshed, solids, interpolation: other.interpolation })))
 }
 
-/// Area and centroid of a group of faces. The centroid of a face is taken as the mean of its corners.
+/// Area and centroid of a group of faces. The centroid of a face is approximated by the mean of its corners.
 fn area_and_centroid(mesh: &Mesh, group: &str) -> Option<(f64, Point)> {
     let faces = group_faces(mesh, group).ok()?;
     let (mut area, mut sum) = (0.0, Point::zeros());
@@ -191,7 +193,7 @@ fn area_and_centroid(mesh: &Mesh, group: &str) -> Option<(f64, Point)> {
     Some((area, sum / area))
 }
 
-/// Warnings about groups of supports, foundations and loads whose area or position differs between two meshes.
+/// Warnings about groups of supports, foundations and loads whose area or centroid differs between two meshes.
 fn group_mismatch_warnings(meshed: &MeshedBodyPlan, own: &Mesh, other: &Mesh, body: &str) -> Vec<Warning> {
     let mut told: Vec<&str> = Vec::new();
     let mut notes = Vec::new();
@@ -222,7 +224,7 @@ fn skin(mesh: &Mesh) -> Result<Mesh> {
     closed_surface::orient_outward(&closed_surface::boundary_surface(mesh)).map(|(mesh, _)| mesh)
 }
 
-/// Finite-element body that replaces a boundary-element body. The scene must give a volume mesh.
+/// Finite-element body that replaces a boundary-element body. An error if the scene gives no volume mesh.
 fn finite_elements(plan: &Plan, be: &BeBodyPlan, index: usize, notes: &mut Vec<Warning>) -> Result<BodyPlan> {
     let (body, other) = (BODY_KEYS[index], &plan.compare.alternatives[index]);
     let Some(mesh) = other.solids.as_ref().or(be.solids.as_ref()) else {

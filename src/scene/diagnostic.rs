@@ -5,7 +5,7 @@ use std::fmt;
 use super::document::{Document, Location};
 use crate::error::{Error, Warning};
 
-/// Kinds of errors that the code distinguishes.
+/// Kinds of errors that the program distinguishes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DiagnosticKind {
     /// A table lacks this key.
@@ -27,7 +27,7 @@ pub struct Diagnostic {
     pub key: String,
     /// The error and its reason.
     pub message: String,
-    /// Short label next to the excerpt.
+    /// Short label beside the marked text in the excerpt of the scene file.
     pub label: String,
     /// Allowed values and how to fix the error.
     pub help: String,
@@ -101,13 +101,14 @@ impl Diagnostics {
         }
     }
 
-    /// Diagnostics of a single error at `key`. Removes `key` as outermost context of the error, because it is shown anyway.
+    /// Diagnostics of a single error at `key`. If `key` is the outermost context of the error, it is removed, because
+    /// the diagnostic shows it anyway.
     pub fn from_error(document: &Document, key: &str, error: &Error) -> Self {
         let message = error.clone().without_context(key).to_string();
         Self::new(document, vec![Diagnostic::at(document, key, message)])
     }
 
-    /// Line number (from 1) of an error in the file.
+    /// Line number (from 1) of an error in the file. `None` if the error has no location in the file.
     pub fn line(&self, mistake: &Diagnostic) -> Option<usize> {
         match &mistake.location {
             Location::File(range) => {

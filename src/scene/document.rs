@@ -113,12 +113,13 @@ impl Document {
         }
     }
 
-    /// The value at a dotted key, if present.
+    /// Finds the value at a dotted key.
     pub fn get(&self, key: &str) -> Option<&TomlNode> {
         key_segments(key).try_fold(&self.root, |node, segment| node.child(&segment).map(|(_, child)| child))
     }
 
-    /// The scene with its overrides as JSON. Dates, integers too large for i64, and floats that are not finite become strings.
+    /// The scene with its overrides as JSON. Dates, integers outside the range of i64, and floats that are not finite
+    /// become strings.
     pub fn to_display_json(&self) -> serde_json::Value {
         self.root.value.to_json(|x| if x.is_finite() { x.into() } else { x.to_string().into() })
     }
@@ -145,7 +146,8 @@ impl Document {
         }
     }
 
-    /// Location of `key`, or of the innermost existing table around it; the whole scene if there is none.
+    /// Location of `key`. If the document lacks the key, location of the innermost existing table that should contain
+    /// it. Without such a table, the whole scene.
     pub fn location(&self, key: &str) -> Location {
         let mut node = &self.root;
         let mut found = None;
@@ -160,8 +162,9 @@ impl Document {
         }
     }
 
-    /// Location from the start of a key to the end of its value if both are on one line, else of the key alone. If an override
-    /// gives the key or the value, the location is the option `--set`.
+    /// Location of a key and its value. It extends from the start of the key to the end of the value if this text is on
+    /// one line. Otherwise it is the key alone. If an override (`--set`) gives the key or the value, the location is
+    /// the override.
     fn place_of(&self, key: &ValueSource, value: &ValueSource) -> Location {
         match (key, value) {
             (ValueSource::File(key), ValueSource::File(value)) => {
@@ -176,7 +179,8 @@ impl Document {
     }
 }
 
-/// The segments of a dotted key. A quoted segment may be empty or contain dots, and has the escapes `\"` and `\\`.
+/// Splits a dotted key into its segments. A quoted segment may be empty or contain dots; its escape sequences are `\"`
+/// and `\\`.
 pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = Cow<'_, str>> {
     let mut rest = key;
     std::iter::from_fn(move || {
@@ -192,7 +196,7 @@ pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = Cow<'_, str>> {
     })
 }
 
-/// The text up to the closing quote, without escapes, and the text after the quote.
+/// Returns the text up to the closing quote with its escape sequences resolved, and the text after the quote.
 fn unquoted(text: &str) -> (String, &str) {
     let (mut segment, mut escaped) = (String::new(), false);
     for (i, c) in text.char_indices() {
@@ -230,7 +234,8 @@ fn fingerprint(text: &str, overrides: &[String]) -> String {
 }
 
 impl TomlNode {
-    /// The child `segment` of a table, or the element of an array by its index (from 0) or `name`, with its location.
+    /// In a table: the value of the key `segment`. In a list: the element with this index (from 0) or `name`. The
+    /// location of the key or the element comes first.
     pub fn child(&self, segment: &str) -> Option<(&ValueSource, &TomlNode)> {
         match &self.value {
             TomlValue::Table(entries) => {
@@ -244,7 +249,7 @@ impl TomlNode {
         }
     }
 
-    /// Description of type and value for messages.
+    /// Describes type and value for messages.
     pub fn describe(&self) -> String {
         match &self.value {
             TomlValue::Table(_) => "a table".to_owned(),
@@ -257,7 +262,7 @@ impl TomlNode {
         }
     }
 
-    /// The value as TOML on one line.
+    /// Formats the value as TOML on one line.
     pub fn to_toml(&self) -> String {
         match &self.value {
             TomlValue::Table(entries) => {
@@ -276,18 +281,19 @@ impl TomlNode {
         }
     }
 
-    /// The value as JSON. Whole floats become integers, because TOML reads 1e5 as a float.
+    /// Converts the value to JSON. Floats without fractional part become integers, because TOML reads 1e5 as a float.
     pub fn to_serde_json(&self) -> serde_json::Value {
         self.value.to_json(|x| if is_whole(x) { (x as i64).into() } else { x.into() })
     }
 }
 
-/// Index in a list of tables, given by a number (from 0) or by the `name` of an element.
+/// Index in a list of tables. `segment` is a number (from 0) or the `name` of an element.
 pub(super) fn element_index(items: &[TomlNode], segment: &str) -> Option<usize> {
     segment.parse().ok().or_else(|| index_of_name(items, segment))
 }
 
-/// Index of the last element with this `name` in a list of tables; results reported by name belong to the last one.
+/// Index of the last table with this `name` in a list. Results reported by name also belong to the last element with
+/// the name.
 pub(super) fn index_of_name(items: &[TomlNode], name: &str) -> Option<usize> {
     items.iter().rposition(|item| name_of(item) == Some(name))
 }
@@ -304,7 +310,8 @@ pub(super) fn is_whole(number: f64) -> bool {
     number.fract() == 0.0 && number.abs() < 9.0e15
 }
 
-/// Basic strings of TOML have the same escape sequences as JSON.
+/// Formats a text as a basic string of TOML. TOML and JSON have the same escape sequences, but JSON does not escape
+/// U+007F.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string().replace('\u{7f}', "\\u007f")
 }
@@ -317,7 +324,7 @@ fn shorten(text: &str) -> String {
     line
 }
 
-/// Document tree of a parsed table; `origin` maps a span to its location.
+/// Converts a parsed table to the document tree. `origin` maps a byte range of the text to a location.
 pub(super) fn table_from_toml(
     parsed: &DeTable<'_>,
     origin: &dyn Fn(Range<usize>) -> ValueSource,

@@ -1,4 +1,5 @@
-//! Mean material of a meshed body at its contact surface or in the whole body, with the scatter of fibres.
+//! Mean material of a meshed body at its contact surface or in the whole body, with the deviation of fibres from the
+//! mean.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
@@ -11,20 +12,22 @@ use crate::mesh::faces::{SurfaceFace, group_faces};
 /// Mean material of a part of a body.
 #[derive(Debug, Clone)]
 pub struct MeanMaterial {
-    /// Material of the first of the averaged elements, with the mean fibre direction if the body has fibres.
+    /// Material of the first averaged element. Its fibre direction is the mean direction if the body has fibres.
     pub material: BodyMaterial,
     /// Largest angle between a fibre and the mean direction, radians.
     pub fibre_spread: f64,
-    /// Largest angle between a material axis and the same axis of the mean material, radians; 0 for isotropic material.
+    /// Largest angle between a material axis of an element and the same axis of the mean material, radians; 0 for
+    /// isotropic material.
     pub axes_spread: f64,
-    /// Names of all materials of the part, without duplicates.
+    /// Names of all materials in this part of the body, without duplicates.
     pub materials: Vec<String>,
 }
 
-/// Mean material of `fe` at the faces of its contact group under the frame. All faces count on a mesh frame, or if none is under
-/// the frame.
+/// Mean material of `fe` at the faces of its contact group under the frame. On a mesh frame, or if no face lies under
+/// the frame, all faces of the group count.
 ///
-/// A fibre axis a (unit vector) has no sign. The mean axis is the first principal axis of ∑ A a aᵀ over the faces with areas A.
+/// A fibre axis a (unit vector) has no sign: a and -a are the same fibre. The mean axis is the first principal axis of
+/// ∑ A a aᵀ over the faces with areas A.
 ///
 /// # Errors
 /// If the contact group is not a group of outer surfaces, a volume group is missing, or a contact face belongs to no solid element.
@@ -49,7 +52,7 @@ pub fn mean_material_under_frame(fe: &MeshedBodyPlan, frame: &FramePlan) -> Resu
     Ok(weighted_mean_material(fe, &regions, &elements))
 }
 
-/// Mean material of the whole body `fe`, all elements with equal weights.
+/// Mean material of the whole body `fe`. All elements have equal weights.
 ///
 /// # Errors
 /// If the mesh has no solid elements, or a volume group is missing. If an element has several materials, none, or no axes.
@@ -105,7 +108,7 @@ fn lies_under(frame: &FramePlan, point: &Point) -> bool {
     }
 }
 
-/// Mean direction of weighted axes without sign, at most 90 degrees from the first axis.
+/// Mean direction of weighted axes, whose signs have no meaning. The mean is at most 90 degrees from the first axis.
 fn mean_axis(lines: &[(Point, f64)]) -> Point {
     let first = lines[0].0;
     if lines.iter().all(|(line, _)| *line == first) {
@@ -117,7 +120,7 @@ fn mean_axis(lines: &[(Point, f64)]) -> Point {
     if mean.dot(&first) < 0.0 { -mean } else { mean }
 }
 
-/// Angle between two axes without sign, radians.
+/// Angle between two axes whose signs have no meaning, radians: 0 to π/2.
 fn angle_between_axes(a: &Point, b: &Point) -> f64 {
     a.cross(b).norm().atan2(a.dot(b).abs())
 }
@@ -126,7 +129,7 @@ fn angle_between_axes(a: &Point, b: &Point) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: axes have no sign. The mean of two axes with equal weights bisects their angle.
+    /// Truth: the sign of an axis has no meaning. The mean of two axes with equal weights bisects their angle.
     #[test]
     fn the_mean_of_lines_is_between_them() {
         let at = |degrees: f64| Point::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0);

@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::mesh::quality::{self, Quality};
 use crate::mesh::{Mesh, gmsh};
 
-/// Meshes of unchanged files, with their quality if it was requested.
+/// Meshes of unchanged files. A mesh also has its quality if the quality was requested.
 #[derive(Debug, Default)]
 pub struct MeshCache(Mutex<HashMap<FileState, KnownMesh>>);
 
@@ -19,7 +19,7 @@ struct KnownMesh {
     quality: Option<Arc<Quality>>,
 }
 
-/// Path, length in bytes and time of the last change.
+/// State of a file: path, length in bytes and time of the last change.
 type FileState = (PathBuf, u64, SystemTime);
 
 impl MeshCache {
@@ -36,12 +36,12 @@ impl MeshCache {
         }
         let mesh = Arc::new(gmsh::read(path)?);
         let mut known = self.lock();
-        // Drops meshes of earlier states of the file.
+        // Removes meshes of earlier states of the file.
         known.retain(|other, _| other.0 != path || *other == state);
         Ok(known.entry(state).or_insert(KnownMesh { mesh, quality: None }).mesh.clone())
     }
 
-    /// Quality of a mesh; computed only once for a mesh of the cache.
+    /// Quality of a mesh. For a mesh in the cache, the quality is computed only once.
     ///
     /// # Errors
     /// As [`quality::check`].

@@ -1,7 +1,8 @@
 //! The scene of the user (TOML) and the validated [`plan::Plan`] of a run.
 //!
-//! [`spec`] defines the keys, and [`document`] locates every value in the file. [`schema_check`] checks the document against the
-//! JSON Schema; `resolve` checks the values against each other and builds the plan. All errors are collected.
+//! [`spec`] defines the keys. [`document`] contains the values of a scene file with their locations in the file.
+//! [`schema_check`] checks the document against the JSON Schema. `resolve` checks the values against each other and
+//! builds the plan. Both checks report all errors, not only the first.
 
 pub mod diagnostic;
 pub mod document;
@@ -30,7 +31,8 @@ fn missing_diagnostic(document: &Document) -> Diagnostic {
         .help("please report this scene as a bug; removing keys one by one finds the key that causes it")
 }
 
-/// Reads the scene file at `path` with overrides `key.path=value`, and its meshes.
+/// Reads the scene file at `path` and its meshes, and builds the plan. `overrides` (`key.path=value`) replace or add
+/// values.
 ///
 /// # Errors
 /// All errors of the scene.
@@ -38,7 +40,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Diagnostics> {
     read_with_meshes(path, overrides, &MeshCache::default())
 }
 
-/// As [`read`], with a cache of meshes.
+/// As [`read`], with the cache `meshes`: a mesh in the cache is not read again.
 ///
 /// # Errors
 /// As [`read`].
@@ -46,7 +48,7 @@ pub fn read_with_meshes(path: &Path, overrides: &[String], meshes: &MeshCache) -
     plan_from_document(parse::read_document(path, overrides)?, meshes)
 }
 
-/// As [`read`], for a scene given as text. The scene has the name and the folder of `path`.
+/// As [`read`], for a scene given as `text`. `path` gives the file name for messages and the folder of relative paths.
 ///
 /// # Errors
 /// As [`read`].
@@ -63,7 +65,7 @@ fn plan_from_document(mut document: Document, meshes: &MeshCache) -> Result<Plan
     let (mut mistakes, unknown) =
         schema_check::check_against_schema(&document, schema::json_schema(), "the scene");
     let clean = mistakes.is_empty();
-    // Without the unknown keys the rest of the scene can still be checked.
+    // Unknown keys are removed, so that the rest of the scene can be checked.
     unknown.iter().for_each(|key| document.remove(key));
     let (plan, nonsense, notes) = resolve::resolve(&document, meshes, &unknown, clean);
     mistakes.extend(nonsense);

@@ -13,7 +13,7 @@ use super::document::{
 };
 use crate::scene::suggest::{closest, quoted_list};
 
-/// Maximum number of segments of an override's key, as in a file.
+/// Maximum number of segments of the key of an override. Keys in a file have the same limit.
 const MAX_KEY_DEPTH: usize = 80;
 
 const MAX_SCENE_BYTES: u64 = 16 << 20;
@@ -46,7 +46,7 @@ pub(super) fn parse_document(
 ) -> Result<Document, Diagnostics> {
     let mut document = Document::new(path, text, overrides);
     let (parsed, errors) = DeTable::parse_recoverable(&document.text);
-    // Later errors mostly follow from the first, for example after an unclosed bracket.
+    // Only the first error is reported. Later errors mostly follow from it, for example after an unclosed bracket.
     let first = errors.iter().min_by_key(|error| error.span().map_or(0, |span| span.start));
     let mut mistakes: Vec<Diagnostic> =
         first.iter().map(|error| syntax_error(&document.text, error.message(), error.span())).collect();
@@ -88,10 +88,10 @@ fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>)
     let line = text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("");
     let found = text.get(span.clone()).unwrap_or("");
     let is_number = |word: &str| word.parse::<f64>().is_ok();
-    // Two numbers in a row within a list or an inline table.
+    // Two adjacent numbers in a list or an inline table indicate a missing comma.
     let numbers = found.split([',', ']', '}']).next().unwrap_or("").split_whitespace();
     let in_list = text.get(start..span.start).is_some_and(|before| before.contains(['[', '{']));
-    // Errors of the crate `toml` have a message, but no kind.
+    // The crate `toml` gives its errors a message but no kind. The texts of the messages are therefore compared.
     let mend = if message.contains("duplicate key") {
         "keep one of the two"
     } else if message.contains("missing comma")
@@ -113,7 +113,8 @@ fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>)
     }
 }
 
-/// Lists are excluded, because commas separate their elements.
+/// Whether a line has a comma between two digits. Lines with lists are excluded, because commas separate their
+/// elements.
 fn has_decimal_comma(line: &str) -> bool {
     let bytes = line.as_bytes();
     !line.contains('[')
@@ -158,7 +159,7 @@ fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), B
     })
 }
 
-/// Value of an override: a TOML value, or a bare word or path that is read as a string.
+/// Value of an override. A bare word or path is read as a string, any other text as a TOML value.
 fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
     let is_path = ["/", "./", "../"].iter().any(|start| text.starts_with(start));
     let bare = (is_path || text.starts_with(|c: char| c.is_ascii_alphabetic()))

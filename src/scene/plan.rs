@@ -1,4 +1,4 @@
-//! The validated inputs of a run. Angles are in radians.
+//! Plan: the validated inputs of a run. Angles are in radians.
 
 mod bodies;
 
@@ -28,7 +28,7 @@ pub use bodies::{
     TemperaturePlan, TruncatedHalfSpacePlan,
 };
 
-/// A scene, validated as far as possible without solving anything.
+/// Inputs of a run from a scene. They are validated as far as possible without a solution.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Title; the name of the file if the scene has no title.
@@ -37,9 +37,9 @@ pub struct Plan {
     pub units: Units,
     /// Body 1 (below) and body 2 (above).
     pub bodies: [BodyPlan; 2],
-    /// Loads of half-spaces, of body 1 and body 2.
+    /// Loads of body 1 and body 2 if they are half-spaces.
     pub half_space_loads: [HalfSpaceLoads; 2],
-    /// Strengths of the materials by name, where the scene gives them.
+    /// Strengths of the materials, by name of the material. Materials without strengths are absent.
     pub strength_limits: BTreeMap<String, MaterialStrength>,
     /// The contact frame.
     pub frame: FramePlan,
@@ -49,12 +49,13 @@ pub struct Plan {
     pub friction: FrictionLaw,
     /// The wear law.
     pub wear: WearLaw,
-    /// For the friction law and the wear law: index (0 or 1) of the body whose fibre the law uses. `None` if the law uses no fibre,
-    /// or has fibre angles of its own.
+    /// Index (0 or 1) of the body whose fibre a law uses: first for the friction law, then for the wear law. `None` if
+    /// the law uses no fibre or has its own fibre angles.
     pub fibre_bodies: [Option<usize>; 2],
     /// Fraction of the wear depth that is taken from body 1.
     pub wear_share: f64,
-    /// Wear depth since the last move, as a fraction of the element height, at which meshes move; `None` if meshes do not move.
+    /// Meshes move when the wear depth since the last move reaches this fraction of the element height. `None` if
+    /// meshes do not move.
     pub mesh_motion_threshold: Option<f64>,
     /// Time integrator of wear over wear jumps.
     pub integrator: Integrator,
@@ -72,7 +73,7 @@ pub struct Plan {
     pub interior_requests: Vec<InteriorPointRequest>,
     /// Required accuracy; `None` if the scene fixes cells, increments and jumps.
     pub accuracy: Option<AccuracyPlan>,
-    /// Interval, in increments, between the written fields of a step without cycles, sliding and rolling.
+    /// Fields are written every `fields_every` increments, in steps without cycles, sliding and rolling.
     pub fields_every: usize,
     /// Cache of the flexibilities of finite-element bodies; `None` without a cache.
     pub flexibility_cache: Option<fem::FlexibilityCache>,
@@ -104,7 +105,7 @@ impl Plan {
         step.wear && self.wear.specific_rate(self.friction.ellipse().filter(|_| step.friction)).is_some()
     }
 
-    /// Replaces the memory limit if `limit` is given, with a note if it exceeds the available memory.
+    /// Replaces the memory limit if `limit` is given. Adds a note if the memory limit exceeds the available memory.
     pub fn override_memory_limit(&mut self, limit: Option<MemoryLimit>) {
         self.memory_limit = limit.unwrap_or(self.memory_limit);
         if self.memory_limit.exceeds_available() {
@@ -125,7 +126,7 @@ pub struct AccuracyPlan {
     pub fixed_parameters: Vec<RefinementParameter>,
 }
 
-/// Loads of a half-space; none for other bodies.
+/// Loads of a half-space; empty for other bodies.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HalfSpaceLoads {
     /// Uniform stress parallel to the surface.
@@ -189,7 +190,7 @@ impl FramePlan {
 }
 
 impl Plan {
-    /// Names of all loads, with the overlap of meshes as interference.
+    /// Names of all loads of the bodies. If the overlap of the meshes is a load, its name is included.
     pub fn load_names(&self) -> BTreeSet<String> {
         let of_bodies = [0, 1].into_iter().flat_map(|index| self.load_cases(index));
         let all = of_bodies.chain(self.gap.as_meshed.then(LoadCase::interference));

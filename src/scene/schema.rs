@@ -25,8 +25,8 @@ pub fn json_schema_of<T: JsonSchema>() -> Value {
         .to_value()
 }
 
-/// Removes `format`, which names number types of Rust. Removes null: keys may be absent, but no file contains null. Replaces a
-/// choice with one remaining branch by this branch.
+/// Simplifies a schema. Removes `format`, which names number types of Rust. Removes null, because a TOML file cannot
+/// contain null. Replaces a choice by its branch if only one branch remains.
 fn tidy(schema: &mut schemars::Schema) {
     let Some(schema) = schema.as_object_mut() else { return };
     if let Some(Value::Array(branches)) = schema.get_mut("anyOf") {

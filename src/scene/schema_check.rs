@@ -6,8 +6,8 @@ use super::diagnostic::{Diagnostic, DiagnosticKind};
 use super::document::{Document, Location, TomlEntry, TomlNode, TomlValue, is_whole, join_key};
 use super::suggest::{closest, quoted_list};
 
-/// Returns the schema violations of `document`, and its keys that are not in the schema. `what` names the document in messages:
-/// "the scene".
+/// Returns the schema violations of `document`, and its keys that are not in the schema. `what` names the document in
+/// messages, such as "the scene".
 pub fn check_against_schema(
     document: &Document,
     schema: &Json,
@@ -19,7 +19,7 @@ pub fn check_against_schema(
     (walk.diagnostics, walk.unknown_keys)
 }
 
-/// Schemas of the number and of the list, if `branches` has both.
+/// Branches for a number and for a list, if `branches` contains both.
 fn number_or_list(branches: &[Json]) -> Option<[&Json; 2]> {
     let of_type = |name: &str| branches.iter().find(|b| b.get("type").and_then(Json::as_str) == Some(name));
     Some([of_type("number").or_else(|| of_type("integer"))?, of_type("array")?])
@@ -42,7 +42,7 @@ impl<'a> SchemaWalk<'a> {
         if key.is_empty() { self.what.to_owned() } else { format!("`{key}`") }
     }
 
-    /// The schema that a `$ref` points to, or `schema` itself.
+    /// Returns the schema to which `$ref` of `schema` points, or `schema` itself without `$ref`.
     fn dereference(&self, schema: &'a Json) -> &'a Json {
         let target = schema.get("$ref").and_then(Json::as_str).and_then(|r| r.strip_prefix('#'));
         target.and_then(|pointer| self.root.pointer(pointer)).unwrap_or(schema)
@@ -60,7 +60,7 @@ impl<'a> SchemaWalk<'a> {
         if let Some(types) = schema.get("type").and_then(Json::as_array) {
             let whole = !types.iter().any(|kind| kind == "number");
             return match node.value {
-                // Bounds apply to numbers only.
+                // The bounds of the schema apply to numbers, not to texts.
                 TomlValue::Integer(_) => self.check_number(node, schema, key, true),
                 TomlValue::Float(_) if !whole => self.check_number(node, schema, key, false),
                 TomlValue::String(_) => {}
@@ -83,7 +83,8 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// Checks a value against alternative schemas. Its type, or the tag of a table, selects one of them.
+    /// Checks a value against alternative schemas. The type of the value, or the tag of a table (such as `kind`),
+    /// selects the schema.
     fn check_branches(&mut self, node: &TomlNode, branches: &'a [Json], key: &str) {
         let array = branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "array"));
         if let (Some(array), TomlValue::Array(_)) = (array, &node.value) {
@@ -130,7 +131,7 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// Checks a string against the allowed words. `others` describes further allowed values.
+    /// Checks a string against the allowed words. `others` describes other allowed values for messages.
     fn check_word(&mut self, node: &TomlNode, words: &[&str], others: &str, key: &str) {
         let allowed = format!("{others}{}", quoted_list(words, "\""));
         let TomlValue::String(found) = &node.value else {
@@ -208,7 +209,7 @@ impl<'a> SchemaWalk<'a> {
         let required = schema.get("required").and_then(Json::as_array).into_iter().flatten();
         let known = names(schema);
         for name in required.filter_map(Json::as_str) {
-            // A misspelt key is reported once, as an unknown key.
+            // A misspelt required key is reported as an unknown key only.
             let there = |entry: &TomlEntry| {
                 entry.name == name
                     || (!known.contains(&entry.name.as_str()) && closest(&entry.name, &known) == Some(name))
@@ -313,8 +314,8 @@ impl<'a> SchemaWalk<'a> {
         }
     }
 
-    /// Checks that a number is finite and within the bounds of the schema. A `whole` number must be an integer of magnitude at most
-    /// [`MAX_INTEGER`]. Another number must be 0 or have a magnitude within [`MAGNITUDE_RANGE`].
+    /// Checks that a number is finite and within the bounds of the schema. If `whole`, the number must be an integer of
+    /// magnitude at most [`MAX_INTEGER`]. Otherwise it must be 0 or have a magnitude within [`MAGNITUDE_RANGE`].
     fn check_number(&mut self, node: &TomlNode, schema: &'a Json, key: &str, whole: bool) {
         let found = match node.value {
             TomlValue::Integer(number) => number as f64,
@@ -357,7 +358,7 @@ impl<'a> SchemaWalk<'a> {
         self.report_type(node, key, wanted, format!("give {wanted}"));
     }
 
-    /// As [`Self::report_wrong_type`], with help for a number in quotes.
+    /// As [`Self::report_wrong_type`]. The help also covers a number in quotes.
     fn report_no_number(&mut self, node: &TomlNode, key: &str, wanted: &str) {
         let TomlValue::String(text) = &node.value else { return self.report_wrong_type(node, key, wanted) };
         let (found, with_point) = (text.trim(), text.trim().replace(',', "."));
@@ -377,7 +378,7 @@ impl<'a> SchemaWalk<'a> {
     }
 }
 
-/// Keys of earlier versions, with help.
+/// Keys that were removed from the schema, each with its help text.
 const REMOVED_KEYS: [(&str, &str); 2] = [
     (
         "wear.beyond_critical",
@@ -386,7 +387,7 @@ const REMOVED_KEYS: [(&str, &str); 2] = [
     ("solver.precision", "remove it: all products with the flexibility matrix use double precision"),
 ];
 
-/// Values of earlier versions, with help.
+/// Values that were removed from the schema, each with its help text.
 const REMOVED_VALUES: [(&str, &str); 4] = [
     ("gauss-seidel", "remove `method`, or use \"auto\": Newton's method solves these contacts"),
     ("mirror-half", "remove it: mirror-symmetric grids are always computed in full"),
@@ -394,15 +395,15 @@ const REMOVED_VALUES: [(&str, &str); 4] = [
     ("reduced-precision", "remove it: all products with the flexibility matrix use double precision"),
 ];
 
-/// The help lists the keys of a table up to this number.
+/// Maximum number of keys of a table that the help lists.
 const MAX_KEYS_IN_HELP: usize = 4;
 
 const MAX_INTEGER: f64 = 1e15;
 
-/// Allowed magnitudes of numbers other than 0. Products of up to three such numbers stay within the range of f64.
+/// Allowed magnitudes of numbers other than 0. The range keeps products of up to three numbers within the range of f64.
 pub(super) const MAGNITUDE_RANGE: [f64; 2] = [1e-100, 1e100];
 
-/// The key whose constant distinguishes the branches.
+/// The tag of the branches: a key with a different constant value in each branch.
 fn tag_of(branches: &[Json]) -> Option<&str> {
     let first = branches.first()?.get("properties")?.as_object()?;
     let (tag, _) = first.iter().find(|(_, schema)| schema.get("const").is_some())?;
@@ -418,7 +419,7 @@ fn number_branch(branches: &[Json]) -> Option<&Json> {
 }
 
 fn branch_words(branches: &[Json]) -> Vec<&str> {
-    // Words beside a number are nested in a `oneOf`.
+    // In a choice between a number and words, the schema nests the words in a `oneOf`.
     let branches = branches.iter().flat_map(|branch| match branch.get("oneOf").and_then(Json::as_array) {
         Some(inner) => inner.as_slice(),
         None => std::slice::from_ref(branch),
@@ -442,7 +443,7 @@ fn names(schema: &Json) -> Vec<&str> {
         .collect()
 }
 
-/// Description of the bounds in `schema`, if `found` violates one of them.
+/// Describes the bounds in `schema` if `found` violates one of them.
 fn violated_bounds(found: f64, schema: &Json) -> Option<String> {
     let bound = |name: &str| schema.get(name).and_then(Json::as_f64);
     let (least, most) = (bound("minimum"), bound("maximum"));
@@ -478,7 +479,7 @@ fn last(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
-/// The last segment that is a name, and the indices after it: `cells.0` in `frame.cells.0`.
+/// The last segment of `key` that is a name, and the indices after this segment: `cells.0` in `frame.cells.0`.
 fn last_named_segment(key: &str) -> &str {
     let mut start = key.len();
     for part in key.rsplit('.') {

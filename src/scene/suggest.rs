@@ -2,7 +2,8 @@
 
 use strsim::osa_distance;
 
-/// The candidate nearest to `word`, within an edit distance of a third of the word's length (at least 1).
+/// Returns the candidate nearest to `word`. Its edit distance is at most a third of the length of `word`, or 1 for
+/// short words.
 pub(crate) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let plain = normalised(word);
     let most = (plain.chars().count() / 3).max(1);
@@ -14,7 +15,7 @@ pub(crate) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str>
         .map(|(_, candidate)| candidate)
 }
 
-/// Words in quotes, separated by commas; "none" without words.
+/// Joins words in quotes, separated by commas. Returns "none" if there are no words.
 pub(crate) fn quoted_list(words: &[&str], quote: &str) -> String {
     if words.is_empty() {
         return "none".to_owned();
@@ -30,7 +31,7 @@ fn normalised(word: &str) -> String {
 mod tests {
     use super::closest;
 
-    /// Truth: words with one typing error are found; a word with another meaning is not suggested.
+    /// Truth: words with one typing error are found. A word with another meaning is not suggested.
     #[test]
     fn slips_of_the_finger_are_found() {
         let keys = ["radius", "kind", "half_width", "cells"];

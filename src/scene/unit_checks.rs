@@ -1,5 +1,5 @@
-//! Warnings about magnitudes that do not occur in realistic scenes and indicate mixed-up units. Only the rule for moduli reads the
-//! names of units.
+//! Warnings about unrealistic magnitudes in a scene, which indicate mixed-up units. Only the check of moduli depends on
+//! the names of the units.
 
 use std::f64::consts::PI;
 
@@ -10,16 +10,17 @@ use crate::frame::GapShape;
 use crate::geometry::{Point, bounds, format_short};
 use crate::material::{PlacedMaterial, Stiffness};
 
-/// Values that moduli of stiff solids have in GPa, but not in MPa.
+/// Range of numbers that are moduli of stiff solids in GPa, but not in MPa.
 const GPA_LIKE_MODULI_MPA: [f64; 2] = [2.0, 1000.0];
 
-/// Poisson's ratios of stiff solids. Rubber (0.45 to 0.5) and foam can have moduli of a few MPa.
+/// Range of Poisson's ratios of stiff solids. Materials outside this range, such as rubber (0.45 to 0.5) and foam, can
+/// have moduli of a few MPa.
 const STIFF_POISSON_RATIOS: [f64; 2] = [0.15, 0.42];
 
-/// Upper limit of Young's modulus, above diamond (1.2e6 MPa).
+/// Upper limit of Young's modulus. Diamond has 1.2e6 MPa.
 const MAX_MODULUS_MPA: f64 = 5e6;
 
-/// Thermal strain above those of solids: rubber with 2e-4 per kelvin reaches 0.1 at 500 K.
+/// Upper limit of realistic thermal strains. Rubber with 2e-4 per kelvin reaches 0.1 at a change of 500 K.
 const MAX_THERMAL_STRAIN: f64 = 0.1;
 
 /// Ratio of moduli above which the deformation of the stiffer body is negligible.
@@ -63,7 +64,7 @@ fn materials(body: &BodyPlan) -> Vec<(&str, &Stiffness)> {
 }
 
 fn check_moduli(plan: &Plan, notes: &mut Vec<String>) {
-    // 1 MPa in the stress unit of the scene.
+    // 1 MPa in the unit of stress of the scene.
     let mpa = match (plan.units.force.as_str(), plan.units.length.as_str()) {
         ("N", "mm") => 1.0,
         ("N", "m") => 1e6,
@@ -138,7 +139,8 @@ fn check_modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
     }
 }
 
-/// Smallest half-width and cell side of a grid frame. A periodic direction counts only if both are periodic.
+/// Smallest half-width and cell side of a grid frame over its directions. A periodic direction counts only if both
+/// directions are periodic.
 fn grid_half_width_and_cell(frame: &FramePlan) -> Option<[f64; 2]> {
     let FramePlan::Grid { half_width, cells, periodic, .. } = frame else { return None };
     let cell = |axis: usize| 2.0 * half_width[axis] / cells[axis] as f64;
@@ -150,7 +152,7 @@ fn grid_half_width_and_cell(frame: &FramePlan) -> Option<[f64; 2]> {
     )
 }
 
-/// Length of the frame along its only periodic direction.
+/// Length of the frame along its periodic direction, if exactly one direction is periodic (line contact).
 fn line_contact_length(frame: &FramePlan) -> Option<f64> {
     match frame {
         FramePlan::Grid { half_width, periodic: [true, false], .. } => Some(2.0 * half_width[0]),
@@ -159,8 +161,8 @@ fn line_contact_length(frame: &FramePlan) -> Option<f64> {
     }
 }
 
-/// Half-width and cell side of any frame. For a mesh frame, both follow from the two largest extents and the number of faces of the
-/// contact group.
+/// Half-width and cell side of any frame. On a mesh frame, they follow from the two largest extents of the contact
+/// group and its number of faces.
 fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     let FramePlan::Mesh { body, .. } = plan.frame else { return grid_half_width_and_cell(&plan.frame) };
     let fe = plan.bodies[body].as_meshed()?;
@@ -170,7 +172,7 @@ fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
     Some([0.5 * sides[2], (sides[2] * sides[1] / faces.max(1) as f64).sqrt()])
 }
 
-/// Radius of curvature of a gap with a curved shape: the geometric mean of both radii for ellipsoids.
+/// Radius of curvature of a curved gap. For ellipsoids: geometric mean of the two radii. `None` for other shapes.
 fn radius(plan: &Plan) -> Option<f64> {
     match plan.gap.shape {
         GapShape::Sphere { radius } | GapShape::Cylinder { radius, .. } => Some(radius),
@@ -227,7 +229,8 @@ fn check_contact_size(plan: &Plan, notes: &mut Vec<String>) {
     }
 }
 
-/// Contact half-width for the largest normal force (Hertz), correct within a factor of a few.
+/// Contact half-width at the largest prescribed normal force (Hertz), correct within a factor of a few. Also returns
+/// the force as text.
 fn hertz_half_width(plan: &Plan, radius: f64) -> Option<(String, f64)> {
     let force = (plan.steps.iter())
         .filter_map(|step| if let Some(Normal::Force(force)) = step.normal { Some(force) } else { None })

@@ -1,4 +1,4 @@
-//! Discretisations of the bodies in the variants of a scene, and their meshes.
+//! Models of the bodies in the variants of a scene, and meshes for these models.
 
 use std::fmt;
 use std::sync::Arc;
@@ -76,10 +76,10 @@ impl std::str::FromStr for DiscretisationPair {
     }
 }
 
-/// Meshes and elements of a body in variants that replace its model.
+/// Meshes and elements of a body for variants that replace its model.
 #[derive(Debug, Clone)]
 pub struct AlternativeMeshes {
-    /// Closed surface mesh; `None` for the boundary of the body's own mesh.
+    /// Closed surface mesh; `None` for the boundary surface of the body's own mesh.
     pub surface: Option<Arc<Mesh>>,
     /// Interpolation of displacement and traction over the boundary elements.
     pub interpolation: Interpolation,

@@ -66,9 +66,10 @@ pub struct FibreAngles {
 /// Finite body of boundary elements.
 #[derive(Debug, Clone)]
 pub struct BeBodyPlan {
-    /// Closed surface mesh with outward normals and one material, without volume elements and foundations.
+    /// Body with a closed surface mesh and one material. The normals point outward; there are no volume elements and no
+    /// foundations.
     pub meshed: MeshedBodyPlan,
-    /// Volume mesh from which the surface was extracted, if there is one.
+    /// Volume mesh from which the surface mesh was extracted, if any.
     pub solids: Option<Arc<Mesh>>,
     /// Interpolation of displacement and traction over an element.
     pub interpolation: Interpolation,
@@ -79,7 +80,7 @@ pub struct BeBodyPlan {
 pub struct MeshedBodyPlan {
     /// Material of the body, with its fibre direction if that is uniform.
     pub material: BodyMaterial,
-    /// Whether fibre directions are given in any form.
+    /// Whether the scene gives fibre directions in any form.
     pub has_fibre: bool,
     /// Mesh of the body.
     pub mesh: Arc<Mesh>,
@@ -97,11 +98,12 @@ pub struct MeshedBodyPlan {
     pub tractions: Vec<GroupLoad<[f64; 3]>>,
     /// Body force per volume along x, y, z.
     pub body_force: [f64; 3],
-    /// Amplitude of the body force.
+    /// Load case of the body force: name and preload of its amplitude.
     pub body_force_case: LoadCase,
     /// Uniform change of temperature.
     pub temperature: Option<TemperaturePlan>,
-    /// Material of each volume group; `None` for the elements outside all named regions.
+    /// Volume groups with their materials. The name `None` stands for the elements outside all volume groups in this
+    /// list.
     pub regions: Vec<(Option<String>, RegionMaterial)>,
     /// Formulation of 8-node hexahedra, or an element type that the mesh must contain; `None` for the default formulation.
     pub element: Option<Element>,
@@ -114,7 +116,7 @@ pub struct MeshedBodyPlan {
 pub struct TemperaturePlan {
     /// Change at amplitude 1, K.
     pub change: f64,
-    /// Amplitude.
+    /// Load case of the change of temperature.
     pub case: LoadCase,
 }
 
@@ -125,7 +127,7 @@ pub struct GroupLoad<T> {
     pub group: String,
     /// Value at amplitude 1.
     pub value: T,
-    /// Amplitude.
+    /// Load case of the load.
     pub case: LoadCase,
 }
 
@@ -138,9 +140,9 @@ pub struct PrescribedDisplacement {
     pub group: String,
     /// Prescribed values along x, y, z.
     pub values: [Option<f64>; 3],
-    /// Gradients of the prescribed values along x, y, z, one row per component.
+    /// Gradients of the prescribed values. Each row contains the derivatives of one component along x, y, z.
     pub gradient: [[f64; 3]; 3],
-    /// Amplitude of the displacement.
+    /// Load case of the displacement.
     pub case: LoadCase,
 }
 
@@ -162,7 +164,8 @@ impl From<TemperatureChange> for TemperaturePlan {
 }
 
 impl BodyMaterial {
-    /// Thermal strain of a change of temperature (K), a tensor in global axes; zero if the expansion is unknown.
+    /// Thermal strain tensor, global axes, due to a temperature change `change` in K. Zero if the coefficients of
+    /// expansion are not given.
     pub fn thermal_strain(&self, change: f64) -> Matrix3<f64> {
         let Some(expansion) = self.expansion else { return Matrix3::zeros() };
         let axes = self.material_axes(0.0);
@@ -191,13 +194,13 @@ impl BeBodyPlan {
         self.spec_with_loads(self.meshed.fem_spec(name))
     }
 
-    /// For each load case, the input of the boundary-element module with the loads of this case alone.
+    /// Input of the boundary-element module for each load case. Each input contains the loads of its case only.
     pub fn load_specs(&self, name: &str) -> Vec<(LoadCase, body::BeSpec)> {
         let specs = self.meshed.load_specs(name).into_iter();
         specs.map(|(case, spec)| (case, self.spec_with_loads(spec))).collect()
     }
 
-    /// Input of the boundary-element module with the loads of a finite-element body.
+    /// Converts the input of the finite-element module to the input of the boundary-element module.
     fn spec_with_loads(&self, spec: fem::FeSpec) -> body::BeSpec {
         let fem::FeSpec {
             name, supports, pressures, tractions, body_force, temperature_change, mesh, ..
@@ -217,7 +220,7 @@ impl BeBodyPlan {
 }
 
 impl PrescribedDisplacement {
-    /// A support of `group` with all components free.
+    /// Prescribed displacement of `group` with all components free.
     pub fn free(key: String, group: &str) -> Self {
         let (values, gradient, case) = ([None; 3], [[0.0; 3]; 3], LoadCase::default());
         Self { key, group: group.to_owned(), values, gradient, case }
@@ -237,7 +240,7 @@ impl MeshedBodyPlan {
         group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(self.mesh.kind(cell))))
     }
 
-    /// Whether the scene gives pressures, tractions, a nonzero body force or a change of temperature for the body.
+    /// Whether the body has pressures, tractions, a nonzero body force or a change of temperature.
     pub fn is_loaded(&self) -> bool {
         !self.pressures.is_empty()
             || !self.tractions.is_empty()
@@ -245,7 +248,7 @@ impl MeshedBodyPlan {
             || self.temperature.is_some()
     }
 
-    /// Groups of contact, supports, foundations and loads. A group may occur several times.
+    /// Names of the groups of contact, supports, foundations and loads. A group may occur several times.
     pub fn groups(&self) -> impl Iterator<Item = &str> {
         let supports = self.supports.iter().map(|support| &support.group);
         let foundations = self.foundations.iter().map(|foundation| &foundation.group);
@@ -259,8 +262,8 @@ impl MeshedBodyPlan {
         all.map(String::as_str)
     }
 
-    /// Load cases of the body, in the order of their first loads: pressures, tractions, body force, temperature, prescribed
-    /// displacements.
+    /// Load cases of the body, without duplicates. The order is pressures, tractions, body force, temperature,
+    /// prescribed displacements.
     pub fn load_cases(&self) -> Vec<&LoadCase> {
         let forced = self.body_force != [0.0; 3] || self.body_force_case.name.is_some();
         let forced = forced.then_some(&self.body_force_case);
@@ -285,7 +288,7 @@ impl MeshedBodyPlan {
         self.spec_with_loads(name, |_| true)
     }
 
-    /// For each load case, the input of the finite-element module with the loads of this case alone.
+    /// Input of the finite-element module for each load case. Each input contains the loads of its case only.
     pub fn load_specs(&self, name: &str) -> Vec<(LoadCase, fem::FeSpec)> {
         let spec = |case: &LoadCase| (case.clone(), self.spec_with_loads(name, |other| other == case));
         self.load_cases().into_iter().map(spec).collect()
@@ -322,7 +325,7 @@ impl MeshedBodyPlan {
     }
 }
 
-/// Groups and values of the loads that act.
+/// Groups and values of the loads whose load case satisfies `acts`.
 fn loads_of<T: Copy>(loads: &[GroupLoad<T>], acts: impl Fn(&LoadCase) -> bool) -> Vec<(String, T)> {
     loads.iter().filter(|load| acts(&load.case)).map(|load| (load.group.clone(), load.value)).collect()
 }
@@ -350,8 +353,8 @@ impl BodyPlan {
         }
     }
 
-    /// Names and coefficients of thermal expansion of the materials in use. Empty for a rigid body, and for elements without material,
-    /// which are reported elsewhere.
+    /// Names of the materials in use, with their coefficients of thermal expansion. Empty for a rigid body. Also empty
+    /// if an element has no valid material, which is reported elsewhere.
     pub fn expansions(&self) -> BTreeMap<String, Option<[f64; 3]>> {
         match self.as_fe() {
             Some(fe) => match ElementMaterials::new(&fe.fem_spec("body")) {
@@ -365,7 +368,7 @@ impl BodyPlan {
         }
     }
 
-    /// Whether fibre directions are given.
+    /// Whether the scene gives fibre directions for the body.
     pub fn has_fibre(&self) -> bool {
         match self.as_meshed() {
             Some(meshed) => meshed.has_fibre,
@@ -373,7 +376,7 @@ impl BodyPlan {
         }
     }
 
-    /// The finite-element body, if it is one.
+    /// Plan of a finite-element body; `None` for other bodies.
     pub fn as_fe(&self) -> Option<&MeshedBodyPlan> {
         match self {
             Self::Fe(fe) => Some(fe),
@@ -381,7 +384,7 @@ impl BodyPlan {
         }
     }
 
-    /// The boundary-element body, if it is one.
+    /// Plan of a boundary-element body; `None` for other bodies.
     pub fn as_be(&self) -> Option<&BeBodyPlan> {
         match self {
             Self::Be(be) => Some(be),
@@ -389,7 +392,7 @@ impl BodyPlan {
         }
     }
 
-    /// The meshed body, of finite or boundary elements, if it is one.
+    /// Plan of a body with a mesh (finite or boundary elements); `None` for other bodies.
     pub fn as_meshed(&self) -> Option<&MeshedBodyPlan> {
         match self {
             Self::Fe(fe) => Some(fe),

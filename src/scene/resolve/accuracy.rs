@@ -1,10 +1,10 @@
-//! Required accuracy of a scene.
+//! Resolves the required accuracy of a scene.
 
 use super::resolver::Resolver;
 use crate::scene::plan::AccuracyPlan;
 use crate::scene::spec::accuracy::{Accuracy, AccuracyQuantity, AccuracyTable};
 
-/// The outer `None` marks an error, the inner one an absent key.
+/// Resolves the key `accuracy`. Returns `None` after an error, and `Some(None)` if the scene does not have the key.
 pub(super) fn resolve(r: &mut Resolver) -> Option<Option<AccuracyPlan>> {
     if r.document.get("accuracy").is_none() {
         return Some(None);

@@ -1,4 +1,4 @@
-//! Finite bodies of boundary elements: closed surface, groups and supports.
+//! Resolves finite bodies of boundary elements: closed surface, groups, supports and loads.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -73,7 +73,7 @@ fn as_fe_keys(body: BeBody) -> FeBody {
     }
 }
 
-/// Reports supports that are not on the outer surface, where all nodes of boundary elements lie.
+/// Reports supports that are not on the outer surface. All nodes of boundary elements lie on the outer surface.
 fn check_surface_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     let fixed = body.fixed.iter().enumerate().map(|(i, fixed)| (format!("fixed.{i}"), &fixed.group));
     let displaced =
@@ -89,7 +89,8 @@ fn check_surface_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh)
     }
 }
 
-/// The closed surface of a surface mesh, or the boundary surface of a volume mesh, with outward normals.
+/// Returns the closed surface of a body, with outward normals. It is `mesh` itself, or the boundary surface of a volume
+/// mesh.
 pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Option<Mesh> {
     let skin = mesh.volume_cells().next().is_some().then(|| closed_surface::boundary_surface(mesh));
     let oriented = closed_surface::orient_outward(skin.as_ref().unwrap_or(mesh));
@@ -108,7 +109,9 @@ fn check_rigid_body_modes(r: &mut Resolver, key: &str, be: &BeBodyPlan) {
     report_rigid_body_modes(r, key, modes, &be.meshed.supports, [key, help]);
 }
 
-/// Reports nodes that several loads displace along one direction by the same values at amplitude 1.
+/// Reports a node that several loads displace along one direction. The check of all loads together accepts the node if
+/// the values at amplitude 1 are equal. The amplitudes may differ in later steps, so only one load may displace a node
+/// along a direction.
 fn report_shared_dofs(r: &mut Resolver, key: &str, be: &BeBodyPlan) {
     let Some(error) = be.load_specs(key).into_iter().find_map(|(_, spec)| spec.free_motions().err()) else {
         return;

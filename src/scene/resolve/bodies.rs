@@ -1,4 +1,5 @@
-//! Bodies: materials, meshes, groups, supports and loads.
+//! Resolves finite-element bodies: materials, meshes, groups, supports and loads. Boundary-element bodies use some of
+//! the functions.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -36,7 +37,7 @@ pub(super) fn resolve_fe(
         return None;
     };
     check_quality(r, &format!("{key}.mesh"), &mesh);
-    // `check_quality` has reported a mesh without volume elements.
+    // `check_quality` reports a mesh without volume elements.
     mesh.volume_cells().next()?;
     let regions = placements::resolve(r, key, body, &mesh, materials);
     let before = r.diagnostics.len();
@@ -55,7 +56,7 @@ pub(super) fn resolve_fe(
     Some(BodyPlan::Fe(Box::new(spec)))
 }
 
-/// Plan of a meshed body; `None` if its material is invalid, which is reported elsewhere.
+/// Plan of a meshed body. `None` if its material is invalid; the error is reported with the material.
 pub(super) fn meshed_plan(
     body: &FeBody,
     mesh: Arc<Mesh>,
@@ -125,7 +126,7 @@ fn load_case(name: &Option<String>, preload: bool) -> LoadCase {
     LoadCase { name: name.clone(), preload }
 }
 
-/// The body's own material, with its fibre direction if uniform. Errors are reported elsewhere.
+/// Material of the body, with its fibre direction if uniform. Errors are reported with the material.
 fn body_material(body: &FeBody, materials: &Materials) -> Option<BodyMaterial> {
     let ElasticMaterial { stiffness, isotropic, expansion, .. } = materials.get(&body.material)?.clone()?;
     let fibre = body.fibre.as_ref().and_then(orientations::uniform_angles);
@@ -148,7 +149,7 @@ pub(super) fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &M
     r.accept(group_faces(mesh, &body.contact), &format!("{key}.contact"), ["this group", mend]);
 }
 
-/// Reports contradictory supports and unconstrained parts, and notes unconstrained rigid-body modes.
+/// Reports contradictory supports and unconstrained parts of the mesh. Notes unconstrained rigid-body modes.
 fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     if support_conflicts::report_conflicts(r, spec) > 0 {
         return;
@@ -162,7 +163,8 @@ fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &Mes
     report_rigid_body_modes(r, key, modes, &spec.supports, [&place, help]);
 }
 
-/// Notes unconstrained rigid-body modes. Reports an error of `modes` at the support that causes it, otherwise at `place`.
+/// Notes unconstrained rigid-body modes. An error in `modes` is reported at the support that causes it, else at
+/// `place`.
 pub(super) fn report_rigid_body_modes(
     r: &mut Resolver,
     key: &str,
@@ -246,7 +248,7 @@ fn prescribed_displacement(
     sound.then_some(support)
 }
 
-/// Reports foundations that are not admissible. Returns whether all are admissible.
+/// Reports foundations whose stiffness is negative or zero. Returns whether all foundations are valid.
 fn check_foundations(r: &mut Resolver, key: &str, body: &FeBody) -> bool {
     let mut sound = true;
     for (i, foundation) in body.foundation.iter().enumerate() {
@@ -294,7 +296,7 @@ fn refuse_force_across(r: &mut Resolver, key: &str, body: &FeBody, group: &str, 
     }
 }
 
-/// A component that is named twice is probably a typing error.
+/// Reports components that are named twice, which is probably a typing error.
 fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Component]) {
     let twice = |(i, component): (usize, &Component)| components[..i].contains(component);
     if components.iter().enumerate().any(twice) {

@@ -1,4 +1,4 @@
-//! Variants of the bodies for comparisons.
+//! Resolves the variants of the bodies for comparisons.
 
 use std::sync::Arc;
 
@@ -82,7 +82,7 @@ fn alternative_meshes(
     }
 }
 
-/// The mesh, or `None` if it lacks a surface group of the body. A missing group is reported.
+/// Returns `mesh` if it has all surface groups of the body. Otherwise reports the missing groups and returns `None`.
 fn mesh_with_groups(
     r: &mut Resolver,
     place: &str,
@@ -90,7 +90,8 @@ fn mesh_with_groups(
     mesh: &Arc<Mesh>,
 ) -> Option<Arc<Mesh>> {
     let before = r.diagnostics.len();
-    // Only outer surface groups are checked. Without another group, a variant may be impossible, but the scene is valid.
+    // Only outer surface groups are required. If another group is missing, the scene is valid, but a variant may be
+    // impossible.
     for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {
         let mend = "the second mesh of a body needs the same contact, support and load groups as the first";
         r.accept(group_faces(mesh, group), place, ["this mesh", mend]);

@@ -1,4 +1,4 @@
-//! Fretting cycles and steady sliding.
+//! Resolves fretting cycles and steady sliding.
 
 use super::laws::{Laws, lacks_friction};
 use super::resolver::Resolver;
@@ -56,7 +56,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
     (r.diagnostics.len() == before).then_some(kind)
 }
 
-/// Refuses a wear step whose law needs the friction energy, but which has no friction.
+/// Reports a step without friction but with wear, if the wear law depends on the friction energy.
 fn check_friction_energy(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option<&Laws>) {
     let by_energy = laws.is_some_and(|laws| {
         matches!(laws.wear, WearLaw::Energy { .. }) && laws.friction != FrictionLaw::None
@@ -69,12 +69,13 @@ fn check_friction_energy(r: &mut Resolver, key: &str, step: &StepKeys, laws: Opt
     }
 }
 
-/// Quantity that follows the path, and its amplitude along the path's angle. Without amplitude, loads of the bodies vary alone.
+/// Quantity that follows the path (displacement or force), and its amplitude along the path's angle. If only loads of
+/// the bodies vary, the amplitude is 0.
 fn drive_and_amplitude(r: &mut Resolver, key: &str, cycles: &Keys) -> Option<(Drive, f64)> {
     Some(match (cycles.amplitude, cycles.force_amplitude) {
         (Some(amplitude), None) => (Drive::Shift, amplitude.0),
         (None, Some(amplitude)) => (Drive::Force, amplitude.0),
-        // Body 2 is held, or carries a constant force (`steps`).
+        // Body 2 keeps its position or its tangential force; `keep_tangential_control` in `steps` decides which.
         (None, None) if cycles.path == CyclePath::Line && cycles.loads.values().any(|by| *by != 0.0) => {
             if cycles.angle != 0.0 {
                 let message = "`angle` is the direction of the stroke, but only loads of the bodies vary";
@@ -153,7 +154,8 @@ fn check_force_amplitude(r: &mut Resolver, key: &str, step: &StepKeys, cycles: &
     }
 }
 
-/// Reports `increments` and all controls except the normal control, which changes linearly over the step.
+/// Reports `increments` and all controls except `approach` and `normal_force`. These two may change linearly over the
+/// step.
 fn reject_other_controls(r: &mut Resolver, key: &str, what: &str, step: &StepKeys) {
     let [_, others @ ..] = prescribed_controls(step);
     for (name, _) in others.iter().flatten().filter(|(_, there)| *there) {
@@ -173,7 +175,8 @@ fn reject_other_controls(r: &mut Resolver, key: &str, what: &str, step: &StepKey
     }
 }
 
-/// Displacement and force keys of each direction, and whether the step gives them.
+/// Keys of the prescribed displacement and force of each direction: normal, tangential, tilt and spin. The flag states
+/// whether the step gives the key.
 pub(super) fn prescribed_controls(keys: &StepKeys) -> [[(&'static str, bool); 2]; 4] {
     [
         [("approach", keys.approach.is_some()), ("normal_force", keys.normal_force.is_some())],

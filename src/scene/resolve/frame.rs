@@ -1,4 +1,4 @@
-//! The contact frame and the initial gap.
+//! Resolves the contact frame and the initial gap.
 
 use crate::frame::height_table::HeightTable;
 use crate::frame::{self, ContactFrame, GapShape, InitialGap, Side, height_file};
@@ -40,7 +40,7 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) ->
     }
 }
 
-/// Reports settings that a periodic frame excludes; `None` if there are any.
+/// Reports settings that a periodic frame excludes. Returns `None` if the scene has any of them.
 fn check_periodic(
     r: &mut Resolver,
     bodies: &[Option<BodyPlan>; 2],
@@ -75,21 +75,23 @@ fn extends_beyond_frame(outline: &frame::Outline, half_width: [f64; 2], periodic
     (0..2).any(|k| !periodic[k] && extent[k].iter().any(|x| x.abs() > half_width[k] * (1.0 + 1e-9)))
 }
 
-/// Mean area of the contact faces of a body; infinite if they are invalid, which is reported elsewhere.
+/// Mean area of the contact faces of a body. Infinite if the faces are invalid, which is reported elsewhere.
 fn mean_face_area(fe: &MeshedBodyPlan) -> f64 {
     ContactFrame::from_faces(&fe.mesh, &fe.contact, Side::Lower, [0.0; 2], 0.0)
         .map_or(f64::INFINITY, |frame| frame.mean_cell_area())
 }
 
-/// Default points of the cells: nodes on finite elements with linear contact faces, if neither body is a half-space; otherwise
-/// faces. With one cell per linear face, a checkerboard of tractions would displace neither body, whereas a half-space responds to
-/// every cell.
+/// Default of `frame.points`. The default is one cell per node if the body has finite elements with linear contact
+/// faces and neither body is a half-space. Otherwise it is one cell per face.
+///
+/// The reason: with one cell per linear face, a checkerboard of tractions would displace neither body. A half-space
+/// responds to the traction of every cell.
 fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoints {
     let half_space = bodies
         .iter()
         .flatten()
         .any(|body| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_)));
-    // A boundary-element body has nodes inside its faces.
+    // A boundary-element body has one cell per face by default, because its nodes lie inside the faces.
     let own = bodies[body].as_ref().and_then(BodyPlan::as_fe);
     if !half_space && own.is_some_and(MeshedBodyPlan::has_linear_contact_faces) {
         FramePoints::Nodes
@@ -126,7 +128,7 @@ fn frame_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodyPlan>; 
     }
 }
 
-/// Resolves the initial gap, with angles from the frame's x.
+/// Resolves the initial gap. Its angles are measured from the frame's x.
 pub(super) fn resolve_gap(
     r: &mut Resolver,
     frame: Option<&FramePlan>,
@@ -194,7 +196,7 @@ fn ellipsoid(
     }
 }
 
-/// Heights from a CSV or NPY file; `angle` is measured from the frame's x.
+/// Reads gap heights from a CSV or NPY file. `angle` is measured from the frame's x.
 fn heights(
     r: &mut Resolver,
     file: &str,

@@ -1,4 +1,4 @@
-//! Loads that only friction can transmit: tangential force and spin moment.
+//! Checks of loads that only friction can transmit: tangential force and spin moment.
 
 use super::laws::{Laws, lacks_friction};
 use super::load_points::LoadPoint;
@@ -7,7 +7,8 @@ use crate::evolution::step::{Spin, Step, StepKind, Tangential};
 use crate::scene::document::TomlValue;
 use crate::scene::spec::step::Step as Keys;
 
-/// Index of an entry of `steps`, with one of its steps; `None` if the entry is invalid. An entry with a history has several steps.
+/// Index of an entry of `steps` in the scene, and a step that results from it. The step is `None` if the entry is
+/// invalid. An entry with a load history results in several steps.
 pub(super) type NumberedStep = (usize, Option<Step>);
 
 /// Name of a load, its key, and the key of the displacement to prescribe instead.
@@ -16,8 +17,8 @@ const FRICTION_LOADS: [(&str, &str, &str); 2] =
 
 const FRICTION_LOAD_COLUMNS: [&str; 2] = ["`tangential_x`, `tangential_y`", "`spin_moment`"];
 
-/// Reports tangential forces and, if `level`, spin moments in a step without friction. On a mesh frame (`level` is false),
-/// pressures on inclined cells transmit spin moments.
+/// Reports a tangential force in a step without friction. On a plane frame (`level` is true), also reports a spin
+/// moment. On a mesh frame, pressures on inclined cells can transmit spin moments without friction.
 pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
     let frictionless = lacks_friction(laws, keys.friction);
     let loaded = [
@@ -45,11 +46,11 @@ fn friction_remedy(r: &Resolver, friction: bool) -> &'static str {
     }
 }
 
-/// State of a load at the end of a step.
+/// What a step prescribes for a load.
 enum LoadState {
     Unspecified,
     Active,
-    /// The step prescribes zero, or replaces the load by a displacement, cycles, sliding or rolling.
+    /// The step prescribes zero, a displacement instead of the load, or cycles, sliding or rolling.
     Released,
 }
 
@@ -57,7 +58,7 @@ fn load_states(step: &Step) -> [LoadState; 2] {
     let tangential = match step.tangential {
         Some(Tangential::Force(force)) if force != [0.0; 2] => LoadState::Active,
         Some(_) => LoadState::Released,
-        // Cycles of loads of the bodies alone keep the force.
+        // In cycles of loads of the bodies alone, the tangential force stays.
         None if step.kind.closed_path().is_some_and(|path| path.amplitude == [0.0; 2]) => {
             LoadState::Unspecified
         }
@@ -72,7 +73,8 @@ fn load_states(step: &Step) -> [LoadState; 2] {
     [tangential, spin]
 }
 
-/// Reports the first load point with a nonzero load of each kind (spin moments only if `level`), in steps without friction.
+/// Reports the first load point with a tangential force, and the first with a spin moment if `level` is true. Called
+/// for steps without friction.
 pub(super) fn check_load_points(
     r: &mut Resolver,
     key: &str,
@@ -95,7 +97,8 @@ pub(super) fn check_load_points(
     }
 }
 
-/// Reports tangential forces and spin moments that still act in a later step without friction, or in a later rolling step.
+/// Reports loads of an earlier step that still act in a step without friction, or in a rolling step. The loads are
+/// tangential forces and, if `level` is true, spin moments.
 pub(super) fn check_inherited_loads(
     r: &mut Resolver,
     steps: &[NumberedStep],
@@ -109,7 +112,7 @@ pub(super) fn check_inherited_loads(
     for (kind, (what, load, motion)) in FRICTION_LOADS.iter().enumerate().take(kinds) {
         let mut holder: Option<&Step> = None;
         for (i, step) in steps {
-            // The loads after an invalid step are unknown.
+            // After an invalid step, the active loads are unknown.
             let Some(step) = step else {
                 holder = None;
                 continue;

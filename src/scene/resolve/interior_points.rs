@@ -1,4 +1,4 @@
-//! `[[output.inside]]`: points inside bodies.
+//! Resolves `[[output.inside]]`: points inside bodies.
 
 use super::resolver::Resolver;
 use crate::geometry::{Point, Side};
@@ -95,7 +95,7 @@ fn check_body(r: &mut Resolver, key: &str, number: usize, body: &BodyPlan, frame
     r.report(&key, message, "this body", mend);
 }
 
-/// Numbers of points along the two sides of a rectangle, or [n, 1] for a line.
+/// Numbers of points along the two sides of a rectangle; [n, 1] for a line with n points.
 fn point_counts(r: &mut Resolver, key: &str, inside: &InteriorPoints) -> Option<[usize; 2]> {
     let before = r.diagnostics.len();
     let along = Point::from(inside.to) - Point::from(inside.from);

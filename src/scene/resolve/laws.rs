@@ -1,4 +1,4 @@
-//! Friction and wear laws with their fibre directions.
+//! Resolves the friction and wear laws with their fibre directions.
 
 use super::resolver::Resolver;
 use crate::geometry::Point;
@@ -10,18 +10,20 @@ use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
 use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::laws::{Friction, Wear, WearIntegration};
 
-/// Above this ratio of the two coefficients, rounding dominates in single cells.
+/// Largest allowed ratio of the two friction coefficients. Above it, rounding errors dominate in some cells.
 const MAX_FRICTION_RATIO: f64 = 1e6;
 
 pub(super) struct Laws {
     pub friction: FrictionLaw,
     pub wear: WearLaw,
     pub integration: WearIntegration,
-    /// See [`crate::scene::plan::Plan::fibre_bodies`].
+    /// Indices of the bodies whose fibres the friction law and the wear law use; see
+    /// [`crate::scene::plan::Plan::fibre_bodies`].
     pub fibre_bodies: [Option<usize>; 2],
 }
 
-/// Whether a step has no friction; `friction` is the key of the step. Invalid laws (`None`) count as friction.
+/// Whether a step has no friction; `friction` is the key `friction` of the step. Unknown laws (`None`) count as
+/// friction.
 pub(super) fn lacks_friction(laws: Option<&Laws>, friction: bool) -> bool {
     !friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None))
 }
@@ -39,7 +41,7 @@ impl LawContext<'_> {
     }
 }
 
-/// Fibre direction of a law as the scene gives it: a body, or angles.
+/// Fibre direction of a law as the scene gives it in `section`: the number of a body, or angles.
 #[derive(Clone, Copy)]
 struct FibreChoice {
     section: &'static str,
@@ -47,7 +49,7 @@ struct FibreChoice {
     fibre: Option<UniformFibre>,
 }
 
-/// Resolves the laws. Angles are measured from the frame's x axis.
+/// Resolves the laws. Their angles are measured from the frame's x axis.
 pub(super) fn resolve(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -171,8 +173,9 @@ fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
     r.report("wear.move_mesh", message, "no mesh that wears", mend);
 }
 
-/// Fibre direction for the law of `section`: the law's own angles, else the fibre of the named body, else the fibre of the only
-/// body that has one. A varying fibre is replaced by its mean under the frame.
+/// Fibre direction for the law of `section`. The angles of the law come first, then the fibre of the named body, then
+/// the fibre of the only body with a fibre. If the fibre of a body varies, the law uses the mean direction under the
+/// frame.
 fn law_fibre(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -190,7 +193,7 @@ fn law_fibre(
         (Some(number), has_fibre) => {
             let index = usize::from(number == 2);
             if !has_fibre[index] {
-                // A wear law may take the body of the friction law; then both report the same error.
+                // A wear law may use `friction.body`. Then the errors of both laws name [friction] and are equal.
                 let section = wish.section;
                 let message = format!("{section}.body = {number}, but body {number} has no `fibre`");
                 let mend = format!("add fibre = {{ tilt = ..., azimuth = ... }} to [body{number}]");
@@ -201,7 +204,7 @@ fn law_fibre(
         (None, [true, false]) => 0,
         (None, [false, true]) => 1,
         (None, [false, false]) => {
-            // The fibre of a rigid body is reported as an unknown key.
+            // The schema check reports a fibre of a rigid body as an unknown key.
             if r.unknown_keys.iter().any(|key| key == "body1.fibre" || key == "body2.fibre") {
                 return None;
             }
@@ -230,8 +233,8 @@ fn law_fibre(
     }
 }
 
-/// Refuses (`None`) a curved or inclined contact frame. A body's tilt is the angle to the plane z = 0, but the law needs the angle
-/// to the contact surface.
+/// Refuses (`None`) a curved or inclined contact frame. The tilt of a body's fibre is the angle to the plane z = 0, but
+/// the law needs the angle to the contact surface.
 fn refuse_inclined_frame(r: &mut Resolver, ground: LawContext<'_>, section: &str) -> Option<()> {
     // Errors of the frame or the contact group are reported elsewhere.
     let &FramePlan::Mesh { body, .. } = ground.frame? else { return Some(()) };
@@ -264,7 +267,7 @@ fn refuse_inclined_frame(r: &mut Resolver, ground: LawContext<'_>, section: &str
     r.refuse(&format!("{section}.law"), message, "frame is not parallel to z = 0", help)
 }
 
-/// Mean fibre direction of a meshed body under the frame, unless the directions scatter too much.
+/// Mean fibre direction of a meshed body under the frame. Refused if a fibre deviates too much from the mean.
 fn fibre_under_frame(
     r: &mut Resolver,
     ground: LawContext<'_>,
@@ -299,11 +302,13 @@ fn fibre_under_frame(
     Some(fibre)
 }
 
-/// Maximum angle (degrees) between a face normal and the mean normal for laws with one fibre angle.
+/// Maximum angle, degrees, between a face normal and the mean normal. Laws with one fibre angle need a nearly plane
+/// frame.
 const MAX_NORMAL_SPREAD_DEG: f64 = 5.0;
 
-/// Maximum angle (degrees) between the frame's mean normal and z. It allows for inaccurate meshes of flat surfaces.
+/// Maximum angle, degrees, between the frame's mean normal and z. Above 0, because meshes of flat surfaces are
+/// inaccurate.
 const MAX_FRAME_INCLINATION_DEG: f64 = 1.0;
 
-/// Maximum angle (degrees) between a fibre and the mean direction.
+/// Maximum angle, degrees, between a fibre and the mean fibre direction.
 const MAX_FIBRE_SPREAD_DEG: f64 = 5.0;

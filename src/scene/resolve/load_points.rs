@@ -1,4 +1,5 @@
-//! Load histories from CSV files. Each row is a load point that is reached from the previous one.
+//! Reads load histories from CSV files. Each row is a load point. The loads change linearly from one load point to the
+//! next.
 
 use super::resolver::Resolver;
 use crate::csv::{Separators, data_lines, split_fields};
@@ -7,7 +8,7 @@ use crate::scene::schema_check::MAGNITUDE_RANGE;
 use crate::scene::spec::step::{LoadColumn, LoadHistory};
 use crate::scene::suggest::closest;
 
-/// Further errors of one kind are only counted.
+/// Maximum number of errors of one kind that are reported one by one. Further errors are only counted.
 const MAX_LISTED_ERRORS: usize = 20;
 
 const EXCLUSIVE_COLUMNS: [[&[LoadColumn]; 2]; 4] = [
@@ -34,7 +35,8 @@ impl Column {
         }
     }
 
-    /// Finds the column `name`; `loads` contains the names of loads, or is `None` if the bodies are not known.
+    /// Finds the column `name`. `loads` contains the names of the loads of the bodies. If `loads` is `None` (invalid
+    /// bodies), any other name counts as a load.
     fn find(name: &str, loads: Option<&[String]>) -> Option<Self> {
         let is_load = || loads.is_none_or(|loads| loads.iter().any(|load| load == name));
         let control = LoadColumn::from_name(name).map(Self::Control);
@@ -61,7 +63,8 @@ pub(super) struct LoadPoint {
     pub spin: Option<Spin>,
 }
 
-/// Load points of the file of a history. `loads` contains the names of loads, or is `None` if the bodies are not known.
+/// Reads the load points of a history from its file. `loads` contains the names of the loads of the bodies; `None` if
+/// the bodies are invalid.
 pub(super) fn read(
     r: &mut Resolver,
     key: &str,
@@ -89,8 +92,8 @@ pub(super) fn read(
             let is_header = |line: &str| split_fields(line).iter().all(|cell| cell.parse::<f64>().is_err());
             if let Some((_, line)) = lines.first().copied().filter(|(_, line)| is_header(line)) {
                 lines.remove(0);
-                // Titles may contain commas and blanks, so only a header with semicolons and without commas determines the
-                // separator.
+                // Column titles may contain commas and blanks. The header therefore determines the separator only if it
+                // has semicolons and no commas.
                 if line.contains(';') && !line.contains(',') {
                     let _ = separators.check(line);
                 }
@@ -99,7 +102,7 @@ pub(super) fn read(
         }
         None => {
             if let Some((_, line)) = lines.first() {
-                // Errors of the header are reported below, with its column names.
+                // `header` reports unknown column names, so an error of the separators is not reported in addition.
                 let _ = separators.check(line);
             }
             header(r, key, &history.file, &mut lines, loads)?
@@ -114,7 +117,7 @@ pub(super) fn read(
     (r.diagnostics.len() == before).then_some(points)
 }
 
-/// Columns that the scene names.
+/// Columns named by the key `columns`. Unknown names are reported.
 fn given_columns(
     r: &mut Resolver,
     key: &str,
@@ -265,7 +268,7 @@ fn rows(
     points
 }
 
-/// The number in a cell, or what is wrong with it.
+/// The number in a cell. The error is the reason why the cell is invalid.
 fn number(cell: &str) -> Result<f64, String> {
     match cell.parse::<f64>() {
         Ok(value) if value == 0.0 || (MAGNITUDE_RANGE[0]..=MAGNITUDE_RANGE[1]).contains(&value.abs()) => {
@@ -291,7 +294,7 @@ fn report_lines(r: &mut Resolver, key: &str, file: &str, wrong: Vec<String>, [la
     }
 }
 
-/// The load point of a row. In a pair (x, y) a missing value is 0.
+/// Load point of the row at `line`. In a pair (x, y), a missing value is 0.
 fn point(line: usize, values: &[Option<f64>; LoadColumn::COUNT]) -> LoadPoint {
     let one = |column: LoadColumn| values[column as usize];
     let pair = |x: LoadColumn, y: LoadColumn| {

@@ -1,4 +1,5 @@
-//! Loads of the bodies with amplitudes: loads of half-spaces, temperature, `steps.loads` and `cycles.loads`.
+//! Checks loads of the bodies and their amplitudes: loads of half-spaces, temperature, `steps.loads` and
+//! `cycles.loads`.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,8 @@ use crate::scene::spec::step::Step as Keys;
 
 const BODY_KEYS: [&str; 2] = ["body1", "body2"];
 
-/// Loads of half-spaces among both bodies; `None` if they cannot be read. Errors of the bodies themselves are reported elsewhere.
+/// Loads of body 1 and body 2 as half-spaces; empty for other kinds of bodies. `None` if the body is invalid, which is
+/// reported elsewhere.
 pub(super) fn half_space_loads(r: &mut Resolver) -> [Option<HalfSpaceLoads>; 2] {
     BODY_KEYS.map(|key| {
         let found = r.document.get(key)?.to_serde_json();
@@ -32,7 +34,8 @@ pub(super) fn half_space_loads(r: &mut Resolver) -> [Option<HalfSpaceLoads>; 2] 
                         "omit `truncated`",
                     );
                 }
-                // Their names are known, so that steps with their amplitudes cause no further errors.
+                // The loads are returned nevertheless: their names are then known, and amplitudes in steps cause no
+                // further errors.
                 Some(HalfSpaceLoads { bulk_stress, temperature: temperature_change.map(Into::into) })
             }
             _ => Some(HalfSpaceLoads::default()),
@@ -40,15 +43,16 @@ pub(super) fn half_space_loads(r: &mut Resolver) -> [Option<HalfSpaceLoads>; 2] 
     })
 }
 
-/// Reports loads of bodies and amplitudes in steps that are not admissible. `as_meshed` states
-/// whether overlap is a load, `friction` whether friction acts in any step.
+/// Reports invalid loads of bodies, and invalid amplitudes in steps.
+///
+/// `as_meshed` states whether the overlap of the meshes is a load, `friction` whether friction acts in any step.
 pub(super) fn check(
     r: &mut Resolver,
     half_spaces: &[Option<HalfSpaceLoads>; 2],
     (bodies, as_meshed): (&[Option<BodyPlan>; 2], bool),
     friction: bool,
 ) {
-    // Missing loads and bodies are reported with the body.
+    // Without valid bodies and loads, nothing is checked here.
     let ([Some(lower), Some(upper)], [Some(body1), Some(body2)]) = (half_spaces, bodies) else { return };
     let (half_spaces, bodies) = ([lower, upper], [body1, body2]);
     let surface_loads = surface_loads(half_spaces);
@@ -114,7 +118,7 @@ pub(super) fn refuse_empty_name(r: &mut Resolver, key: &str, name: Option<&str>)
     }
 }
 
-/// Names of all loads; `None` if a body is not known.
+/// Names of all loads. `None` if a body is invalid.
 pub(super) fn load_names(
     half_spaces: &[Option<HalfSpaceLoads>; 2],
     bodies: &[Option<BodyPlan>; 2],
@@ -131,7 +135,7 @@ fn names_of_cases(cases: &[(&str, LoadCase)]) -> Vec<String> {
     names
 }
 
-/// Key of the body and case of each load.
+/// Key of the body and load case (name, preload) of each load.
 fn load_cases(
     half_spaces: [&HalfSpaceLoads; 2],
     bodies: [&BodyPlan; 2],
@@ -148,7 +152,7 @@ fn load_cases(
     cases
 }
 
-/// Reports names of loads that are preloads in one place only.
+/// Reports loads that have the same name but differ in `preload`.
 fn check_cases(r: &mut Resolver, cases: &[(&'static str, LoadCase)]) {
     for (i, (key, case)) in cases.iter().enumerate() {
         let Some(name) = &case.name else { continue };
@@ -212,7 +216,7 @@ fn refuse_rolling(r: &mut Resolver, surface_loads: &[(String, &str, Option<Strin
     }
 }
 
-/// Reports amplitudes of loads that no body has.
+/// Reports amplitudes for load names that no body has.
 fn check_names(r: &mut Resolver, place: &str, loads: &BTreeMap<String, f64>, names: &[String]) {
     for name in loads.keys().filter(|name| !names.contains(name)) {
         let known = if names.is_empty() {
@@ -225,7 +229,7 @@ fn check_names(r: &mut Resolver, place: &str, loads: &BTreeMap<String, f64>, nam
     }
 }
 
-/// Reports amplitudes at the end of a step whose kind keeps them.
+/// Reports the key `loads` in a step whose kind excludes it.
 fn refuse_constant_amplitudes(r: &mut Resolver, key: &str, keys: &Keys) {
     let kinds = [
         ("cycles", keys.cycles.is_some()),

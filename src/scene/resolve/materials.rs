@@ -1,4 +1,4 @@
-//! Materials: stiffness matrices from engineering constants.
+//! Resolves materials: stiffness matrices from engineering constants.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +14,15 @@ use crate::scene::spec::body::UniformFibre;
 use crate::scene::spec::material::Material;
 use crate::scene::suggest::{closest, quoted_list};
 
-/// Maximum condition number of a stiffness. The relative rounding error of the inverse stiffness is about 1e-16 times the condition
-/// number.
+/// Maximum condition number of a stiffness matrix. The relative rounding error of its inverse is about 1e-16 times the
+/// condition number.
 const MAX_CONDITION: f64 = 1e12;
 
-/// Ratio of moduli above which they are reported as the cause of a nearly singular stiffness.
+/// Ratio of the largest to the smallest modulus above which the moduli are reported as the cause of a nearly singular
+/// stiffness.
 const MAX_MODULUS_RATIO: f64 = 1e8;
 
-/// Materials by name; `None` if the constants are invalid (reported).
+/// Materials by name. `None` if the constants are invalid, which is reported.
 pub(super) type Materials = BTreeMap<String, Option<ElasticMaterial>>;
 
 #[derive(Clone)]
@@ -36,7 +37,8 @@ pub(super) struct ElasticMaterial {
 pub(super) fn resolve(r: &mut Resolver) -> Materials {
     let mut materials = Materials::new();
     let names = r.names("materials");
-    // An undefined material name (reported elsewhere) may be a typing error for an unused one. Unused materials are then not noted.
+    // A body with a misspelt material name makes the correct material look unused. Unused materials are therefore noted
+    // only if all names are defined.
     let all_defined = material_keys(r)
         .iter()
         .all(|(key, _)| material_name(r, key).is_none_or(|used| names.iter().any(|name| name == used)));
@@ -85,8 +87,8 @@ fn elastic_material(r: &mut Resolver, key: &str, name: &str, material: &Material
     Some(ElasticMaterial { stiffness, isotropic, expansion, strength })
 }
 
-/// Coefficients of thermal expansion along the material axes; `Some(None)` if none is given, `None` if some are missing, which is
-/// reported.
+/// Coefficients of thermal expansion along the material axes; `Some(None)` if the material has none. `None` if some
+/// coefficients are missing or invalid; the error is reported.
 fn thermal_expansion(
     r: &mut Resolver,
     key: &str,
@@ -96,7 +98,7 @@ fn thermal_expansion(
     let found = material.thermal_expansions();
     let missing = found.iter().find(|(_, value)| value.is_none()).map(|(key, _)| *key);
     let given = found.iter().find(|(_, value)| value.is_some()).map(|(key, _)| *key);
-    // The schema check reports numbers that are not admissible; they are missing here.
+    // The schema check reports numbers that are not finite. Their coefficient is `None` here although the key exists.
     let is_wrong = |(place, value): &(&str, Option<f64>)| {
         value.is_none() && r.document.get(&join_key(key, place)).is_some()
     };
@@ -115,8 +117,11 @@ fn thermal_expansion(
     Some(a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]))
 }
 
-/// Key at which constants that are not admissible together are reported: `nu` of an isotropic material, or the first constant that
-/// an override sets, Poisson's ratios first. Otherwise `key`.
+/// Key at which an error of several constants together is reported.
+///
+/// The key is `key` if an override (`--set`) sets the whole material. Otherwise it is `nu` for an isotropic material.
+/// For other materials it is the first constant that an override sets, with Poisson's ratios first. Without overrides
+/// it is `key`.
 fn place_of_constants(r: &Resolver, key: &str, isotropic: bool) -> String {
     let by_option = |place: &str| matches!(r.document.location(place), Location::SetOption(_));
     if isotropic && !by_option(key) {
@@ -144,7 +149,7 @@ fn moduli(material: &Material) -> Vec<(&'static str, f64)> {
     }
 }
 
-/// Reason and remedy for a stiffness that is numerically singular in double precision.
+/// Reason and remedy if the stiffness is numerically singular in double precision.
 fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<(String, &'static str)> {
     let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
     if eigenvalues.max() <= MAX_CONDITION * eigenvalues.min() {
@@ -170,7 +175,7 @@ fn near_singularity(material: &Material, stiffness: &Stiffness) -> Option<(Strin
     Some((reason, mend))
 }
 
-/// Bodies, volume groups and plies that use the material, in parentheses.
+/// Bodies, volume groups and plies that use the material `name`, in parentheses for messages.
 fn material_users(r: &Resolver, name: &str) -> String {
     let users = material_keys(r).into_iter().filter(|(key, _)| material_name(r, key) == Some(name));
     let places: Vec<String> = users.map(|(_, place)| place).collect();
@@ -184,7 +189,7 @@ fn material_name<'a>(r: &Resolver<'a>, key: &str) -> Option<&'a str> {
     }
 }
 
-/// Keys that may name a material, with the body, volume group or ply for messages.
+/// Keys that may contain the name of a material. Each key comes with its body, volume group or ply for messages.
 fn material_keys(r: &Resolver) -> Vec<(String, String)> {
     let mut places = Vec::new();
     for body in ["body1", "body2"] {
@@ -228,7 +233,8 @@ fn stiffness(material: &Material) -> Result<Stiffness> {
     }
 }
 
-/// The material `name` with the direction `fibre`. A missing material is reported at `material` of the table `key`.
+/// The material `name` with the fibre direction `fibre`. An undefined name is reported at the key `material` of the
+/// table `key`.
 pub(super) fn find_material(
     r: &mut Resolver,
     key: &str,

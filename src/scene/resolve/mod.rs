@@ -1,4 +1,4 @@
-//! Resolves the document into the [`Plan`]: checks the values against each other and collects all errors.
+//! Resolves the document into the [`Plan`]. Checks the values against each other and collects all errors.
 
 mod accuracy;
 mod be_body;
@@ -34,7 +34,8 @@ use crate::linalg::memory::MemoryLimit;
 use crate::output::summary::Units;
 use crate::scene::mesh_cache::MeshCache;
 
-/// Resolves a document into its plan, errors and notes. The plan is `None` if there are errors, or if `schema_valid` is false.
+/// Returns the plan of a document, its errors and its notes. The plan is `None` if there are errors, or if
+/// `schema_valid` is false.
 pub(super) fn resolve(
     document: &Document,
     meshes: &MeshCache,
@@ -139,7 +140,7 @@ fn resolve_body(r: &mut Resolver, key: &str, materials: &Materials) -> Option<Bo
     }
 }
 
-/// Memory limit of the scene, or the default for the machine.
+/// Memory limit of the scene, or the default limit of the machine.
 fn memory_limit(r: &mut Resolver, solver: Option<&Solver>) -> Option<MemoryLimit> {
     let Some(size) = &solver?.memory_limit else { return Some(MemoryLimit::of_machine()) };
     let bytes = size.bytes();

@@ -1,4 +1,4 @@
-//! Material axes of elements: by angles, by fields of mesh files, by tables, or by windings.
+//! Resolves the material axes of elements: by angles, by fields of mesh files, by tables, or by windings.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -70,7 +70,7 @@ fn winding(r: &mut Resolver, key: &str, winding: &CylindricalWinding) -> Option<
     r.accept(winding, key, ["this winding", "see docs/scene.md"]).map(Orientation::Winding)
 }
 
-/// Numbers of all elements of a mesh, and numbers of its volume elements.
+/// Numbers (tags) of all elements of a mesh, and numbers of its volume elements.
 fn numbers(mesh: &Mesh) -> [HashSet<u64>; 2] {
     let all = mesh.blocks.iter().flat_map(|block| block.tags.iter().copied()).collect();
     [all, mesh.volume_cells().map(|cell| mesh.tag(cell)).collect()]
@@ -117,7 +117,8 @@ fn from_fields(
     }
 }
 
-/// Axes of the volume elements from a field, and the element numbers of the field that the mesh does not contain.
+/// Material axes of the volume elements from a field. Also returns the element numbers in the field that the mesh
+/// lacks.
 fn field_axes(field: &ElementField, source: &str, mesh: &Mesh) -> Result<(ElementAxes, Vec<u64>), Error> {
     if ![3, 9].contains(&field.n_components) {
         return Err(Error::input(format!("it has {} components, not 3 or 9", field.n_components)));
@@ -227,7 +228,7 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     wrong.is_empty().then(|| Orientation::PerElement(Arc::new(axes)))
 }
 
-/// Adds the axes of one line of a table. Elements that are not solids are ignored.
+/// Adds the material axes from one line of a table. A line for an element that is not a volume element is ignored.
 fn add_line(
     axes: &mut ElementAxes,
     line: &str,

@@ -1,4 +1,4 @@
-//! Materials of the regions of a meshed body: oriented materials and laminates.
+//! Resolves the materials of the regions of a meshed body: oriented materials and laminates.
 
 use std::collections::HashSet;
 
@@ -16,10 +16,11 @@ use crate::scene::plan::{BodyMaterial, MeshedBodyPlan};
 use crate::scene::spec::body::{FeBody, Region};
 use crate::scene::spec::direction::Layup;
 
-/// Maximum number of plies of a layup before mirroring (`symmetric`); equal to the limit of `repeat` in the schema.
+/// Maximum number of plies of a layup before mirroring (`symmetric`). The schema has the same limit for `repeat`.
 const MAX_PLIES: usize = 100_000;
 
-/// Materials of the regions of the body at `key`, first for all elements outside the volume groups of `regions`.
+/// Materials of the regions of the body at `key`. The first one belongs to all elements outside the volume groups of
+/// `regions`.
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,
@@ -29,14 +30,16 @@ pub(super) fn resolve(
 ) -> Option<Vec<(Option<String>, RegionMaterial)>> {
     check_fibre_or_layup(r, key, body.fibre.is_some(), body.layup.is_some());
     let whole = BodyContext { key, body, mesh, materials };
-    // Resolved once, even if regions use it too.
+    // The fibre direction of the body is resolved once, although regions may use it too. Its errors are then reported
+    // once.
     let own_fibre = match &body.fibre {
         Some(fibre) => orientations::resolve(r, &format!("{key}.fibre"), fibre, mesh),
         None => Some(Orientation::Uniform(Matrix3::identity())),
     };
     let own = match &body.layup {
         Some(layup) => {
-            // Plies and regions do not report an undefined material that they take from the body.
+            // This reports an undefined material of the body. Plies and regions that use this material do not report it
+            // again.
             find_material(r, key, &body.material, None, materials);
             whole.layup(r, &format!("{key}.layup"), layup, &body.material, None)
         }
@@ -85,7 +88,7 @@ impl BodyContext<'_> {
         Some(RegionMaterial::Single(Box::new(placed(elastic, fibre))))
     }
 
-    /// The material `name`. The body's own material, if missing, is reported only at the key of the body.
+    /// Finds the material `name`. An undefined material of the body is reported only at the key of the body.
     fn find_material(&self, r: &mut Resolver, key: &str, name: &str) -> Option<BodyMaterial> {
         if name == self.body.material && key != self.key && !self.materials.contains_key(name) {
             return None;
@@ -93,8 +96,8 @@ impl BodyContext<'_> {
         find_material(r, key, name, None, self.materials)
     }
 
-    /// Laminate of the volume group `group`, plies from bottom to top. Without `group`: laminate of all elements outside regions
-    /// with an own material, fibre or layup.
+    /// Laminate of the volume group `group`, with plies from bottom to top. Without `group`: laminate of all elements,
+    /// except those of regions with their own material, fibre or layup.
     fn layup(
         &self,
         r: &mut Resolver,
@@ -152,7 +155,7 @@ impl BodyContext<'_> {
         Some(RegionMaterial::Layup(plies))
     }
 
-    /// Range of z of the elements of a layup; `None` if it is empty.
+    /// Range of z of the elements of a layup. `None` if the layup has no elements or its elements have no height.
     fn z_range(&self, group: Option<&String>) -> Option<[f64; 2]> {
         let own =
             |region: &Region| region.fibre.is_some() || region.layup.is_some() || region.material.is_some();
@@ -174,7 +177,8 @@ impl BodyContext<'_> {
     }
 }
 
-/// A uniform orientation of an isotropic material is replaced by the identity.
+/// Material with its orientation. The orientation of an isotropic material has no effect, so a uniform one is replaced
+/// by the identity.
 fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
     let orientation = match fibre {
         Orientation::Uniform(_) if elastic.isotropic => Orientation::Uniform(Matrix3::identity()),
@@ -184,8 +188,8 @@ fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
     PlacedMaterial { name, stiffness, expansion, orientation }
 }
 
-/// Reports elements without material or orientation and plies without elements. Notes empty volume groups and elements in several
-/// plies.
+/// Reports elements without material or orientation, and plies without elements. Notes empty volume groups, and
+/// elements that lie in several plies.
 pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     for group in body.regions.keys() {
         if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {
@@ -196,7 +200,7 @@ pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBod
             ));
         }
     }
-    // Missing elements and groups are reported elsewhere.
+    // Errors of elements and groups are reported elsewhere.
     let Ok(findings) = fem::check_materials(&spec.fem_spec(key)) else { return };
     for (index, finding) in findings.into_iter().enumerate() {
         let place = match &spec.regions[index].0 {

@@ -16,9 +16,9 @@ pub(super) struct Resolver<'a> {
     pub notes: Vec<Warning>,
     /// Keys and paths of the files that the scene names.
     pub files: Vec<(String, PathBuf)>,
-    /// Whether the schema check passed. Otherwise, sections that cannot be deserialised are not reported again.
+    /// Whether the schema check passed. If it failed, it has already reported the sections that cannot be deserialised.
     pub schema_valid: bool,
-    /// Keys that the schema does not have. They were reported and removed from the document.
+    /// Keys that the schema does not contain. The schema check reported them; they are no longer in the document.
     pub unknown_keys: &'a [String],
 }
 
@@ -43,7 +43,7 @@ impl<'a> Resolver<'a> {
         None
     }
 
-    /// The value of `result`; an error is reported at `key`.
+    /// Returns the value of `result`. An error is reported at `key`.
     pub fn accept<T>(
         &mut self,
         result: crate::error::Result<T>,
@@ -53,7 +53,7 @@ impl<'a> Resolver<'a> {
         result.inspect_err(|error| self.report(key, error.message(), label, mend)).ok()
     }
 
-    /// Path of the file `name`, which is recorded under `key`.
+    /// Path of the file `name` in the folder of the scene. The path is recorded under `key`.
     pub fn file(&mut self, key: &str, name: &str) -> PathBuf {
         let path = self.document.folder.join(name);
         self.files.push((key.to_owned(), path.clone()));
@@ -74,7 +74,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// As [`Self::section`], with the default value for an absent section.
+    /// As [`Self::section`]. An absent section has its default value.
     pub fn section_or_default<T: DeserializeOwned + Default>(&mut self, key: &str) -> Option<T> {
         if self.document.get(key).is_none() { Some(T::default()) } else { self.section(key) }
     }

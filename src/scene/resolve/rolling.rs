@@ -1,4 +1,4 @@
-//! Steady rolling.
+//! Resolves steady rolling.
 
 use super::laws::{Laws, lacks_friction};
 use super::resolver::Resolver;
@@ -6,7 +6,7 @@ use crate::evolution::step::Rolling;
 use crate::scene::plan::{BodyPlan, FramePlan};
 use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};
 
-/// Maximum deviation of the rolling direction from an axis of the frame, in quarter turns.
+/// Maximum angle between the rolling direction and an axis of the frame, in quarter turns.
 const AXIS_TOLERANCE_QUARTER_TURNS: f64 = 1e-9;
 
 pub(super) fn resolve(
@@ -53,7 +53,7 @@ pub(super) fn resolve(
     })
 }
 
-/// Reports frames and bodies that do not allow steady rolling, and spin creepages on periodic frames.
+/// Reports a frame or a body that does not allow steady rolling, and a spin creepage on a periodic frame.
 pub(super) fn check_model(r: &mut Resolver, frame: Option<&FramePlan>, bodies: &[Option<BodyPlan>; 2]) {
     let keys = (0..r.list_length("steps")).map(|i| format!("steps.{i}.rolling"));
     let rolling: Vec<String> = keys.filter(|key| r.document.get(key).is_some()).collect();

@@ -1,4 +1,4 @@
-//! Load steps.
+//! Resolves the load steps.
 
 use super::cycles::prescribed_controls;
 use super::friction_loads::{self, NumberedStep};
@@ -10,10 +10,10 @@ use crate::scene::document::Location;
 use crate::scene::plan::FramePlan;
 use crate::scene::spec::step::Step as Keys;
 
-/// Larger rotations cause a note. At 5 degrees, the tangent exceeds the angle by 0.25 %.
+/// Largest rotation, degrees, without a note. At 5 degrees, the tangent exceeds the angle by 0.25 %.
 const MAX_ROTATION_DEG: f64 = 5.0;
 
-/// Steps of the scene. `loads` contains the names of loads of the bodies, or is `None` if the bodies are not known.
+/// Steps of the scene. `loads` contains the names of the loads of the bodies; `None` if the bodies are invalid.
 pub(super) fn resolve(
     r: &mut Resolver,
     laws: Option<&Laws>,
@@ -31,7 +31,7 @@ pub(super) fn resolve(
     note_large_rotations(r, &steps);
     note_duplicate_names(r, &steps);
     let steps: Option<Vec<Step>> = steps.into_iter().map(|(_, step)| step).collect();
-    // As meshed, the approach 0 is the position of the meshes, and their overlap presses.
+    // With `gap.reference = "as-meshed"`, approach 0 is the position of the meshes, and their overlap causes pressure.
     let as_meshed = r.document.get("gap.reference").is_some_and(|node| node.to_serde_json() == "as-meshed");
     if let Some(steps) = &steps
         && !as_meshed
@@ -45,7 +45,8 @@ pub(super) fn resolve(
     steps
 }
 
-/// In cycles of the bodies' loads alone, the tangential force or the position of body 2 stays, whichever an earlier step prescribes.
+/// Sets what stays constant in cycles in which only loads of the bodies vary: the tangential force, or the position of
+/// body 2. The last earlier step that prescribes one of them decides. Without friction the position stays.
 fn keep_tangential_control(steps: &mut [NumberedStep], laws: Option<&Laws>) {
     let mut by_force = false;
     for step in steps.iter_mut().filter_map(|(_, step)| step.as_mut()) {
@@ -63,7 +64,7 @@ fn keep_tangential_control(steps: &mut [NumberedStep], laws: Option<&Laws>) {
     }
 }
 
-/// The step of entry `i`, or one step per row of its load history.
+/// The step of entry `i` of `steps`, or one step per row of its load history.
 fn step(
     r: &mut Resolver,
     i: usize,
@@ -121,7 +122,7 @@ fn step(
     steps.into_iter().map(|step| (i, Some(step))).collect()
 }
 
-/// The step of the keys, without history, cycles and rolling.
+/// The step with the controls in `keys`, without history, cycles, sliding and rolling.
 fn monotone_step(keys: &Keys, i: usize) -> Step {
     Step {
         name: keys.name.clone().unwrap_or_else(|| format!("step {}", i + 1)),
@@ -160,7 +161,7 @@ fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     }
 }
 
-/// Notes steps with equal names: results reported by name belong to the last of these steps.
+/// Notes steps with equal names. Results reported by step name are then the results of the last of these steps.
 fn note_duplicate_names(r: &mut Resolver, steps: &[NumberedStep]) {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let steps = steps.iter().filter_map(|(_, step)| step.as_ref()).filter(first);
@@ -199,7 +200,7 @@ fn check_exclusive_controls(r: &mut Resolver, key: &str, keys: &Keys) {
     }
 }
 
-/// Notes large rotations. Rotations are linearised: the gap changes with the angle, not with its tangent.
+/// Notes large rotations. Rotations are linearised: the gap changes in proportion to the angle, not to its tangent.
 fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     let mut told = Vec::new();
     for step in steps.iter().filter_map(|(_, step)| step.as_ref()) {
@@ -217,8 +218,9 @@ fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     }
 }
 
-/// On a periodic frame, reports all moments, nonzero twists, and rotations that change the gap along a periodic direction, because
-/// their displacement is not periodic.
+/// Reports rotations and moments that a periodic frame excludes, because their displacement is not periodic.
+///
+/// These are all moments, nonzero twists, and rotations that change the gap along a periodic direction.
 fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: [bool; 2]) {
     if periodic == [false; 2] {
         return;

@@ -1,4 +1,4 @@
-//! Contradictory supports of a body, reported at their keys.
+//! Reports contradictory supports of a body at their keys.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,7 @@ use super::resolver::Resolver;
 use crate::geometry::{AXIS_NAMES, format_number, format_point};
 use crate::scene::plan::{MeshedBodyPlan, PrescribedDisplacement};
 
-/// Reports supports that contradict an earlier support at a node, and returns their number.
+/// Reports supports that contradict an earlier support at a node. Returns the number of these supports.
 pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize {
     let mut known: HashMap<(usize, usize), (usize, f64)> = HashMap::new();
     let mut count = 0;

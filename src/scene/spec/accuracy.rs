@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Target accuracy: the scene is run with finer cells, increments and wear jumps until the estimated error is below it.
+/// Target relative error. Cells, increments and wear jumps are refined until the estimated errors of the results are
+/// below it.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(inline)]
@@ -33,7 +34,7 @@ pub struct AccuracyTable {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AccuracyQuantity {
-    /// Contact forces; approach and tangential displacement where forces are prescribed.
+    /// Contact forces. Along directions with a prescribed force: approach or tangential displacement.
     Load,
     /// Peak pressure.
     PeakPressure,
@@ -49,7 +50,7 @@ pub enum RefinementParameter {
     Cells,
     /// Increments of the steps.
     Increments,
-    /// Wear jumps over fretting cycles or sliding: their number, or the tolerance that controls their length.
+    /// Number of wear jumps over fretting cycles or sliding, or the tolerance that controls their length.
     Jumps,
 }
 
@@ -57,7 +58,7 @@ impl AccuracyQuantity {
     /// All quantities.
     pub const ALL: [Self; 3] = [Self::Load, Self::PeakPressure, Self::WornVolume];
 
-    /// Name in scene files.
+    /// Name of the quantity in scene files.
     pub fn key(self) -> &'static str {
         match self {
             Self::Load => "load",
@@ -66,7 +67,7 @@ impl AccuracyQuantity {
         }
     }
 
-    /// Name in messages.
+    /// Name of the quantity in messages.
     pub fn label(self) -> &'static str {
         match self {
             Self::Load => "load",
@@ -77,7 +78,7 @@ impl AccuracyQuantity {
 }
 
 impl RefinementParameter {
-    /// Name in messages.
+    /// Name of the parameter in messages.
     pub fn label(self) -> &'static str {
         match self {
             Self::Cells => "cells",

@@ -27,9 +27,9 @@ pub enum Body {
         fibre: Option<UniformFibre>,
         /// Half side length of the square around the frame to which the surface of the half-space is truncated.
         ///
-        /// The square is meshed with boundary elements and solved with full-space kernels; the surface outside is fixed. Allowed
-        /// are 1.1 to 1000 times the larger `half_width` of a grid frame. The truncation allows comparisons with programs without
-        /// half-space kernels; omit it for the exact half-space.
+        /// Boundary elements with full-space kernels compute the surface in the square. The displacement of the surface
+        /// outside is zero. The value must be 1.1 to 1000 times the larger `half_width` of a grid frame. The truncation
+        /// allows comparisons with programs without half-space kernels. Omit it for the exact half-space.
         truncated: Option<Positive>,
         /// Uniform stress parallel to the surface, which steps may vary.
         bulk_stress: Option<BulkStress>,
@@ -40,15 +40,18 @@ pub enum Body {
     Rigid {},
 }
 
-/// Uniform stress of a half-space parallel to its surface. It strains the surface, and with friction this strain is slip.
+/// Uniform stress of a half-space parallel to its surface. The stress strains the surface; with friction, this strain
+/// causes slip.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BulkStress {
     /// Name by which steps prescribe the amplitude (`steps.loads`). Loads of both bodies with the same name have one amplitude.
     #[schemars(length(min = 1))]
     pub name: Option<String>,
-    /// Stresses xx, yy and xy at amplitude 1, in the frame's axes. Along a period of the frame the surface must not be strained: plane
-    /// strain of an isotropic body needs yy = nu xx.
+    /// Stresses xx, yy and xy at amplitude 1, along the frame's axes.
+    ///
+    /// On a periodic frame, the strain of the surface along the period must be zero. For an isotropic body and a period
+    /// along y, this requires yy = nu xx.
     pub value: [f64; 3],
     /// Whether the load acts in full before the first step; by default it grows in the first step.
     #[serde(default)]
@@ -99,12 +102,12 @@ pub struct FeBody {
     pub regions: BTreeMap<String, Region>,
     /// Formulation of 8-node hexahedra: "hex8-eas" (default), "hex8" or "hex8-bbar".
     ///
-    /// Any other name only checks that the mesh contains elements of that type.
+    /// Other names do not select a formulation. They only check that the mesh contains elements of the named type.
     pub element: Option<Element>,
     /// Model near the contact: "auto" (default), "half-space" or "mesh".
     ///
-    /// "half-space" is the half-space solution, which the finite elements correct for the finite size of the body. "mesh" uses
-    /// finite elements only. "auto" selects "half-space" where it is valid.
+    /// "half-space" is the half-space solution, which the finite elements correct for the finite size of the body.
+    /// "mesh" uses finite elements only. "auto" uses "half-space" if body, mesh and frame allow it, else "mesh".
     #[serde(default)]
     pub near_field: NearField,
 }
@@ -175,7 +178,7 @@ pub enum Component {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fixed {
-    /// Physical group of points, lines, surfaces or volumes; for `kind = "be"` of surfaces.
+    /// Physical group of points, lines, surfaces or volumes. A body of kind "be" needs a group of surfaces.
     pub group: String,
     /// Components with zero displacement; default all.
     #[serde(default = "all_components")]
@@ -187,14 +190,15 @@ pub struct Fixed {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Displaced {
-    /// Physical group of points, lines, surfaces or volumes; for `kind = "be"` of surfaces.
+    /// Physical group of points, lines, surfaces or volumes. A body of kind "be" needs a group of surfaces.
     pub group: String,
     /// Components with a prescribed displacement; default all.
     #[serde(default = "all_components")]
     #[schemars(length(min = 1))]
     pub components: Vec<Component>,
-    /// Prescribed displacements, in the order of `components`. With `gradient` they apply at the origin and default to 0; without
-    /// it they are required.
+    /// Prescribed displacements, in the order of `components`; required without `gradient`.
+    ///
+    /// With `gradient`, the values are the displacements at the origin; default 0.
     pub value: Option<Vec<f64>>,
     /// Gradient of a displacement that varies linearly: one row of derivatives along x, y, z for each of `components`.
     #[serde(default)]
@@ -202,7 +206,7 @@ pub struct Displaced {
     /// Name by which steps prescribe the amplitude (`steps.loads`). Loads with the same name have one amplitude.
     #[schemars(length(min = 1))]
     pub name: Option<String>,
-    /// Whether the group is displaced in full before the first step; by default it moves in the first step.
+    /// Whether the group is fully displaced before the first step; by default it moves in the first step.
     #[serde(default)]
     pub preload: bool,
 }
@@ -306,15 +310,17 @@ pub struct Traction {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Region {
-    /// Name of the material in `materials`; default the body's.
+    /// Name of the material in `materials`; default: the material of the body.
     pub material: Option<String>,
-    /// Direction of material axis 1 (fibre); default the body's.
+    /// Direction of material axis 1 (fibre); default: the fibre direction of the body.
     pub fibre: Option<FibreDirection>,
-    /// Laminate of plies stacked along z, each with its own fibre direction; instead of `fibre`. Default the body's.
+    /// Laminate of plies stacked along z, each with its own fibre direction; instead of `fibre`.
+    ///
+    /// Default: the layup of the body, unless the region has its own material or fibre.
     pub layup: Option<Layup>,
 }
 
-/// Finite elements: a formulation of 8-node hexahedra, or an element type that the mesh must contain.
+/// Formulation of 8-node hexahedra, or an element type that the mesh must contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Element {

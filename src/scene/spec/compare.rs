@@ -12,8 +12,9 @@ use crate::bem::finite::Interpolation;
 pub struct Compare {
     /// Models of body 1 and body 2 in each variant, e.g. "FE-BE"; the first variant is the reference.
     ///
-    /// FE: finite elements, BE: boundary elements, HS: half-space, THS: truncated half-space, rigid. Default: the scene as written,
-    /// FE-FE, BE-BE, FE-BE and HS-HS; in the last four, rigid bodies and exact half-spaces keep their models.
+    /// FE: finite elements, BE: boundary elements, HS: half-space, THS: truncated half-space, rigid. Default: the scene
+    /// as written, FE-FE, BE-BE, FE-BE and HS-HS. In the last four variants, rigid bodies and exact half-spaces keep
+    /// their models.
     #[schemars(length(min = 1))]
     pub variants: Option<Vec<String>>,
     /// Mesh and elements of body 1 in variants that replace its `kind`.
@@ -50,7 +51,7 @@ pub struct AlternativeFe {
     pub mesh: Option<String>,
     /// Formulation of 8-node hexahedra: "hex8-eas" (default), "hex8" or "hex8-bbar".
     ///
-    /// Any other name only checks that the mesh contains elements of that type.
+    /// Other names do not select a formulation. They only check that the mesh contains elements of the named type.
     pub element: Option<Element>,
     /// Model near the contact: "auto" (default), "half-space" or "mesh"; see `near_field` of a finite-element body.
     pub near_field: NearField,

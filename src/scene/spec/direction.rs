@@ -7,7 +7,7 @@ use super::frame::{Positive, PositiveCount};
 
 /// Direction of material axis 1 (fibre) in a meshed body.
 ///
-/// It is the same everywhere (`tilt`, `azimuth`), given for each element (`field`, `file`), or wound around an axis
+/// The direction is uniform (`tilt`, `azimuth`), given for each element (`field`, `file`), or wound around an axis
 /// (`cylindrical`).
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -30,7 +30,7 @@ pub struct FibreDirection {
     pub cylindrical: Option<CylindricalWinding>,
 }
 
-/// Fibres wound around an axis, with material axis 3 outward.
+/// Fibres wound around an axis. Material axis 3 points radially outward.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CylindricalWinding {
@@ -101,12 +101,13 @@ pub struct WindingLayer {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layup {
-    /// Plies of one sequence, from the lowest to the highest.
+    /// Plies from the lowest to the highest; `repeat` and `symmetric` repeat this sequence.
     #[schemars(length(min = 1))]
     pub plies: Vec<LayupPly>,
     /// Height z of the lower face of the lowest ply; default: the lowest node of the elements.
     pub bottom: Option<f64>,
-    /// Number of times that `plies` is stacked; default 1. At most 100000 plies before mirroring (`symmetric`).
+    /// Number of times that `plies` is stacked; default 1. At most 100000 plies are allowed before mirroring
+    /// (`symmetric`).
     #[serde(default = "super::frame::one")]
     #[schemars(range(min = 1, max = 100_000))]
     pub repeat: PositiveCount,

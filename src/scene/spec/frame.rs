@@ -17,7 +17,7 @@ pub enum Frame {
         /// Centre of the frame in global x, y.
         #[serde(default)]
         center: [f64; 2],
-        /// Angle of the frame's x from global x towards y, degrees.
+        /// Angle from global x to the frame's x, positive towards global y, degrees.
         #[serde(default)]
         azimuth: f64,
         /// Outline of a flat punch: cells whose centres lie outside are never in contact.
@@ -25,7 +25,8 @@ pub enum Frame {
         /// Whether the problem is periodic along the frame's x and y; not available with meshed bodies.
         #[serde(default)]
         periodic: [bool; 2],
-        /// Whether the frame is enlarged when the worn contact reaches its edge; if false, the run stops there (exit code 3).
+        /// Whether the frame is enlarged when the worn contact reaches its edge. If false, the run then stops with exit
+        /// code 3.
         #[serde(default = "yes")]
         grow: bool,
     },
@@ -41,7 +42,7 @@ pub enum Frame {
         /// Origin of gap shapes, rotations and moments in global x, y.
         #[serde(default)]
         center: [f64; 2],
-        /// Angle of the cells' x from global x towards y, degrees.
+        /// Angle from global x to the cells' x, positive towards global y, degrees.
         #[serde(default)]
         azimuth: f64,
         /// Direction from body 1 to body 2; `approach` moves body 2 in the opposite direction.
@@ -50,12 +51,12 @@ pub enum Frame {
     },
 }
 
-/// Default of boolean keys that are true unless given.
+/// Default value of boolean keys that are true if absent.
 pub(super) fn yes() -> bool {
     true
 }
 
-/// Default of counts that are 1 unless given.
+/// Default value of counts that are 1 if absent.
 pub(super) fn one() -> PositiveCount {
     PositiveCount(1)
 }
@@ -101,14 +102,14 @@ pub enum Outline {
 pub enum FramePoints {
     /// One cell per face of the contact group.
     Faces,
-    /// One cell per node with its tributary area: the parts of the adjacent faces nearest to the node.
+    /// One cell per node. The cell consists of the parts of the adjacent faces nearest to the node (tributary area).
     Nodes,
 }
 
 /// Initial gap between the undeformed surfaces.
 ///
-/// Shapes belong to body 2, above the plane z = 0. Curved surfaces are parabolic approximations unless `exact = true`. r is the
-/// distance from the lowest point or tip, along the plane.
+/// The shape is the surface of body 2 above the plane z = 0. Curved surfaces are parabolic approximations unless
+/// `exact = true`. r is the distance from the lowest point or tip, along the plane.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -128,7 +129,8 @@ pub enum Gap {
     Ellipsoid {
         /// Radii of curvature along the two axes. Excludes `semi_axes`.
         radii: Option<[Positive; 2]>,
-        /// Semi-axes [a, b, c], c along n: radii of curvature a^2 / c, b^2 / c. Excludes `radii`.
+        /// Semi-axes [a, b, c], with c along the normal n. The radii of curvature are a^2 / c and b^2 / c. Excludes
+        /// `radii`.
         semi_axes: Option<[Positive; 3]>,
         /// Angle of the first axis from +x towards +y, degrees.
         #[serde(default)]
@@ -175,12 +177,14 @@ pub enum Gap {
         #[serde(default)]
         offset: [f64; 2],
     },
-    /// Gap heights from a file, shifted to the first touch: the lowest cell has gap 0.
+    /// Gap heights from a file. The smallest height in the cells is subtracted, so that the lowest cell has gap 0
+    /// (first touch).
     Heights {
         /// CSV or NPY file of gap heights, relative to the scene file; row = index along x, column = index along y.
         file: String,
-        /// Spacing of the heights along x, y. The map is centred in the frame, and its heights are interpolated at the cells.
-        /// Default: one height per cell.
+        /// Spacing of the heights along x, y; default: one height per cell.
+        ///
+        /// With a spacing, the height map is centred in the frame, and its heights are interpolated at the cells.
         spacing: Option<[Positive; 2]>,
         /// Position of the centre of the height map relative to the frame's centre, along the frame's x, y; needs `spacing`.
         #[serde(default)]
@@ -203,7 +207,7 @@ pub enum GapReference {
     /// Body 2 is moved along n until the surfaces first touch.
     #[default]
     FirstTouch,
-    /// Body 2 stays where it is meshed. Overlap is interference, a load named "interference".
+    /// Body 2 keeps the position of its mesh. Overlap of the surfaces acts as a load named "interference".
     AsMeshed,
 }
 

@@ -32,7 +32,8 @@ pub enum Friction {
         #[serde(default)]
         angle: f64,
     },
-    /// Fibre-reinforced plastic: friction ellipse aligned with the fibre, coefficients interpolated with the fibre tilt.
+    /// Fibre-reinforced plastic: friction ellipse aligned with the fibre. The coefficients are interpolated over the
+    /// fibre tilt.
     #[allow(non_snake_case)]
     Frp {
         /// Friction coefficient along the fibre, for fibres in the surface.
@@ -44,15 +45,15 @@ pub enum Friction {
         /// Friction coefficient for fibres along the normal.
         #[schemars(range(min = 0))]
         mu_N: f64,
-        /// Body whose fibre direction is used, 1 or 2; required if both bodies have one and `fibre` is not given.
+        /// Body whose fibre direction is used, 1 or 2; required if both bodies have a fibre and `fibre` is not given.
         #[schemars(range(min = 1, max = 2))]
         body: Option<u8>,
-        /// Fibre direction to use instead of a body's.
+        /// Fibre direction of the law; default: the fibre direction of the body.
         fibre: Option<UniformFibre>,
     },
 }
 
-/// Wear law, with the division of wear between the bodies and its time integration.
+/// Wear law, division of the wear depth between the bodies, and time integration of wear.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -82,7 +83,8 @@ pub enum Wear {
         #[serde(flatten)]
         integration: WearIntegration,
     },
-    /// Fibre-reinforced plastic: specific wear rates along and across the fibre, interpolated with the fibre tilt.
+    /// Fibre-reinforced plastic: specific wear rates along and across the fibre. The rates are interpolated over the
+    /// fibre tilt.
     #[allow(non_snake_case)]
     Frp {
         /// Specific wear rate along the fibre, for fibres in the surface, 1/stress.
@@ -97,7 +99,8 @@ pub enum Wear {
         /// Body whose fibre direction is used, 1 or 2; default: the body of friction law "frp", else the only body with a fibre.
         #[schemars(range(min = 1, max = 2))]
         body: Option<u8>,
-        /// Fibre direction to use instead of a body's; default: the fibre direction of friction law "frp".
+        /// Fibre direction of the law. Default: the fibre of `body` if given, else the fibre direction of friction law
+        /// "frp".
         fibre: Option<UniformFibre>,
         #[serde(flatten)]
         integration: WearIntegration,
@@ -112,7 +115,7 @@ pub enum Wear {
     },
 }
 
-/// Division of wear between the bodies and its time integration, the same for all laws.
+/// Division of the wear depth between the bodies, and time integration of wear. The keys are the same for all laws.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct WearIntegration {
@@ -121,14 +124,17 @@ pub struct WearIntegration {
     pub share: f64,
     /// Time integration of wear over a wear jump; default "sdirk2".
     pub integrator: Integrator,
-    /// Tolerance of the estimated wear depth error (root mean square), relative to the largest wear depth; default 1e-3.
+    /// Tolerance of the estimated wear depth error (root mean square), relative to the largest wear depth; default
+    /// 1e-3.
     ///
-    /// It sets the length of wear jumps if `jumps` is not given. It also sets the accuracy with which resolved cycles correct the
-    /// wear of cycles with few increments (see `increments`).
+    /// The tolerance sets the length of wear jumps if `jumps` is not given. It also sets the accuracy of resolved
+    /// cycles, which correct the wear of cycles with few increments (see `increments`).
     pub tolerance: WearTolerance,
-    /// Wear depth since the last move, as a fraction of the element height, at which meshes move to the worn surface.
+    /// Meshes move to the worn surface when the wear depth since the last move reaches this fraction of the element
+    /// height.
     ///
-    /// The stiffness is then recomputed. Needs a finite-element body that wears. Default: meshes do not move.
+    /// The stiffness is recomputed after each move. Needs a finite-element body that wears. Default: meshes do not
+    /// move.
     pub move_mesh: Option<MeshMotionThreshold>,
 }
 

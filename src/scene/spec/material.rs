@@ -7,12 +7,12 @@ use super::frame::Positive;
 use super::strength::Strength;
 use crate::material::strength::MaterialStrength;
 
-/// An elastic material; `model` names the set of constants.
+/// An elastic material; `model` selects its kind of anisotropy and its constants.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
 #[allow(non_snake_case, missing_docs)]
 pub enum Material {
-    /// Two constants, the same in all directions.
+    /// Isotropic elasticity with two constants.
     Isotropic {
         /// Young's modulus.
         E: Positive,
@@ -24,7 +24,7 @@ pub enum Material {
         #[serde(rename = "yield")]
         yield_stress: Option<Positive>,
     },
-    /// Five constants, isotropic about axis 1 (the fibre); G23 = E2 / (2 (1 + nu23)).
+    /// Five constants. The material is isotropic in the plane across axis 1 (the fibre): G23 = E2 / (2 (1 + nu23)).
     TransverselyIsotropic {
         /// Young's modulus along the fibre.
         E1: Positive,
@@ -43,7 +43,7 @@ pub enum Material {
         /// Strengths, for failure indices.
         strength: Option<Strength>,
     },
-    /// Nine constants; axis 1 along the fibre, nu_ij = contraction along j under tension along i.
+    /// Nine constants. Axis 1 is along the fibre. nu_ij is the contraction along j under tension along i.
     Orthotropic {
         /// Young's modulus along axis 1.
         E1: Positive,
@@ -72,7 +72,7 @@ pub enum Material {
         /// Strengths, for failure indices.
         strength: Option<Strength>,
     },
-    /// All constants as a symmetric 6 x 6 stiffness.
+    /// General anisotropy: all constants as a symmetric 6 x 6 stiffness matrix.
     Stiffness {
         /// Stiffness matrix, rows and columns in the order 11 22 33 23 13 12, engineering shear strains.
         C: Box<[[f64; 6]; 6]>,

@@ -1,6 +1,6 @@
 //! Keys of a scene file. Their doc comments are the descriptions in the JSON Schema.
 //!
-//! Angles are in degrees here, and in radians in the [plan](super::plan::Plan).
+//! Angles are in degrees in these types, and in radians in the [plan](super::plan::Plan).
 
 pub mod accuracy;
 pub mod body;
@@ -28,7 +28,7 @@ pub struct Scene {
     /// Title, shown with the results.
     #[serde(default)]
     pub title: String,
-    /// Names of the scene's consistent units; nothing is converted.
+    /// Names of the units of the scene. The units must be consistent; nothing is converted.
     #[serde(default)]
     pub units: Units,
     /// Materials by name.
@@ -59,7 +59,8 @@ pub struct Scene {
     /// Files to write in addition to summary.json and history.csv.
     #[serde(default)]
     pub output: solver::Output,
-    /// Target relative error, e.g. 1e-3: cells, increments and wear jumps are refined until the estimated error is below it.
+    /// Target relative error, e.g. 1e-3. Cells, increments and wear jumps are refined until the estimated error is
+    /// below it.
     pub accuracy: Option<accuracy::Accuracy>,
     /// Variants of the scene for `orthowear compare`.
     #[serde(default)]

@@ -22,7 +22,7 @@ pub struct Solver {
     /// Largest number of iterations per increment.
     #[schemars(range(min = 1))]
     pub max_iterations: usize,
-    /// Coupling of finite-element bodies to the contact frame.
+    /// Method that couples finite-element bodies to the contact frame.
     pub coupling: Coupling,
     /// Kinds of work to omit if the scene does not need them: true (all kinds), false (none) or a list of names.
     ///
@@ -64,7 +64,7 @@ impl SkipSetting {
 pub enum MemorySize {
     /// Bytes.
     Bytes(u64),
-    /// Bytes written with an exponent.
+    /// Number of bytes as a floating-point number, such as 1e9.
     Number(f64),
     /// A number with its unit.
     Text(String),
@@ -75,7 +75,7 @@ fn memory_size(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
 }
 
 impl MemorySize {
-    /// Number of bytes; `None` if the value is not a positive integer or a number with a unit.
+    /// Number of bytes. `None` if the value is neither a positive integer nor a positive number with a unit of memory.
     pub fn bytes(&self) -> Option<u64> {
         let text = match self {
             Self::Bytes(bytes) => return Some(*bytes).filter(|&bytes| bytes > 0),
@@ -101,7 +101,7 @@ impl MemorySize {
     }
 }
 
-/// The number as an integer, if it is an integer above 0.
+/// Returns `number` as an integer; `None` if it is not an integer above 0.
 fn positive_integer(number: f64) -> Option<u64> {
     (number >= 1.0 && number.is_finite() && number.fract() == 0.0).then_some(number as u64)
 }
@@ -128,7 +128,7 @@ pub struct Output {
     pub fields: Vec<FieldKind>,
     /// Lines and rectangles of points inside half-spaces and boundary-element bodies, for displacement and stress.
     pub inside: Vec<InteriorPoints>,
-    /// How often a checkpoint is written; --resume continues from the last one.
+    /// Interval between checkpoints; --resume continues from the last checkpoint.
     pub checkpoint: CheckpointInterval,
 }
 
@@ -145,10 +145,11 @@ pub struct InteriorPoints {
     pub from: [f64; 3],
     /// End of the line, or of the first side of the rectangle, global x, y, z.
     pub to: [f64; 3],
-    /// End of the second side of the rectangle, which starts at `from`, global x, y, z; default: a line.
+    /// End of the second side of the rectangle, global x, y, z; this side starts at `from`. Default: a line.
     pub across: Option<[f64; 3]>,
-    /// Number of points on the line, including both ends; for a rectangle two numbers: along the side towards `to`, along the side
-    /// towards `across`.
+    /// Number of points on the line, including both ends; for a rectangle two numbers.
+    ///
+    /// The first number counts the points along the side towards `to`, the second along the side towards `across`.
     pub points: PointCounts,
 }
 

@@ -7,9 +7,10 @@ use serde::Deserialize;
 
 use super::frame::{Positive, PositiveCount};
 
-/// Load step. Its values are totals at its end, measured from the initial state and reached linearly.
+/// Load step. Its values are totals since the initial state, reached at the end of the step. They change linearly over
+/// the step.
 ///
-/// Quantities that it does not name keep their previous values.
+/// Quantities that the step does not name keep their previous values.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
@@ -26,21 +27,25 @@ pub struct Step {
     pub shift: Option<Shift>,
     /// Tangential force on body 1 along the frame's x, y; needs friction. Excludes `shift`.
     pub tangential_force: Option<[f64; 2]>,
-    /// Rotation of body 2 about the frame's x and y through its centre, degrees (small rotations). Excludes `moment`.
+    /// Rotation of body 2 about the axes x and y through the frame's centre, degrees (small rotations). Excludes
+    /// `moment`.
     pub rotation: Option<[f64; 2]>,
-    /// Moments on body 1 about the frame's x and y through its centre; body 2 rotates freely. Excludes `rotation`.
+    /// Moments on body 1 about the axes x and y through the frame's centre; body 2 rotates freely. Excludes `rotation`.
     pub moment: Option<[f64; 2]>,
     /// Rotation of body 2 about the normal through the frame's centre, degrees (small rotations). Excludes `spin_moment`.
     pub twist: Option<f64>,
     /// Moment on body 1 about the normal through the frame's centre. Excludes `twist`.
     pub spin_moment: Option<f64>,
-    /// Amplitudes of named loads of the bodies at the end of the step, factors on their values. In the first step, loads that it
-    /// does not name reach 1.
+    /// Amplitudes of named loads of the bodies at the end of the step. An amplitude is a factor on the value of its
+    /// load.
+    ///
+    /// In the first step, loads without an amplitude here reach amplitude 1.
     #[serde(default)]
     pub loads: BTreeMap<String, f64>,
-    /// Load history from a CSV file, instead of other loads and motions. Each row is reached linearly from the previous one.
+    /// Load history from a CSV file, instead of other loads and motions. The loads change linearly from row to row.
     pub history: Option<LoadHistory>,
-    /// Number of equal increments (with `history`: per row), default 1. With friction the result depends on it (load path).
+    /// Number of equal increments (with `history`: per row), default 1. With friction the result depends on this number
+    /// (load path).
     #[serde(default = "super::frame::one")]
     pub increments: PositiveCount,
     /// Whether friction acts in this step.
@@ -53,12 +58,11 @@ pub struct Step {
     pub cycles: Option<Cycles>,
     /// Steady sliding of body 2 over body 1.
     pub sliding: Option<Sliding>,
-    /// Steady rolling under the loads of the previous steps. The creepages grow linearly over the increments; each increment is a
-    /// steady state.
+    /// Steady rolling under the loads of the previous steps. The creepages grow linearly over the increments.
     pub rolling: Option<Rolling>,
 }
 
-/// Steady rolling: the contact zone moves over both bodies; each increment is a steady state.
+/// Steady rolling: the contact zone moves over both bodies. Each increment is a steady state.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rolling {
@@ -71,7 +75,7 @@ pub struct Rolling {
     /// Spin creepage: rotation of body 2 relative to body 1 about n (from x towards y) per rolled distance, radians per length.
     #[serde(default)]
     pub spin: f64,
-    /// Rolled distance, for wear volume and dissipation.
+    /// Rolled distance, by which wear volume and dissipation grow.
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub distance: f64,
@@ -94,13 +98,15 @@ pub struct Shift {
 pub struct LoadHistory {
     /// CSV file, relative to the scene file: one row per load point, in order. Lines that begin with # are ignored.
     pub file: String,
-    /// Quantity in each column, "-" to ignore one; default: the names in the first line of the file. Quantities are "approach",
-    /// "normal_force", "shift_x", "shift_y", "tangential_x", "tangential_y", "rotation_x", "rotation_y", "moment_x", "moment_y",
-    /// "twist", "spin_moment", and the names of loads of the bodies, whose columns contain amplitudes.
+    /// Quantity in each column; "-" ignores a column. Default: the names in the first line of the file.
+    ///
+    /// Quantities are "approach", "normal_force", "shift_x", "shift_y", "tangential_x", "tangential_y", "rotation_x",
+    /// "rotation_y", "moment_x", "moment_y", "twist", "spin_moment", and the names of loads of the bodies. Columns of
+    /// loads contain amplitudes.
     pub columns: Option<Vec<String>>,
 }
 
-/// Control in a column of a load history, in the units of the scene, angles in degrees.
+/// Prescribed quantity in a column of a load history. Values are in the units of the scene, angles in degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum LoadColumn {
@@ -139,7 +145,7 @@ impl LoadColumn {
         (Self::Ignored, "-"),
     ];
 
-    /// Name in files.
+    /// Name of the column in files.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize].1
     }
@@ -149,7 +155,7 @@ impl LoadColumn {
         Self::NAMES.iter().find(|(_, known)| *known == name).map(|(column, _)| *column)
     }
 
-    /// All names except "-".
+    /// Names of all columns except "-".
     pub fn names() -> impl Iterator<Item = &'static str> {
         Self::NAMES[..Self::COUNT - 1].iter().map(|(_, name)| *name)
     }
@@ -166,24 +172,29 @@ pub struct Cycles {
     pub amplitude: Option<Positive>,
     /// Amplitude (±) of the tangential force on body 1; needs friction. Excludes `amplitude`.
     pub force_amplitude: Option<Positive>,
-    /// Semi-axis of an elliptic path perpendicular to `angle`: a displacement with `amplitude`, a force with `force_amplitude`.
-    /// Needs `path = "ellipse"`.
+    /// Second semi-axis of an elliptic path, perpendicular to `angle`. Needs `path = "ellipse"`.
+    ///
+    /// The semi-axis is a displacement with `amplitude`, and a force with `force_amplitude`.
     pub amplitude2: Option<Positive>,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,
-    /// Amplitudes of named loads of the bodies that vary in phase with the stroke, about their values at the start of the step. On an
-    /// ellipse they follow the first semi-axis. Without `amplitude` and `force_amplitude` they vary alone.
+    /// Amplitudes of named loads of the bodies that vary in phase with the stroke, about their values at the start of
+    /// the step.
+    ///
+    /// On an ellipse these loads follow the first semi-axis. Without `amplitude` and `force_amplitude` only these loads
+    /// vary.
     #[serde(default)]
     pub loads: BTreeMap<String, f64>,
     /// Number of equal wear jumps over the cycles; default: controlled by the estimated error (`wear.tolerance`).
     pub jumps: Option<PositiveCount>,
-    /// Number of increments per stroke (half cycle), or "auto"; default: as "auto", but with a correction only where needed.
+    /// Number of increments per stroke (half cycle), or "auto". Default: as "auto", with corrections only where needed.
     ///
-    /// "auto" takes 1 increment (8 for an ellipse) and corrects the wear by cycles with as many increments as `wear.tolerance`
-    /// requires. The default makes no correction while the whole contact slips and the wear agrees within the tolerance. A number
-    /// above 1 (8) corrects the wear by cycles with this number of increments. With a smaller number, one finely resolved cycle at the
-    /// start of the step measures the error.
+    /// "auto" computes a stroke in 1 increment (ellipse: 8). Cycles resolved in more increments correct the wear;
+    /// `wear.tolerance` sets their increments. The default omits this correction while the whole contact slips and the
+    /// wear volumes with more increments agree within the tolerance. A number above 1 (ellipse: above 8) corrects the
+    /// wear by resolved cycles with this number of increments. With any other number, one resolved cycle at the start
+    /// of the step only measures the error.
     pub increments: Option<StrokeIncrements>,
     /// Path of a cycle: "line" (default) or "ellipse".
     #[serde(default)]
@@ -230,6 +241,6 @@ pub enum CyclePath {
     /// Straight line, back and forth.
     #[default]
     Line,
-    /// Ellipse, starting at +amplitude and turning to the left of `angle`.
+    /// Ellipse. The path starts at +amplitude along `angle` and turns to the left.
     Ellipse,
 }
