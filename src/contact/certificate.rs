@@ -1,4 +1,7 @@
 //! Independent checks of a solved state, computed from its tractions and rigid motions alone (docs/theory-contact.md).
+//!
+//! P are the tractions with components q and p, S is the flexibility operator, and A are the cell areas. g_n is the
+//! normal gap and Δg the slip.
 
 use super::{ContactState, Increment};
 use crate::linalg::vector::nan_max;
@@ -12,24 +15,26 @@ pub struct StateChecks {
     pub min_gap: f64,
     /// Largest max(|q|_μ - p, 0), divided by the largest pressure. |q|_μ is the magnitude of the scaled tangential traction.
     pub max_cone_violation: f64,
-    /// Σ A |p g_n| / E with the elastic energy E. If E <= 1e-12 E_0, E_0 replaces E, where E_0 = ½ Σ A p² S_nn is the energy of
-    /// cells that deform independently. E is zero, for example, under uniform pressure on a frame that is periodic in both
-    /// directions.
+    /// Complementarity error Σ A |p g_n|, divided by the elastic energy E. If E <= 1e-12 E_0, the divisor is E_0 = ½ Σ
+    /// A p² S_nn, the energy of cells that deform independently. E is zero, for example, under uniform pressure on a
+    /// frame that is periodic in both directions.
     pub normal_gap_energy: f64,
-    /// Σ A (p |Δg|*_μ + q·Δg), divided by the denominator of `normal_gap_energy`. |Δg|*_μ is the slip scaled by the friction
-    /// coefficients.
+    /// Error of the friction law Σ A (p |Δg|*_μ + q·Δg), divided by the denominator of `normal_gap_energy`. |Δg|*_μ is
+    /// the magnitude of the scaled slip.
     pub tangential_gap_energy: f64,
     /// Elastic energy ½ Pᵀ A S P, summed over the path points, N mm.
     pub elastic_energy: f64,
-    /// Largest difference between S P and a reference in the checked cells, relative to the largest reference value. The reference
-    /// is direct summation, or a direct solve of the bodies' equations. `None` without tractions, reference or comparison.
+    /// Error of S P: its largest difference from a reference in the checked cells, relative to the largest reference
+    /// value. The reference is direct summation, or a direct solution of the bodies' equations. `None` without
+    /// tractions, reference or comparison.
     pub operator_defect: Option<f64>,
     /// Friction dissipation Σ A p̄ |Δĝ| of one pass through the path points, with the mean pressures p̄, N mm.
     pub dissipation: f64,
 }
 
 impl StateChecks {
-    /// Combines the checks of two successive states: elastic energy and dissipation of `later`, otherwise the worse value.
+    /// Combines the checks of two successive states. Elastic energy and dissipation come from `later`. Every other
+    /// check is the worse of the two values.
     pub fn worst(&self, later: &Self) -> Self {
         Self {
             natural_residual: self.natural_residual.max(later.natural_residual),
@@ -47,8 +52,8 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     a.into_iter().chain(b).reduce(nan_max)
 }
 
-/// Ratio E / E_0 (see [`StateChecks::normal_gap_energy`]) up to which E counts as zero. A smaller E comes from errors of the
-/// tractions alone.
+/// Ratio E / E_0 (see [`StateChecks::normal_gap_energy`]) up to which E counts as zero. A smaller E is an error of the
+/// tractions.
 const MIN_ELASTIC_ENERGY_SHARE: f64 = 1e-12;
 
 /// Largest number of kernels integrated for the direct sums of one path point.
@@ -87,12 +92,13 @@ fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
     worst
 }
 
-/// Treatment of the tangential gap if only pressures are unknown.
+/// Treatment of the tangential gap if the iterations compute only pressures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TangentialGap {
     /// Includes the displacement caused by the pressures.
     Complete,
-    /// Omits the displacement caused by the pressures: no output uses it, or wear has removed the pressures.
+    /// Omits the displacement caused by the pressures, because no output uses it or because wear has removed the
+    /// pressures.
     Skip,
 }
 
@@ -101,7 +107,7 @@ pub enum TangentialGap {
 pub enum OperatorCheck {
     /// Compare in some of the loaded cells.
     SampleCells,
-    /// Omit the comparison: another increment includes it.
+    /// Omit the comparison, because another increment includes it.
     Skip,
 }
 
@@ -113,12 +119,13 @@ pub fn check(
     sums: OperatorCheck,
 ) -> StateChecks {
     if problem.normal_only() {
-        // A resumed run has no tangential displacements of earlier solutions, and must give the same result.
+        // Removes tangential displacements of earlier solutions. A resumed run does not have them, but must give the
+        // same result.
         let n = problem.n();
         it.elastic.chunks_exact_mut(3 * n).for_each(|planes| planes[..2 * n].fill(0.0));
     }
     problem.evaluate(it);
-    // An operator with a separate tangential part has no coupling, so that pressures cause no tangential displacement.
+    // If the operator has a separate tangential part, pressures cause no tangential displacement.
     if problem.normal_only() && gap == TangentialGap::Complete && problem.flexibility.tangential().is_none() {
         fill_tangential(problem, it);
     }

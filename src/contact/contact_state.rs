@@ -12,7 +12,7 @@ const STICK_MARGIN: f64 = 1e-6;
 pub struct Unknowns {
     /// Scaled tractions, `[3, N]` per path point, MPa.
     pub scaled: Vec<f64>,
-    /// Rigid motion of body 2 along the frame's (x, y, n), per path point.
+    /// Rigid motion of body 2 along the frame's (x, y, n), per path point, mm.
     pub rigid_motion: Vec<[f64; 3]>,
     /// Amplitude of each additional rigid mode, per path point; zero beyond the number of modes.
     pub mode_amplitudes: Vec<[f64; MAX_RIGID_MODES]>,
@@ -48,7 +48,7 @@ impl Unknowns {
 pub struct ContactState {
     /// Scaled tractions, `[3, N]` per path point, MPa.
     pub scaled: Vec<f64>,
-    /// Rigid motion of body 2 along the frame's (x, y, n), per path point.
+    /// Rigid motion of body 2 along the frame's (x, y, n), per path point, mm.
     pub rigid_motion: Vec<[f64; 3]>,
     /// Amplitude of each additional rigid mode, per path point.
     pub mode_amplitudes: Vec<[f64; MAX_RIGID_MODES]>,
@@ -70,7 +70,7 @@ pub struct ContactState {
 }
 
 impl From<&Unknowns> for ContactState {
-    /// The state must be evaluated afterwards.
+    /// State with these unknowns. It must be evaluated afterwards.
     fn from(unknowns: &Unknowns) -> Self {
         let ends = unknowns.rigid_motion.len();
         let mut it = Self::new(unknowns.scaled.len() / (3 * ends), unknowns.rigid_motion.clone());
@@ -111,8 +111,9 @@ impl ContactState {
         self.mode_amplitudes.copy_from_slice(&other.mode_amplitudes);
     }
 
-    /// Halves the distance of the unknowns from those of `start`. Admissible tractions stay admissible, because the admissible set is
-    /// convex. The state must be evaluated afterwards.
+    /// Halves the step from `start`: every unknown becomes the mean of its value in `start` and its present value.
+    /// Admissible tractions stay admissible, because the admissible set is convex. The state must be evaluated
+    /// afterwards.
     pub(crate) fn halve_step(&mut self, start: &Self) {
         let halve = |(from, to): (&f64, &mut f64)| *to = from + 0.5 * (*to - from);
         start.scaled.iter().zip(&mut self.scaled).for_each(halve);
@@ -120,7 +121,7 @@ impl ContactState {
         start.mode_amplitudes.iter().flatten().zip(self.mode_amplitudes.iter_mut().flatten()).for_each(halve);
     }
 
-    /// Returns whether cell `i` carries pressure and |q̂| < p (1 - 1e-6), which means that it sticks if there is friction.
+    /// Returns whether cell `i` carries pressure and |q̂| < p (1 - 1e-6). With friction, this cell sticks.
     pub(super) fn is_inside_cone(&self, end: usize, i: usize) -> bool {
         let n = self.wear_per_pass.len();
         let planes = &self.scaled[end * 3 * n..];
@@ -134,7 +135,7 @@ impl ContactState {
         self.scaled.chunks_exact(3 * n).any(|planes| planes[2 * n..].iter().any(|p| *p > 0.0))
     }
 
-    /// Returns whether cell `i` slips at a path point, or carries no pressure there, if there is friction.
+    /// Returns whether cell `i` slips or carries no pressure at any path point, for a problem with friction.
     pub fn slips(&self, i: usize) -> bool {
         (0..self.rigid_motion.len()).any(|end| !self.is_inside_cone(end, i))
     }

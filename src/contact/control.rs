@@ -25,8 +25,8 @@ pub enum TangentialControl {
 pub enum Pressures {
     /// Pressures are unknown.
     Unknown,
-    /// Pressures are fixed at their values in the state, and only tangential tractions are unknown. Requires an operator with a
-    /// tangential part.
+    /// Pressures are fixed at their values in the state, and only tangential tractions are unknown. The operator must
+    /// have a separate tangential part.
     Given,
 }
 
@@ -40,15 +40,15 @@ pub enum SlipReference {
         /// Pressures, `[N]`, MPa. Wear and dissipation take the mean of the pressures at both ends of the increment.
         pressures: Vec<f64>,
     },
-    /// The previous path point of a closed cycle; the last point precedes the first. In cells that stick through the whole cycle,
-    /// slip is measured from the tangential gap at which they stuck.
+    /// Previous path point of a closed cycle, in which the last point precedes the first. In cells of `stick_mask`,
+    /// slip is measured from `stick_gap`.
     PreviousPoint {
         /// Cells that stick through the cycle.
         stick_mask: Vec<bool>,
         /// Tangential gaps of the cells in `stick_mask`, `[2, N]`, mm.
         stick_gap: Vec<f64>,
-        /// Displacement of body 2 along x, y at the first point one cycle before, mm. The difference to the present displacement is
-        /// the drift of a cycle. `None` without drift.
+        /// Displacement of body 2 along x, y at the first path point of the previous cycle, mm. The change since then
+        /// is the drift per cycle. `None` without drift.
         origin: Option<[f64; 2]>,
     },
     /// Steady sliding: prescribed slip, `[2, N]`, mm per mm of sliding, independent of the tractions.
@@ -57,18 +57,20 @@ pub enum SlipReference {
     Upstream(Upstream),
 }
 
-/// Steady rolling: tractions are stationary while material passes from cell to cell.
+/// Data of steady rolling, in which tractions are stationary while material passes from cell to cell.
 #[derive(Debug, Clone)]
 pub struct Upstream {
-    /// Upstream cell of each cell, `[N]`: the cell that its material comes from. Cells where material enters the frame refer to
-    /// themselves.
+    /// Upstream cell of each cell, `[N]`, from which material enters the cell. A cell where material enters the frame
+    /// is its own upstream cell.
     pub source_cell: Vec<usize>,
-    /// Slip of rigid bodies during the passage through one cell, `[2, N]`, mm.
+    /// Slip that the bodies would have without elastic deformation while material passes through one cell, `[2, N]`,
+    /// mm.
     pub rigid_slip: Vec<f64>,
 }
 
 impl SlipReference {
-    /// The same kind of reference for `n` cells, with zero constant terms.
+    /// Reference of the linearised equations: the same variant for `n` cells, with gaps, pressures and rigid slip set
+    /// to zero.
     pub(super) fn linearised(&self, n: usize) -> Self {
         match self {
             Self::Previous { .. } => Self::Previous { gap: vec![0.0; 2 * n], pressures: vec![0.0; n] },
@@ -93,8 +95,8 @@ pub struct PathPoint {
     pub normal: NormalControl,
     /// Tangential control.
     pub tangential: TangentialControl,
-    /// Balance that determines the unknown rigid motions, in place of the forces of both controls. `None` without forces, or for
-    /// forces along axes that all cells of a flat frame share.
+    /// Balance that determines the unknown rigid motions. It replaces the forces in `normal` and `tangential`. `None`
+    /// if these two controls alone determine the motions.
     pub balance: Option<Balance>,
     /// Reference from which slip is measured.
     pub reference: SlipReference,

@@ -2,8 +2,8 @@
 
 use crate::laws::friction::FrictionEllipse;
 
-/// Transformation between physical and scaled (hatted) vectors. R rotates components along the friction axes to components along x,
-/// y; M = diag(μ1, μ2) scales them.
+/// Transformation between physical and scaled (hatted) vectors. R turns components along the friction axes into
+/// components along x, y. M = diag(μ1, μ2) contains the friction coefficients.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FrictionScaling {
     pub mu: [f64; 2],
@@ -17,24 +17,24 @@ impl FrictionScaling {
         Self { mu: ellipse.mu, cos, sin }
     }
 
-    /// Physical traction (x, y) of a scaled one: q = R M q̂.
+    /// Physical traction (x, y) for the scaled traction q̂: q = R M q̂.
     pub fn physical_traction(&self, hatted: [f64; 2]) -> [f64; 2] {
         let (a, b) = (self.mu[0] * hatted[0], self.mu[1] * hatted[1]);
         [self.cos * a - self.sin * b, self.sin * a + self.cos * b]
     }
 
-    /// Scaled traction of a physical one: q̂ = M⁻¹ Rᵀ q.
+    /// Scaled traction for the physical traction q: q̂ = M⁻¹ Rᵀ q.
     pub fn scaled_traction(&self, q: [f64; 2]) -> [f64; 2] {
         [(self.cos * q[0] + self.sin * q[1]) / self.mu[0], (-self.sin * q[0] + self.cos * q[1]) / self.mu[1]]
     }
 
-    /// Physical slip (x, y) of a scaled one: v = R M⁻¹ v̂.
+    /// Physical slip (x, y) for the scaled slip v̂: v = R M⁻¹ v̂.
     pub fn physical_slip(&self, hatted: [f64; 2]) -> [f64; 2] {
         let (a, b) = (hatted[0] / self.mu[0], hatted[1] / self.mu[1]);
         [self.cos * a - self.sin * b, self.sin * a + self.cos * b]
     }
 
-    /// Scaled slip of a physical one: v̂ = M Rᵀ v.
+    /// Scaled slip for the physical slip v: v̂ = M Rᵀ v.
     pub fn scaled_slip(&self, v: [f64; 2]) -> [f64; 2] {
         [self.mu[0] * (self.cos * v[0] + self.sin * v[1]), self.mu[1] * (-self.sin * v[0] + self.cos * v[1])]
     }

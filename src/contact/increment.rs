@@ -23,8 +23,8 @@ pub struct Increment<'a> {
     pub initial_gap: &'a [f64],
     /// Change of the gap by loads that vary within a cycle, at the + reversal point, `[3, N]`, mm; `None` without such loads.
     pub cyclic_gap: Option<&'a [f64]>,
-    /// Matrix per cell, `[N]`, from a translation of body 2 along the frame's x, y, n to components along the cell's axes. `None`
-    /// if every matrix is the identity.
+    /// Matrix of each cell, `[N]`, that turns a translation of body 2 along x, y, n into components along the axes of
+    /// the cell. `None` if every matrix is the identity.
     pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
     /// Gap per unit of each additional rigid mode, `[3, N]` each.
     pub mode_gaps: &'a [Vec<f64>],
@@ -40,8 +40,8 @@ pub struct Increment<'a> {
     pub patches: &'a [usize],
     /// Wear depth at the start, `[N]`, mm.
     pub wear_depth: &'a [f64],
-    /// Number of passes through the path points whose wear opens the gap: 1, or the cycles of an implicit stage. 0 if wear does not
-    /// change the gap.
+    /// Number of passes through the path points whose wear opens the gap: 1, or the cycles of an implicit stage of a
+    /// wear jump. 0 if wear does not change the gap.
     pub implicit_passes: f64,
     /// Whether the pressures are unknown.
     pub pressures: Pressures,
@@ -86,8 +86,8 @@ impl Increment<'_> {
         if self.pressures == Pressures::Given { self.flexibility.tangential() } else { None }
     }
 
-    /// Linear equations for changes of tractions and motions. Newton's tangent adds the change of the wear. `flexibility` may be
-    /// less accurate than the operator of the increment. `nothing` contains zeros, `[3, N]`.
+    /// Linear equations for changes of tractions and motions, without wear. Newton's tangent adds the change of the
+    /// wear. `flexibility` may be less accurate than the operator of the increment. `nothing` contains zeros, `[3, N]`.
     pub(super) fn linearised<'b>(
         &'b self,
         flexibility: &'b dyn Flexibility,
@@ -123,7 +123,8 @@ impl Increment<'_> {
         self.fill_from_elastic(it);
     }
 
-    /// Computes the normal gap of the path point `end` from S P, rigid motion and initial wear depth.
+    /// Computes the normal gap at the path point `end` from the initial gap, S P, the rigid motion and the wear depth
+    /// at the start.
     pub(super) fn fill_normal_gap(&self, it: &mut ContactState, end: usize) {
         let n = self.n();
         let normal = end * 3 * n + 2 * n..end * 3 * n + 3 * n;
@@ -144,8 +145,8 @@ impl Increment<'_> {
         self.fill_gradient(it);
     }
 
-    /// Returns the cells, in ascending order, whose flexibility is not formed although undeformed bodies would overlap in them at
-    /// the motions of `it`.
+    /// Returns the cells without formed flexibility in which undeformed bodies would overlap at the motions of `it`, in
+    /// ascending order.
     pub fn closed_by_motion(&self, it: &ContactState) -> Vec<usize> {
         let mut cells = self.flexibility.unformed_cells();
         let gap = |cell: usize, end: usize| {
@@ -156,8 +157,8 @@ impl Increment<'_> {
         cells
     }
 
-    /// Completes elastic displacement, gap and slip of an evaluated state in the cells whose flexibility is not formed. Returns the
-    /// subset of these cells in which the bodies overlap or that carry pressure, in ascending order.
+    /// Completes elastic displacement, gap and slip of an evaluated state in the cells whose flexibility is not formed.
+    /// Of these cells, returns the cells with overlap or pressure, in ascending order.
     ///
     /// # Errors
     /// If the equations of a body cannot be solved.
@@ -211,7 +212,7 @@ impl Increment<'_> {
         }
     }
 
-    /// Gap without the wear depth, which [`Self::fill_wear`] adds.
+    /// Computes the gap without the wear depth. [`Self::fill_wear`] adds the wear depth.
     fn fill_gap(&self, it: &mut ContactState) {
         let n = self.n();
         for end in 0..self.path_points.len() {
@@ -227,7 +228,8 @@ impl Increment<'_> {
         }
     }
 
-    /// Component `k` of `[3, N]` of the gap at zero tractions and zero rigid motion at a path point, without wear, mm.
+    /// Gap at zero tractions and zero rigid motion at a path point, without wear, mm. `k` is an index into a field
+    /// `[3, N]`.
     fn undeformed_gap(&self, k: usize, point: usize) -> f64 {
         match self.cyclic_gap {
             Some(gap) => self.initial_gap[k] + self.path_points[point].load_phase * gap[k],
@@ -298,12 +300,15 @@ impl Increment<'_> {
         (end + self.path_points.len() - 1) % self.path_points.len()
     }
 
-    /// Computes the wear depth dw = Σ p̄ |Δg|_i of one pass through the path points. p̄ is the mean pressure ([`Self::mean_pressure`]),
-    /// |Δg|_i the slip, weighted with the specific wear rates and the wear path factor of the cell. Adds the wear depth at the start
-    /// and `implicit_passes` dw to the normal gap (docs/theory-wear.md). In rolling `implicit_passes` is 0, because the wear is
-    /// spread over a track of unknown length.
+    /// Computes the wear depth dw = Σ p̄ |Δg|_i of one pass through the path points. p̄ is the mean pressure
+    /// ([`Self::mean_pressure`]). |Δg|_i is the slip, weighted with the specific wear rates and the wear path factor of
+    /// the cell.
     ///
-    /// The derivative with respect to the pressures is in `residual`, `solver::newton::unknowns` and `solver::newton::tangent`.
+    /// Adds the wear depth at the start and `implicit_passes` dw to the normal gap (docs/theory-wear.md). In rolling
+    /// `implicit_passes` is 0, because the wear is spread over a track of unknown length.
+    ///
+    /// The modules `residual`, `solver::newton::unknowns` and `solver::newton::tangent` use the derivative of dw with
+    /// respect to the pressures.
     fn fill_wear(&self, it: &mut ContactState) {
         let n = self.n();
         it.wear_per_pass.fill(0.0);
@@ -328,10 +333,12 @@ impl Increment<'_> {
         }
     }
 
-    /// Pressure that wears and dissipates on the way to the path point `end`: the mean of the pressures at its start and end. In an
-    /// increment, the pressure p of a cell that opens falls at the rate of the local stiffness c, and is zero after the share
-    /// p / (p + c `gap`) of the increment. `gap` is the normal gap at the end without the wear of this pass, mm. Steady sliding and
-    /// rolling take the pressure at the end.
+    /// Mean pressure for wear and dissipation on the path segment that ends at the path point `end`. It is the mean of
+    /// the pressures at both ends of the segment. Steady sliding and rolling use the pressure at the end.
+    ///
+    /// If a cell opens in an increment, its pressure p falls at the rate of the local stiffness c. The pressure is zero
+    /// after the share p / (p + c `gap`) of the increment. `gap` is the normal gap at the end without the wear of this
+    /// pass, mm.
     pub(super) fn mean_pressure(&self, it: &ContactState, end: usize, i: usize, gap: f64) -> f64 {
         let n = self.n();
         let pressure = |end: usize| it.tractions[end * 3 * n + 2 * n + i];
@@ -348,8 +355,8 @@ impl Increment<'_> {
         }
     }
 
-    /// Replaces wear paths, `[N]` per path point, by derivatives of the wear depth with respect to the pressures. Half of each
-    /// pressure counts on the way to its path point, and half on the way from it.
+    /// Replaces wear paths, `[N]` per path point, by derivatives of the wear depth with respect to the pressures. The
+    /// pressure of a path point has the weight ½ on the path segment before the point and on the segment after it.
     fn differentiate_wear(&self, wear_path: &mut [f64]) {
         let cyclic = match &self.path_points[0].reference {
             SlipReference::PreviousPoint { .. } => true,

@@ -1,12 +1,12 @@
 //! Contact increment: Signorini conditions and elliptic Coulomb friction on the contact frame, with implicit wear.
 //!
-//! Unknowns are the rigid motions and the scaled (*hatted*) tractions on body 2, P̂ = D⁻¹ P with D = diag(μ1, μ2, 1) in the friction
-//! axes (docs/theory-contact.md). In scaled variables every friction ellipse is a disc of radius p, and radial return is the exact
-//! projection. A field `[3, N]` stores its three components one after the other: q̂1, q̂2, p. With the slip Δg of the increment, the
-//! conjugate gap is ĝ = [μ1 Δg1, μ2 Δg2, g_n].
+//! Unknowns are the rigid motions and the scaled (*hatted*) tractions P̂ = D⁻¹ P on body 2 (docs/theory-contact.md).
+//! Tractions are in the friction axes, and D = diag(μ1, μ2, 1). In scaled variables every friction ellipse is a disc of
+//! radius p, and radial return is the exact projection. A field `[3, N]` stores its three components one after the
+//! other: q̂1, q̂2, p. With the slip Δg of the increment, the conjugate gap is ĝ = [μ1 Δg1, μ2 Δg2, g_n].
 //!
-//! An [`Increment`] has one path point, or all path points of a fretting cycle, which are solved together. The slips between these
-//! points and their common wear depth couple their equations.
+//! An [`Increment`] has one path point, or all path points of a fretting cycle, which are solved together. The slips
+//! between the path points and their common wear depth couple the equations of these points.
 
 pub mod balance;
 pub mod certificate;

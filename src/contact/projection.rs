@@ -1,7 +1,8 @@
-//! Projection of scaled tractions onto the admissible set: p >= 0, |q̂| <= p and, under force control, the prescribed resultants.
+//! Projection of scaled tractions onto the admissible set: p >= 0, |q̂| <= p and, under force control, the prescribed
+//! resultants.
 //!
-//! The Lagrange multiplier of a prescribed force is the rigid motion for which the projected tractions have the prescribed
-//! resultant.
+//! p is the pressure, q̂ the scaled tangential traction and A the cell area. The Lagrange multiplier of a prescribed
+//! force is the rigid motion for which the projected tractions have the prescribed resultant.
 
 use super::balance::{Balance, LossOfEquilibrium, MAX_RIGID_MODES, ProjectionStart, StepSizes};
 use super::friction_scaling::FrictionScaling;
@@ -12,8 +13,10 @@ use super::{Increment, NormalControl, PathPoint, Pressures, TangentialControl};
 pub enum Equilibrium {
     /// The tractions carry the prescribed forces.
     Balanced,
-    /// A tangential force reaches the friction limit at the pressures of this iterate, and the traction of every cell is at its
-    /// limit along the scaled force. On a path point with a balance: no rigid motion balances the forces, and the bodies slide or separate.
+    /// A tangential force reaches the friction limit at the pressures of this iterate. The traction of every cell is at
+    /// its limit along the scaled force.
+    ///
+    /// On a path point with a balance, no rigid motion balances the forces. The bodies slide or separate.
     Sliding(LossOfEquilibrium),
 }
 
@@ -25,8 +28,8 @@ pub struct RigidMotions<'a> {
     pub floating: &'a mut [[f64; MAX_RIGID_MODES]],
 }
 
-/// Computes `out = proj(hatted - step * gradient)` for every path point. Under force control, adds to `motions` the rigid motion
-/// that balances the force.
+/// Computes `out = proj(hatted - step * gradient)` for every path point. Under force control, adds to `motions` the
+/// rigid motion that balances the force.
 pub fn project(
     problem: &Increment,
     steps: StepSizes,
@@ -91,8 +94,8 @@ pub fn project(
     equilibrium
 }
 
-/// Takes a step and projects the pressures onto p >= 0. Under a prescribed force, all values are first shifted uniformly so that
-/// the projected pressures carry the force. Returns this shift, MPa.
+/// Takes a step and projects the pressures onto p >= 0. Under a prescribed force, first adds the same shift to all
+/// values, so that the projected pressures carry the force. Returns the shift, MPa.
 fn project_pressures(
     problem: &Increment,
     end: &PathPoint,
@@ -146,8 +149,8 @@ fn project_to_friction_disc(planes: &mut [f64], n: usize) {
 
 /// Shifts `z` by τ so that Σ A max(z + τ, 0) = force, and returns τ.
 ///
-/// Newton's method starts to the right of the root of this convex function and reaches it after finitely many steps. `z` is
-/// measured from its largest value, so that rounding does not affect the smallest forces.
+/// Newton's method starts to the right of the root of this convex function and finds the root in finitely many steps.
+/// The largest value is first subtracted from `z`, so that rounding does not affect the smallest forces.
 fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     let mut top = 0;
     for i in 0..z.len() {
@@ -182,19 +185,22 @@ fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
 
 const POTENTIAL_ROUNDING: f64 = 1e-12;
 
-/// Newton step for the force defect `defect`: (J + floor I)⁻¹ defect, with J given by its components (11, 12, 22).
+/// Newton step for the force defect `defect`: (J + floor I)⁻¹ defect. The array contains the components 11, 12, 22 of
+/// the symmetric Jacobian J.
 fn newton_step([a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
     let (a, c) = (a + floor, c + floor);
     let det = a * c - b * b;
     [(c * defect[0] - b * defect[1]) / det, (a * defect[1] - b * defect[0]) / det]
 }
 
-/// Rigid displacement v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = f, where f is the prescribed force. `planes` contains the
-/// predictors ẑ and the pressures p. a is the step size `step`, and clip(·; p) is the radial return to the disc of radius p. If f
-/// reaches the friction limit, returns the loss of equilibrium and v = 0.
+/// Rigid displacement v (x, y) for which the projected tractions carry the prescribed force f: Σ A R M clip(ẑ - a M Rᵀ
+/// v; p) = f.
 ///
-/// v minimises the convex potential Σ A h(ẑ - a M Rᵀ v; p) + a f·v with Huber's function h. `wanted` is the scaled force f̂ = M⁻¹ Rᵀ
-/// f. R and M are the matrices of [`FrictionScaling`].
+/// `planes` contains the predictors ẑ and the pressures p, `step` is the step size a. `wanted` is the scaled force f̂ =
+/// M⁻¹ Rᵀ f. clip(·; p) is the radial return to the disc of radius p. R and M are the matrices of [`FrictionScaling`].
+///
+/// v minimises the convex potential Σ A h(ẑ - a M Rᵀ v; p) + a f·v with Huber's function h. If f reaches the friction
+/// limit, the function returns the loss of equilibrium and v = 0.
 fn shift_for_force(
     planes: &[f64],
     areas: &[f64],
@@ -219,7 +225,7 @@ fn shift_for_force(
         if error <= 1e-14 * capacity {
             break;
         }
-        // The floor bounds the step where all cells slip in one direction and the Jacobian is singular.
+        // The Jacobian is singular if all cells slip in one direction. The floor then bounds the step.
         let floor = 0.1 * error / (y[0].hypot(y[1]) + scale);
         let direction = newton_step(current.jacobian, floor, defect);
         let slope = direction[0] * defect[0] + direction[1] * defect[1];
@@ -230,8 +236,8 @@ fn shift_for_force(
             let next = clipped_sum(planes, areas, trial);
             let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
             let next_error = (next.sum[0] - wanted[0]).hypot(next.sum[1] - wanted[1]);
-            // If rounding hides the change of the potential, the force error decides. Alone, it would allow ever longer steps
-            // across the root.
+            // If rounding hides the change of the potential, the decrease of the force error decides. The force error
+            // alone is no criterion: it would accept ever longer steps across the root.
             let level = next_value <= value + POTENTIAL_ROUNDING * value.abs();
             let falls = next_value <= value - 1e-4 * damping * slope;
             let accepted = falls || (level && next_error < 0.5 * error);
@@ -304,7 +310,7 @@ mod tests {
         }
     }
 
-    /// Scaled tractions `[3, n]`; many tangential predictors exceed their limits.
+    /// Random tangential predictors and pressures, `[3, n]`. Many predictors exceed the friction limit.
     fn planes(numbers: &mut Numbers, n: usize, size: f64) -> Vec<f64> {
         let pressures: Vec<f64> = (0..n).map(|_| 500.0 * (numbers.next() + 0.5).sqrt()).collect();
         let way = [1.0, -1.0, 0.0][(3.0 * (numbers.next() + 0.5)) as usize];
@@ -317,8 +323,8 @@ mod tests {
         [first, second, pressures].concat()
     }
 
-    /// Truth: the sum of cell area times shifted and clipped traction equals the prescribed force. The tolerance, relative to the
-    /// friction limit, is 1e-12 plus ten times the rounding error of the largest predictor.
+    /// Truth: the cell areas times the shifted and clipped tractions sum to the prescribed force. The tolerance,
+    /// relative to the friction limit, is 1e-12 plus ten times the rounding error of the largest predictor.
     #[test]
     fn shifts_carry_their_forces() {
         let hat = FrictionScaling::new(&FrictionEllipse { mu: [0.3, 0.5], angle: 0.7 });

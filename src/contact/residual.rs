@@ -9,12 +9,13 @@ use crate::linalg::vector::nan_max;
 const SUM_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 impl Increment<'_> {
-    /// Natural residual (docs/theory-contact.md): the largest change of a traction in one local projection step, relative to the
-    /// largest pressure. Prescribed forces contribute their relative defects, and the largest value counts.
+    /// Natural residual (docs/theory-contact.md): the largest change of a traction in one local projection step,
+    /// relative to the largest pressure. If the relative defect of a prescribed force is larger, the residual is this
+    /// defect.
     ///
-    /// The step size of a pressure is 1 / (S_nn + w), where w is `implicit_passes` times the wear path. The step size of a tangential
-    /// traction is `ContactScales::c_tangential`. The residual is 0 for an open state without penetration and NaN if any number is
-    /// NaN.
+    /// The step size of a pressure is 1 / (S_nn + w), where w is `implicit_passes` times `wear_per_pressure`. The step
+    /// size of a tangential traction is `ContactScales::c_tangential`. The residual is 0 for an open state without
+    /// penetration and NaN if any number is NaN.
     pub fn natural_residual(&self, it: &ContactState) -> f64 {
         let [normal, tangential] = self.natural_residual_parts(it);
         nan_max(normal, tangential)
@@ -36,7 +37,7 @@ impl Increment<'_> {
             parts[0] = 0.0;
         }
         for part in &mut parts {
-            // If no cell carries pressure, any change other than 0 becomes infinite.
+            // If no cell carries pressure, a change other than 0 gives an infinite residual.
             *part = if *part == 0.0 { 0.0 } else { *part / p_max };
         }
         (0..self.path_points.len()).fold(parts, |[normal, tangential], end| {
@@ -69,8 +70,10 @@ impl Increment<'_> {
         changes
     }
 
-    /// Root of the sum of the squared traction changes in one local projection step, divided by the number of cells and by `p_max`
-    /// squared, and of the squared relative defects of prescribed forces.
+    /// Mean residual that damped Newton steps reduce: sqrt(Σ_points (Σ_cells δ² / (N p_max²) + Σ f²)).
+    ///
+    /// δ are the traction changes of the N cells in one local projection step. f are the relative defects of the
+    /// prescribed forces.
     pub(super) fn mean_residual(&self, it: &ContactState, p_max: f64) -> f64 {
         let n = self.n();
         let squares = (0..self.path_points.len()).map(|end| {
@@ -81,8 +84,9 @@ impl Increment<'_> {
         squares.sum::<f64>().sqrt()
     }
 
-    /// Numbers of cells whose pressures and whose tangential tractions would change by more than `tolerance` times the largest
-    /// pressure in one local projection step, at any path point.
+    /// Numbers of cells that violate the contact conditions and the friction law at any path point. In one local
+    /// projection step, their pressure or tangential traction changes by more than `tolerance` times the largest
+    /// pressure.
     pub(super) fn violated_cells(&self, it: &ContactState, tolerance: f64) -> [usize; 2] {
         let bound = tolerance * largest_pressure(it, self.n());
         let violated = |part: usize| {
@@ -105,8 +109,8 @@ impl Increment<'_> {
         deepest <= SUM_ROUNDING * largest
     }
 
-    /// Relative defects of the prescribed normal and tangential forces of a path point; 0 without a prescribed force. The defect of
-    /// a balance is the second value.
+    /// Relative defects of the prescribed normal and tangential forces of a path point; 0 without a prescribed force. A
+    /// path point with a balance returns 0 and the residual of the balance.
     fn force_residuals(&self, it: &ContactState, end: usize) -> [f64; 2] {
         let n = self.n();
         if let Some(balance) = &self.path_points[end].balance {
@@ -126,7 +130,8 @@ impl Increment<'_> {
         }
         if let TangentialControl::Force(wanted) = self.path_points[end].tangential {
             let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
-            // The factor μ keeps the check strict for small forces at very small friction.
+            // The scale is μ times the normal force for small tangential forces. Without the factor μ, the check would
+            // be weak at very small friction.
             let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
             residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));
         }

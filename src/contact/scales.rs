@@ -1,4 +1,8 @@
-//! Scales of a flexibility operator: local stiffnesses for the natural residual, and largest eigenvalues for step sizes.
+//! Scales of a flexibility operator: local stiffnesses for the natural residual, and largest eigenvalues for step
+//! sizes.
+//!
+//! S_nn and S_tt are the normal and the tangential diagonal block of the operator in a cell. Ŝ = M Rᵀ S_tt R M is S_tt
+//! in scaled components, with the matrices R and M of `FrictionScaling`.
 
 use std::sync::OnceLock;
 
@@ -11,12 +15,12 @@ use crate::laws::friction::FrictionEllipse;
 /// Local stiffnesses and largest eigenvalues for one flexibility operator and one friction ellipse.
 #[derive(Debug, Clone)]
 pub struct ContactScales {
-    /// c_n = 1 / S_nn of each cell, MPa/mm (docs/theory-contact.md).
+    /// Local normal stiffness of each cell, c_n = 1 / S_nn, MPa/mm (docs/theory-contact.md).
     pub c_normal: Vec<f64>,
-    /// c_t = 1 / sqrt(Ŝ11 Ŝ22) of each cell, MPa/mm, with Ŝ = M Rᵀ S_tt R M; empty without friction.
+    /// Local tangential stiffness of each cell, c_t = 1 / sqrt(Ŝ11 Ŝ22), MPa/mm. Empty without friction.
     pub c_tangential: Vec<f64>,
-    /// Orthogonal projectors on the scaled tangential directions without compliance, `[N]`. Supports fix both bodies along these
-    /// directions. Empty if there are none.
+    /// Orthogonal projector of each cell on the scaled tangential directions in which supports fix the bodies, `[N]`.
+    /// Empty if no cell has a fixed direction.
     pub fixed_directions: Vec<Matrix2<f64>>,
     normal: OnceLock<f64>,
     tangential: OnceLock<f64>,
@@ -24,7 +28,7 @@ pub struct ContactScales {
 
 const POWER_ITERATIONS: usize = 12;
 
-/// Supports fix a direction if its compliance is at most this share of the largest compliance of the cell.
+/// Largest compliance of a fixed tangential direction, relative to the largest compliance of the cell.
 const MAX_FIXED_COMPLIANCE_SHARE: f64 = 1e-10;
 
 /// Lower bound on Ŝ11 and Ŝ22 of a cell, relative to the largest of Ŝ11, Ŝ22 and μ1 μ2 S_nn.
@@ -41,7 +45,8 @@ impl ContactScales {
         let hat = FrictionScaling::new(ellipse);
         let c_tangential = blocks
             .map(|s| {
-                // A direction that is fixed everywhere by supports (plane strain) has no compliance.
+                // In plane strain, for example, supports fix a direction, which then has no compliance. The bound
+                // `least` replaces small compliances.
                 let (first, second) = (compliance(s, &hat, [1.0, 0.0]), compliance(s, &hat, [0.0, 1.0]));
                 let least = MIN_COMPLIANCE_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
                 1.0 / mean(first.max(least), second.max(least))
@@ -83,7 +88,7 @@ impl ContactScales {
     }
 }
 
-/// Compliance êᵀ Ŝ ê of a cell along the scaled vector ê, with Ŝ = M Rᵀ S_tt R M and the diagonal block `s` of S.
+/// Compliance êᵀ Ŝ ê of a cell along the scaled direction `axis` (ê). `s` is the diagonal block of S.
 fn compliance(s: &Matrix3<f64>, hat: &FrictionScaling, axis: [f64; 2]) -> f64 {
     let q = hat.physical_traction(axis);
     q[0] * q[0] * s[(0, 0)] + q[0] * q[1] * (s[(0, 1)] + s[(1, 0)]) + q[1] * q[1] * s[(1, 1)]
@@ -105,7 +110,8 @@ fn projector_on_fixed(s: &Matrix3<f64>, hat: &FrictionScaling) -> Matrix2<f64> {
     }
 }
 
-/// Fixed start vector with a pseudo-random part, near the smooth eigenvector of the largest eigenvalue.
+/// Start vector of the power iterations: ones plus reproducible pseudo-random numbers within ±0.1. It is close to the
+/// smooth eigenvector of the largest eigenvalue.
 fn start(n: usize) -> Vec<f64> {
     let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
     (0..n)

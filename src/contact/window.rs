@@ -75,8 +75,8 @@ impl Window {
         }
     }
 
-    /// The four window cells around a frame cell, and their weights in bilinear interpolation. `at` counts frame cells from the
-    /// first cell of the window.
+    /// The four window cells around a frame cell, and their weights in bilinear interpolation. `at` is the position of
+    /// the frame cell along x and y, counted from the first cell of the window.
     fn neighbours(&self, at: [usize; 2]) -> ([usize; 4], [f64; 4]) {
         let along = [0, 1].map(|axis| {
             let last = self.cells[axis] - 1;
@@ -103,7 +103,7 @@ impl Window {
 }
 
 pub(super) enum WindowOperator<'a> {
-    /// The operator of the frame, if the window covers it.
+    /// The operator of the frame, if the window covers the whole frame.
     Frame(&'a dyn Flexibility),
     Own(Arc<dyn Flexibility>),
 }
@@ -132,7 +132,8 @@ pub(super) struct WindowProblem<'a> {
 }
 
 impl<'a> WindowProblem<'a> {
-    /// `None` if the slip reference of a path point cannot be restricted to coarser cells.
+    /// Restricts the increment `problem` to the window. `None` if the slip reference of a path point cannot be
+    /// restricted to coarser cells.
     pub fn new(problem: &Increment, window: Window, operator: WindowOperator<'a>) -> Option<Self> {
         let scales = match &operator {
             WindowOperator::Frame(_) => problem.scales.clone(),
@@ -191,8 +192,9 @@ impl<'a> WindowProblem<'a> {
     }
 }
 
-/// Restricts the upstream cells of steady rolling to a window. Material from outside enters at the window's edge. A window cell has
-/// `factor` times the mean rigid slip of its frame cells, because the passage takes longer.
+/// Restricts the upstream cells of steady rolling to a window. Material from outside enters at the window's edge. The
+/// rigid slip of a window cell is `factor` times the mean over its frame cells, because the passage takes `factor`
+/// times as long.
 fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
     let mut place = vec![None; window.frame[0] * window.frame[1]];
     window.pairs(|cell, of_frame| place[of_frame] = Some(cell));

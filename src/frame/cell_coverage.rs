@@ -59,8 +59,8 @@ impl<'a> FacetIndex<'a> {
         self.facets[hit.facet].face
     }
 
-    /// Overlaps of a cell with the facets, and a folded face, if any. If faces cover a cell outside grids more than once, only the
-    /// nearest sheets of faces count.
+    /// Overlaps of a cell with the facets, and a folded face, if any. If faces cover a cell outside grids more than
+    /// once, only the nearest sheets count. A sheet consists of faces connected through their nodes.
     pub(super) fn overlaps(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
         let (mut hits, folded) = self.hits(frame, cell);
         let area = frame.areas[cell];
@@ -142,8 +142,7 @@ impl<'a> FacetIndex<'a> {
         (hits, folded)
     }
 
-    /// Keeps the nearest sheet, and each further sheet that leaves the covered area within `most`. A sheet consists of faces
-    /// connected through their nodes.
+    /// Keeps the nearest sheet of `hits`, and each further sheet that leaves the covered area within `most`.
     fn keep_nearest(&self, hits: &mut Vec<CellOverlap>, most: f64) {
         let mut sheets: Vec<(Vec<usize>, f64, f64)> = Vec::new();
         let mut sheet_of = vec![usize::MAX; hits.len()];
@@ -228,7 +227,7 @@ pub(super) fn is_covered(frame: &ContactFrame, cell: usize, cover: &CellCoverage
     cover.coverage >= 1.0 - missing
 }
 
-/// Refuses cells that the faces cover more than once or not sufficiently.
+/// Returns an error if the faces cover a cell more than once or not sufficiently.
 pub(super) fn refuse_uncovered(
     frame: &ContactFrame,
     covers: &[CellCoverage],

@@ -31,8 +31,8 @@ impl ContactFrame {
         if let Some(grid) = self.grid {
             for cell in 0..self.n_cells() {
                 let at = grid.cell_indices(self.grid_index(cell));
-                // For the side between corners k and k + 1: the axis normal to the side, and whether the side lies at the upper end
-                // of this axis.
+                // For the side between corners k and k + 1: `axis` is normal to the side, and `upper` states whether
+                // the side lies at the upper end of this axis.
                 for (k, (axis, upper)) in
                     [(1, false), (0, true), (1, true), (0, false)].into_iter().enumerate()
                 {

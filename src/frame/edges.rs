@@ -12,7 +12,7 @@ pub(super) fn edge_cells(corners: &[impl AsRef<[Point]>]) -> Vec<bool> {
     corners.iter().map(|cell| edges(cell.as_ref()).any(|edge| owners[&edge] == 1)).collect()
 }
 
-/// Edge as the bits of its end points, independent of direction.
+/// Edge as the bit patterns of the coordinates of its end points, independent of direction.
 type EdgeKey = [[u64; 3]; 2];
 
 pub(super) fn owner_counts(corners: &[impl AsRef<[Point]>]) -> HashMap<EdgeKey, usize> {

@@ -20,7 +20,8 @@ use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Smallest cosine of the angle between a face normal and the nodal normal. Below it, the node lies on an edge of the body.
+/// Smallest cosine of the angle between a face normal and the nodal normal. Below this value, the node counts as a node
+/// on an edge of the body.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
 /// Number of neighbours from which no further layer of faces is searched.
@@ -31,20 +32,20 @@ const MAX_NEIGHBOUR_LAYERS: usize = 3;
 /// Fraction of the largest singular value below which terms of the fit are undetermined, for example on a single row of faces.
 const RANK_TOLERANCE: f64 = 1e-6;
 
-/// Edge of a flat face, and its distance from the surface.
+/// Edge of a flat face, and its distance from the curved surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeSagitta {
     /// Length of the edge, mm.
     pub length: f64,
-    /// Height of the surface over the midpoint for the curvature at each end, positive outward, mm. An end on a crease gets the
-    /// height for the other end.
+    /// Height of the curved surface over the midpoint of the edge, for the curvature at each end, positive outward, mm.
+    /// If one end lies on a crease, both heights are for the curvature at the other end.
     pub sagittas_at_ends: [f64; 2],
     /// Offset by which the correction moves the midpoint, global axes, mm.
     midpoint_offset: Point,
 }
 
 impl EdgeSagitta {
-    /// The larger of the absolute heights for the two ends, mm.
+    /// Larger absolute height of the two ends, mm.
     pub fn largest(&self) -> f64 {
         self.sagittas_at_ends[0].abs().max(self.sagittas_at_ends[1].abs())
     }
@@ -114,10 +115,11 @@ pub(super) fn quadratic_kind(flat: ElementKind) -> ElementKind {
     if flat.n_corners() == 3 { Tri6 } else { Quad8 }
 }
 
-/// Height along `normal` above the midpoint of a chord, for a surface at the perpendicular offset `bow`.
+/// Height of a surface along `normal` above the midpoint of a chord. `bow` is the offset of the surface perpendicular
+/// to the chord.
 fn offset_along_normal(bow: &Point, normal: &Point) -> f64 {
     let along = normal.dot(bow);
-    // Beyond 60 degrees between offset and normal, the component of the offset along the normal is used.
+    // At more than 60 degrees between offset and normal, the component of the offset along the normal is used.
     if along.abs() > 0.5 * bow.norm() { bow.norm_squared() / along } else { along }
 }
 
@@ -137,7 +139,8 @@ pub struct MeshedSurface {
 }
 
 impl MeshedSurface {
-    /// Heights that give the gap, `[N]`, mm: [`Self::curved_heights`] or the mean heights.
+    /// Heights from which the gap is computed, `[N]`, mm: [`Self::curved_heights`] if `curved_gap` is set, otherwise
+    /// the mean heights.
     pub fn gap_heights(&self, frame: &ContactFrame) -> Vec<f64> {
         if self.curved_gap { self.curved_heights(frame) } else { self.mean_heights.clone() }
     }
@@ -210,7 +213,8 @@ fn curvature(
     };
     let matrix = DMatrix::from_fn(near.len(), 5, terms);
     let heights = DVector::from_fn(near.len(), |i, _| near[i].z);
-    // On a single row of faces several surfaces fit; the one with the smallest coefficients is used.
+    // On a single row of faces several quadratic surfaces fit. The pseudo-inverse gives the surface with the smallest
+    // coefficients.
     let found = pseudo_inverse(&matrix, RANK_TOLERANCE).ok()? * heights;
     let second = Matrix2::new(found[2], found[3], found[3], found[4]) / (size * size);
     Some(Curvature { axes, second })

@@ -1,8 +1,10 @@
-//! Maps from the nodes of a body's contact faces to the cells of the frame. They pass the patch test.
+//! Maps from the nodes of a body's contact faces to the cells of the frame. The maps pass the patch test.
 //!
-//! The entry I_Ij = (1 / A_I) int_{cell I} N_j dS is the average of the shape function of node j over cell I. In a cell outside
-//! grids, A_I is the area that faces cover. The integral is exact on the intersections of the cell with the faces, projected along
-//! the cell's normal. Hence sum_I A_I I_Ij = int N_j dS wherever the cells tile the faces.
+//! The entry I_Ij = (1 / A_I) int_{cell I} N_j dS is the average of the shape function N_j of node j over cell I. A_I
+//! is the area of the cell. In frames without a grid, A_I is the part of this area that faces cover.
+//!
+//! The integral is exact on the intersections of the cell with the faces, projected along the cell normal. Hence sum_I
+//! A_I I_Ij = int N_j dS wherever the cells tile the faces.
 //!
 //! # Source
 //! docs/theory-coupling.md.
@@ -47,8 +49,8 @@ fn entries(matrix: &CsMat<f64>, row: usize) -> impl Iterator<Item = (usize, f64)
     matrix.indices()[range.clone()].iter().copied().zip(matrix.data()[range].iter().copied())
 }
 
-/// Whether the faces of body `side` cover each cell sufficiently for contact, `[N]`: completely up to rounding on grids, nine tenths
-/// of other cells.
+/// Whether the faces of body `side` cover each cell sufficiently for contact, `[N]`. A cell of a grid must be covered
+/// completely up to rounding. Other cells must be covered to nine tenths.
 pub fn covered_cells(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Vec<bool> {
     let faces = FacetIndex::new(mesh, faces, side);
     let cover = |cell: usize| is_covered(frame, cell, &faces.cover(frame, cell));
@@ -156,7 +158,7 @@ impl FaceMap {
         }
     }
 
-    /// As [`Self::apply`], for a displacement given at mesh nodes.
+    /// Cell averages in local axes, `[3, N]`, of the displacement that `of_node` gives at mesh nodes.
     pub fn mean_displacement(&self, of_node: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
         let nodal: Vec<f64> = self.nodes.iter().flat_map(|&node| of_node(node)).collect();
         let mut local = vec![0.0; 3 * self.n_cells()];

@@ -15,11 +15,13 @@ use crate::mesh::faces::group_faces;
 impl ContactFrame {
     /// One cell per face of the physical group `group` of the mesh of body `side`, in the group's order.
     ///
-    /// A cell is the outline of a face, projected along its mean normal for area and centre. A curved edge of order 2 becomes two
-    /// straight ones through its middle node. The cell normal is the outward normal of the face on body 1, and its opposite on
-    /// body 2. The local x follows the direction `azimuth` (radians from global x). `center` is the origin of gap shapes and
-    /// moments in global x, y; the z of this origin is the mean height of the cells. The frame's own n is vertical until
-    /// [`ContactFrame::with_normal`] replaces it.
+    /// A cell is the outline of a face. Its area and centre are computed in the projection along its mean normal. A
+    /// curved edge of order 2 becomes two straight edges through its middle node. The cell normal is the outward normal
+    /// of the face on body 1, and the opposite direction on body 2. The local x follows the direction `azimuth`
+    /// (radians from global x).
+    ///
+    /// `center` is the origin of gap shapes and moments in global x, y. The z of this origin is the mean height of the
+    /// cells. The frame's own n is vertical until [`ContactFrame::with_normal`] replaces it.
     ///
     /// # Errors
     /// If the group is missing, empty or not made of outer faces, or a face has no area.
@@ -86,8 +88,8 @@ pub(super) struct FrameBuilder {
 }
 
 impl FrameBuilder {
-    /// Adds the cell with `corners`, counter-clockwise seen against its normal; its local x follows `toward`. `None` for a cell
-    /// without area.
+    /// Adds the cell with `corners`, counter-clockwise seen against its normal. The local x of the cell follows
+    /// `toward`. `None` for a cell without area.
     pub(super) fn push(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
         self.push_part(corners, false, [false; 3], toward)
     }

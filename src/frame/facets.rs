@@ -1,9 +1,11 @@
 //! Contact faces of any order, divided into facets with linear or bilinear maps.
 //!
-//! A second-order face is straight if middle nodes lie at the midpoints of edges and a central node at the mean of the corners.
-//! Linear and straight faces are one facet; other faces are divided at their middle nodes into four facets. Facets only serve to
-//! find the point of the face over a point of a contact cell, along the cell's normal. On curved faces, this point has an error of
-//! the order of the squared face size. The shape functions still belong to the whole face.
+//! A second-order face is straight if middle nodes lie at the midpoints of edges and a central node at the mean of the
+//! corners. Linear and straight faces are one facet. Other faces are divided at their middle nodes into four facets.
+//!
+//! Facets serve only to find the point of the face that lies over a point of a contact cell, along the cell normal. On
+//! curved faces, this point has an error of the order of the squared face size. The shape functions still belong to the
+//! whole face.
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::geometry::{Point, Side};
@@ -67,7 +69,8 @@ fn is_straight(mesh: &Mesh, face: &SurfaceFace) -> bool {
     face.kind != Quad9 || (at(8) - mean).norm() <= MIDSIDE_TOLERANCE * (at(2) - at(0)).norm()
 }
 
-/// Outline of a face: its corners and the middle nodes of curved edges, in its outward orientation, reversed for the upper body.
+/// Outline of a face: its corners and the middle nodes of curved edges, counter-clockwise seen against the outward
+/// normal of the face. For the upper body the order is reversed.
 pub(super) fn face_polygon(mesh: &Mesh, face: &SurfaceFace, side: Side) -> Vec<Point> {
     let n = face.kind.n_corners();
     let mut points = Vec::with_capacity(2 * n);

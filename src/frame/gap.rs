@@ -4,7 +4,8 @@ use super::ContactFrame;
 use super::height_table::HeightTable;
 use crate::error::{Error, Result};
 
-/// Shape of the gap between the undeformed surfaces, r^2 = x^2 + y^2; lengths in mm, angles in radians from the frame's x.
+/// Shape of the gap between the undeformed surfaces, with r^2 = x^2 + y^2. Lengths are in mm, angles in radians from
+/// the frame's x. Formulas "if exact" apply if [`InitialGap::exact`] is set.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GapShape {
     /// Two planes.
@@ -14,7 +15,8 @@ pub enum GapShape {
         /// Radius R.
         radius: f64,
     },
-    /// Principal radii R1, R2 of relative curvature: x^2 / (2 R1) + y^2 / (2 R2) along axes turned by `angle`.
+    /// Surfaces with principal radii R1, R2 of relative curvature: x^2 / (2 R1) + y^2 / (2 R2) along axes turned by
+    /// `angle`.
     Ellipsoid {
         /// Radii R1, R2.
         radii: [f64; 2],
@@ -65,7 +67,7 @@ pub struct InitialGap {
     pub offset: [f64; 2],
     /// Whether the exact surface replaces the osculating paraboloid.
     pub exact: bool,
-    /// Whether [`GapShape::Mesh`] is the distance of the surfaces as meshed. Otherwise body 2 is moved to the first touch.
+    /// Whether [`GapShape::Mesh`] keeps body 2 at its meshed position. Otherwise body 2 is moved to the first touch.
     pub as_meshed: bool,
 }
 

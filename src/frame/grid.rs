@@ -79,13 +79,13 @@ impl Grid {
         [place / self.cells[1], place % self.cells[1]]
     }
 
-    /// Frame coordinate along `axis` (0, 1) of a grid line, or of a cell centre at half steps. It is exactly antisymmetric about
-    /// the middle.
+    /// Frame coordinate of the grid line `line` along `axis` (0, 1), mm. A half-integer `line` is the centre of a cell.
+    /// The coordinates are exactly antisymmetric about the middle of the frame.
     fn coordinate(&self, axis: usize, line: f64) -> f64 {
         (line - 0.5 * self.cells[axis] as f64) * self.spacing[axis]
     }
 
-    /// Global point at the positions `lines` along x and y, in grid lines (half steps are cell centres).
+    /// Global point at the grid lines `lines` along x and y. Half-integer values are cell centres.
     fn point(&self, triad: &Triad, lines: [f64; 2]) -> Point {
         let [x, y] = [0, 1].map(|axis| self.coordinate(axis, lines[axis]));
         Point::new(self.center[0], self.center[1], 0.0) + triad.to_global(&Point::new(x, y, 0.0))

@@ -6,7 +6,8 @@ use crate::csv::{Separators, data_lines, split_fields};
 use crate::error::{Error, Result};
 use crate::npy::{self, Array2};
 
-/// Reads a table from a NumPy array or lines of numbers. Row = index along x, column = index along y.
+/// Reads a table from a NumPy array or lines of numbers. The row is the index along x, and the column is the index
+/// along y.
 ///
 /// # Errors
 /// If the file cannot be read or is no table of finite numbers.

@@ -10,8 +10,8 @@ pub struct HeightTable {
     pub values: Vec<f64>,
     /// Number of values along x and y.
     pub shape: [usize; 2],
-    /// Spacing of the values along x and y, mm, for bilinear interpolation on a table centred at the gap's offset. `None`: one
-    /// value per cell.
+    /// Spacing of the values along x and y, mm. The table is centred at the offset of the gap, and the gap is
+    /// interpolated bilinearly. `None`: one value per cell.
     pub spacing: Option<[f64; 2]>,
     /// Angle from the frame's x to the table's x, radians; needs a spacing.
     pub angle: f64,

@@ -1,7 +1,8 @@
 //! First touch of two surfaces: their smallest pointwise distance, not the smallest cell average.
 //!
-//! Over each cell, the distance is evaluated on the common refinement of the faces of both bodies, at corners, midpoints of edges
-//! and centroids. Where the distance may be smaller between these points, a search finds the minimum.
+//! Over each cell, the distance is evaluated on the common refinement of the faces of both bodies. The points are
+//! corners, midpoints of edges and centroids. Where the distance may be smaller between these points, a search finds
+//! the minimum.
 
 use rayon::prelude::*;
 
@@ -18,7 +19,8 @@ const MAX_STEP_HALVINGS: usize = 16;
 
 const MAX_SEARCH_ROUNDS: usize = 200;
 
-/// Tolerance for points inside a region: twice the area of the triangle of point and edge, relative to the region's squared size.
+/// Tolerance for points inside a region: twice the area of the triangle from an edge to the point, relative to the
+/// region's squared size.
 const INSIDE_TOLERANCE: f64 = 1e-12;
 
 struct CurvedSurface<'a> {
@@ -55,7 +57,7 @@ struct OverlapRegion<'a> {
     sides: [LocalSurface<'a>; 2],
 }
 
-/// Smallest sampled distance, and the largest variation within a region.
+/// Smallest sampled distance in a cell, and the largest variation within a region.
 #[derive(Debug, Clone, Copy)]
 struct DistanceRange {
     least: f64,
@@ -148,7 +150,8 @@ impl OverlapRegion<'_> {
         self.polygon.iter().copied().chain((0..n).map(middle)).chain(std::iter::once(center))
     }
 
-    /// Whether the point lies inside or on the border. With `slack`, degenerate edges from clipping exclude no points.
+    /// Whether the point lies inside the region or on its border. `slack` is a tolerance, so that degenerate edges from
+    /// clipping exclude no points.
     fn contains(&self, x: [f64; 2], slack: f64) -> bool {
         let n = self.polygon.len();
         (0..n).all(|i| twice_signed_area(self.polygon[i], self.polygon[(i + 1) % n], x) >= -slack)

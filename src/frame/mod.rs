@@ -1,9 +1,10 @@
 //! Contact frame: N cells with areas and local axes, initial gaps, and maps to the contact faces of the bodies.
 //!
-//! - [`ContactFrame`]: cells from a [`Grid`] or the faces or nodes of a mesh, each with a constant traction. Local axes are (x, y,
-//!   n), with n the outward normal of body 1.
+//! - [`ContactFrame`]: cells from a [`Grid`] or the faces or nodes of a mesh, each with a constant traction. Local axes
+//!   are (x, y, n), with n the outward normal of body 1.
 //! - [`InitialGap`]: gap g_n of the undeformed surfaces.
-//! - [`FaceMap`]: I_Ij = (1 / A_I) int_{cell I} N_j dS, from nodal values to cell averages.
+//! - [`FaceMap`]: matrix I_Ij = (1 / A_I) int_{cell I} N_j dS that maps nodal values to cell averages. A_I is the area
+//!   of cell I and N_j the shape function of node j.
 
 mod cell_coverage;
 mod clip;
@@ -45,7 +46,7 @@ pub struct Grid {
     pub cells: [usize; 2],
     /// Cell sides, mm.
     pub spacing: [f64; 2],
-    /// Centre of the frame in global x, y.
+    /// Centre of the frame in global x, y, mm.
     pub center: [f64; 2],
     /// Angle of the frame's x axis from global x, radians.
     pub azimuth: f64,
@@ -56,21 +57,22 @@ pub struct Grid {
 /// Potential contact area: N cells with constant tractions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactFrame {
-    /// Cell centres, global.
+    /// Cell centres in global coordinates, mm.
     pub centers: Vec<Point>,
-    /// Corners of each cell, counter-clockwise seen against its normal, global. `None` if the grid defines them.
+    /// Corners of each cell in global coordinates, counter-clockwise seen against its normal, mm. `None` if the grid
+    /// defines them.
     pub polygons: Option<Vec<Vec<Point>>>,
     /// Areas, mm2.
     pub areas: Vec<f64>,
     /// Local axes (x, y, n) of each cell.
     pub triads: PerCell<Triad>,
-    /// Origin of gap shapes and of moments, global.
+    /// Origin of gap shapes and of moments in global coordinates, mm.
     pub origin: Point,
     /// Angle of the frame's x axis from global x, radians.
     pub azimuth: f64,
     /// The frame's own axes (x, y, n), used for rigid motions of body 2, resultants and gap shapes.
     pub axes: Triad,
-    /// The grid, also if an outline excludes some of its cells.
+    /// Grid from which the frame is made, `None` for cells of a mesh. An outline may exclude some cells of the grid.
     pub grid: Option<Grid>,
     /// Grid position of each cell, ascending, if an outline excludes some cells ([`ContactFrame::clipped_to`]).
     pub grid_indices: Option<Vec<usize>>,
@@ -79,9 +81,10 @@ pub struct ContactFrame {
     /// Cells that may come into contact, `[N]`; `None` means all. Bodies form the flexibility of other cells only when contact
     /// reaches them.
     pub candidates: Option<Vec<bool>>,
-    /// Global axes normal to a symmetry plane on which the cell lies, `[N]`; `None` if no cell lies on one.
+    /// Whether each cell lies on a symmetry plane normal to global x, y, z, `[N]`. `None` if no cell lies on a symmetry
+    /// plane.
     pub symmetry_planes: Option<Vec<[bool; 3]>>,
-    /// Global axes normal to a symmetry plane of both bodies at which the frame ends.
+    /// Whether the frame ends at a symmetry plane of both bodies normal to global x, y, z.
     pub symmetry_bounds: [bool; 3],
     /// Whether each cell lies at an edge of the frame where a body also ends, `[N]`. The frame does not cut off contact at this
     /// edge.
@@ -99,7 +102,7 @@ impl ContactFrame {
         self.areas.iter().sum::<f64>() / self.n_cells() as f64
     }
 
-    /// Corners of a cell, counter-clockwise seen against its normal, global.
+    /// Corners of a cell in global coordinates, counter-clockwise seen against its normal, mm.
     ///
     /// # Panics
     /// If the frame is neither made of polygons nor a grid.
@@ -140,7 +143,7 @@ impl ContactFrame {
         self
     }
 
-    /// The image of `position` (frame's x, y) that is nearest to the frame's origin.
+    /// Periodic image of `position` (frame's x, y) nearest to the frame's origin.
     pub fn nearest_image(&self, position: [f64; 2]) -> [f64; 2] {
         let Some(grid) = self.grid else { return position };
         [0, 1].map(|axis| {
@@ -151,8 +154,8 @@ impl ContactFrame {
         })
     }
 
-    /// Whether each cell lies at the edge of the frame, `[N]`. Periodic sides, edges of an outline, and cells where a body ends do
-    /// not count.
+    /// Whether each cell lies at the edge of the frame, `[N]`. Periodic sides, edges of an outline, and cells where a
+    /// body ends do not count.
     pub fn edge_cells(&self) -> Vec<bool> {
         let mut on_edge = match (self.grid, &self.grid_indices) {
             (Some(grid), None) => grid.edge_cells(),

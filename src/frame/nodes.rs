@@ -1,9 +1,9 @@
 //! Contact frames with one cell per node of a body's contact faces. A cell is the polygon through the midpoints of
 //! the edges and faces around its node.
 //!
-//! Tractions that alternate in sign from face to face give no nodal forces on a uniform mesh of quadrangles. One traction per face
-//! of the finer mesh thus leaves a checkerboard mode undetermined; one traction per node does not. Tractions are unique
-//! only if each region has at most as many cells as nodes of the finer mesh.
+//! On a uniform mesh of quadrangles, tractions that alternate in sign from face to face give no nodal forces. One
+//! traction per face of the finer of the two meshes thus leaves a checkerboard mode undetermined, but one traction per
+//! node does not. Tractions are unique only if each region has at most as many cells as nodes of the finer mesh.
 
 use std::collections::HashMap;
 
@@ -23,13 +23,13 @@ struct FaceCorner {
 }
 
 impl ContactFrame {
-    /// One cell per node of the physical group `group` of the mesh of body `side`, in the order of the nodes. If several fans of
-    /// faces meet only at a node, each fan gives a cell. The cell is the polygon through the midpoints of the edges and faces
-    /// around the node (at the group's border also through the node itself). Axes and other arguments are as in
-    /// [`ContactFrame::from_faces`].
+    /// One cell per node of the physical group `group` of the mesh of body `side`, in the order of the nodes. The cell
+    /// is the polygon through the midpoints of the edges and faces around the node. At the border of the group the
+    /// polygon also contains the node itself. If several fans of faces meet only at a node, each fan gives a cell. Axes
+    /// and other arguments are as in [`ContactFrame::from_faces`].
     ///
-    /// The nodes in `planes` lie on symmetry planes at which the body is cut. The cell of such a node is a part of a cell of the
-    /// full model. It has the axes and the centre of the whole cell, and the area of the part.
+    /// The nodes in `planes` lie on symmetry planes at which the body is cut. The cell of such a node is a part of a
+    /// cell of the full model. It has the axes and the centre of the whole cell, and the area of the part.
     ///
     /// # Errors
     /// As [`ContactFrame::from_faces`], and if a face is of second order.
@@ -90,7 +90,8 @@ fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usiz
     Ok(around)
 }
 
-/// Removes a connected fan of faces around `node` from `rest`. Returns the corners of its cell, and whether the fan is open.
+/// Removes a connected fan of faces around `node` from `rest`. Returns the corners of the cell that the fan gives, and
+/// whether the fan is open.
 fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<FaceCorner>) -> (Vec<Point>, bool) {
     let at = Point::from(mesh.points[node]);
     let middle_to = |other: usize| 0.5 * (at + Point::from(mesh.points[other]));

@@ -8,7 +8,8 @@ use super::ContactFrame;
 use crate::error::{Error, Result};
 use crate::geometry::bounds;
 
-/// Closed curve in the frame's plane; lengths in mm along the frame's x and y from its origin, angles in radians from its x.
+/// Closed curve in the plane of the frame. Positions are along the frame's x and y from the frame's origin, mm. Angles
+/// are from the frame's x, radians.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outline {
     /// Circle.
@@ -38,7 +39,7 @@ pub enum Outline {
 /// to the length of a polygon's edge. Mirror images of a cell are thus both inside or both outside.
 const BOUNDARY_TOLERANCE: f64 = 1e-10;
 
-/// Maximum number of vertices of a polygon; all pairs of its edges are compared.
+/// Maximum number of vertices of a polygon. The number is limited, because all pairs of edges are compared.
 const MAX_VERTICES: usize = 10_000;
 
 impl Outline {
@@ -255,8 +256,8 @@ mod tests {
         frame.clipped_to(outline).unwrap().areas.iter().sum()
     }
 
-    /// Truth: the cells inside an outline have its area. Tolerance 3e-3: error of counting cells, with at least 30 cells along a
-    /// radius or semi-axis. The tolerance of the L-shaped polygon is 0.02.
+    /// Truth: the cells inside an outline have the area of the outline. Tolerance 3e-3: error of counting cells, with
+    /// at least 30 cells along a radius or semi-axis. The tolerance of the L-shaped polygon is 0.02.
     #[test]
     fn cells_fill_the_outline() {
         let circle = Outline::Circle { radius: 1.5, center: [0.2, -0.1] };

@@ -94,13 +94,15 @@ impl ProjectedFacet {
         }
     }
 
-    /// Integrals of the face's shape functions over `polygon` (inside the facet), one per node. `scale` is the area to which the
-    /// error (1e-15) is relative.
+    /// Integrals of the shape functions N_j of the face over `polygon` (inside the facet), one per node. `scale` is the
+    /// area to which the error (1e-15) is relative.
     ///
-    /// J is the Jacobian of `map`. By Green's theorem the integral of N_j J is the boundary integral of F_j d(eta), with
-    /// dF_j/d(xi) = N_j J. N_j J has degree 3 in xi at most: two Gauss points give F_j. On triangles and parallelograms, F_j along
-    /// a straight edge has degree 5 at most: three Gauss points are exact. On other quadrangles, rules of increasing order are
-    /// used. Inner edges of neighbouring polygons cancel, so that sums over a partition of the face are exact.
+    /// J is the Jacobian of `map`. By Green's theorem the integral of N_j J is the boundary integral of F_j d(eta),
+    /// with dF_j/d(xi) = N_j J. N_j J has at most degree 3 in xi, so that two Gauss points give F_j.
+    ///
+    /// On triangles and parallelograms, F_j along a straight edge has at most degree 5, so that three Gauss points are
+    /// exact. On other quadrangles, rules of increasing order are used. Inner edges of neighbouring polygons cancel, so
+    /// that sums over a partition of the face are exact.
     pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MAX_FACE_NODES] {
         let bend = self.map[3][0].hypot(self.map[3][1]);
         let size = self.map[1][0].hypot(self.map[1][1]).max(self.map[2][0].hypot(self.map[2][1]));
@@ -162,7 +164,7 @@ impl ProjectedFacet {
         own
     }
 
-    /// F_j: integral of N_j J over xi from 0.
+    /// Primitives F_j of N_j J with respect to xi, with F_j = 0 at xi = 0.
     fn primitive(&self, [xi, eta]: [f64; 2]) -> [f64; MAX_FACE_NODES] {
         let mut total = [0.0; MAX_FACE_NODES];
         for side in [-1.0, 1.0] {

@@ -1,4 +1,4 @@
-//! Cells on symmetry planes: each is half (at two planes, a quarter) of the cell in the full model.
+//! Cells on symmetry planes. The model contains half of the whole cell, or a quarter at two planes.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 use super::ContactFrame;
 use crate::geometry::Point;
 
-/// Mesh nodes on symmetry planes, with the global axes x, y, z that are normal to a plane on which the node lies.
+/// Mesh nodes on symmetry planes. The flags state whether the node lies on a plane normal to global x, y, z.
 pub type SymmetryNodes = HashMap<usize, [bool; 3]>;
 
 /// Maximum distance of a cell's corner from a plane on which it lies, relative to the size of the cell.
@@ -20,10 +20,12 @@ const MIN_TANGENT_COMPONENT: f64 = 1e-6;
 const ZERO_COMPONENT: f64 = 1e-12;
 
 impl ContactFrame {
-    /// Cells on symmetry planes, ascending, with the projector P = 1 - m m^T onto the vectors (x, y, n) parallel to these planes.
-    /// Here m is the normalised tangential component of the plane's normal in the cell. Where two planes meet, P keeps only n.
+    /// Cells on symmetry planes, ascending, with the projector P onto the local vectors (x, y, n) that are parallel to
+    /// these planes.
     ///
-    /// The components of the traction and of the relative tangential displacement normal to a symmetry plane vanish.
+    /// P = 1 - m m^T, where m is the normalised tangential component of the plane's normal in the cell. Where two
+    /// planes meet, P keeps only n. In the directions that P removes, the traction and the relative tangential
+    /// displacement vanish.
     pub fn symmetry_projectors(&self) -> Vec<(usize, Matrix3<f64>)> {
         let Some(planes) = &self.symmetry_planes else { return Vec::new() };
         planes
@@ -64,19 +66,20 @@ impl ContactFrame {
 pub(super) struct ReflectedCell {
     pub corners: Vec<Point>,
     pub images: f64,
-    /// Global axes normal to the planes of reflection.
+    /// Whether a plane normal to global x, y, z reflects the cell.
     pub planes: [bool; 3],
 }
 
-/// Completes a cell by reflection at symmetry planes, from the `corners` of its part in the model. `open` means that the part
-/// starts with the node itself, at the border of the faces. A plane counts only if it contains an edge of the part at the node.
+/// Completes a cell by reflection at symmetry planes, from the `corners` of its part in the model. `open` means that
+/// the part is at the border of the faces, so that its first corner is the node. A plane counts only if it contains an
+/// edge of the part at the node.
 pub(super) fn reflect_cell(corners: &[Point], open: bool, planes: [bool; 3]) -> ReflectedCell {
     let mut whole = ReflectedCell { corners: corners.to_vec(), images: 1.0, planes: [false; 3] };
     if !open {
         return whole;
     }
     let node = corners[0];
-    // Midpoints of edges and faces. The fan closes around the node once a reflection joins both of its ends.
+    // Midpoints of edges and faces. The fan closes around the node when a reflection joins both of its ends.
     let (mut fan, mut closed) = (corners[1..].to_vec(), false);
     for c in (0..3).filter(|&c| planes[c]) {
         let size = corners.iter().map(|x| (x - node).norm()).fold(0.0, f64::max);

@@ -104,14 +104,14 @@ pub(super) fn axes(
         let list = document.get(&format!("axes.{i}.values"));
         if own.sample.is_some() {
             sampled(own, list, &mut wrong);
-            // Sampled later, when all sampled axes are known.
+            // The values are drawn later, when all sampled axes are known.
             let written =
                 KeyLocation { axis: i, name: String::new(), key: 0, of: 1, source: AxisKind::Sample };
             let (name, keys) = (own.name.clone(), own.keys.clone());
             axes.push(Axis { name, keys, locations: vec![written], values: Vec::new(), is_sample: true });
             continue;
         }
-        // An axis with wrong values keeps its name, which `require` may use.
+        // An axis with wrong values is kept without values, because `require` may use its name.
         let values = match (list, &own.range) {
             (Some(_), Some(_)) => {
                 wrong(
@@ -280,7 +280,8 @@ fn listed(
     values
 }
 
-/// Names unnamed axes by the last segment of their first key (without list indices), or by the whole key if that name is taken.
+/// Names unnamed axes by the last segment of their first key, without list indices. If another axis has this name, the
+/// name is the whole key.
 fn assign_names(axes: &mut [Axis]) {
     for i in 0..axes.len() {
         if axes[i].name.is_empty() {
@@ -297,7 +298,8 @@ fn assign_names(axes: &mut [Axis]) {
     }
 }
 
-/// Merges axes with the same `zip` into one axis at the position of the first of them. Likewise merges all sampled axes.
+/// Merges axes with the same `zip` into one axis, at the position of the first axis with this `zip`. Likewise merges
+/// all sampled axes.
 fn merge_zipped(
     document: &Document,
     keys: &StudyFile,

@@ -8,7 +8,7 @@ use crate::evolution::records::{IncrementRecord, JumpRecord, Resultants, Rolling
 use crate::output::summary::Units;
 use crate::scene::document::key_segments;
 
-/// A number in the entries of a step.
+/// Path of a number in the entries of a step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CollectedQuantity {
     /// Path as written in the study file: step, then the fields of its entries.
@@ -28,7 +28,7 @@ impl CollectedQuantity {
         let Some((step, fields)) = parts.split_first() else {
             return Err(("the path is empty".to_owned(), EXAMPLE.to_owned()));
         };
-        // The names of loads depend on the scene.
+        // Names of loads depend on the scene, so that they are not checked here.
         if let [kind, _] = fields
             && kind == "loads"
         {
@@ -58,7 +58,7 @@ impl CollectedQuantity {
         }
     }
 
-    /// Name of the load whose amplitude this is, if it is one.
+    /// Name of the load, if the quantity is the amplitude of a load.
     pub fn load(&self) -> Option<&str> {
         match &self.fields[..] {
             [kind, name] if kind == "loads" => Some(name),
@@ -78,9 +78,10 @@ impl CollectedQuantity {
         self.value_in(records.iter().rev().find(|record| record.name == self.step)?)
     }
 
-    /// Points `[abscissa, value]` of the entries of the step. The abscissa is the number of fretting cycles, the sliding distance
-    /// in other steps with wear jumps, or else the number of the increment. With wear jumps, curves of cumulative quantities start
-    /// from the last entry before the step, or from 0.
+    /// Points `[abscissa, value]` of the entries of the step. In a fretting step the abscissa is the number of cycles.
+    /// In other steps with wear jumps it is the sliding distance, and otherwise the number of the increment.
+    ///
+    /// With wear jumps, curves of cumulative quantities start from the last entry before the step, or from 0.
     pub fn curve(&self, records: &[IncrementRecord]) -> Vec<[f64; 2]> {
         let entries = || records.iter().filter(|record| record.name == self.step);
         let cycles = entries().any(|record| record.stroke_ends.is_some());

@@ -1,8 +1,9 @@
 //! Studies: a scene is computed for all combinations of some of its values.
 //!
-//! [`spec`] defines the keys of a study file; [`mod@read`] reads and checks it with its scenes ([`Sweep`]). `axes` with their
-//! `range` and `sample` give the values; `require` omits combinations. [`run`] computes the runs, [`collect`] takes numbers from
-//! their results, [`table`] writes them, and [`plots`] draws them.
+//! [`spec`] defines the keys of a study file. [`mod@read`] reads the file and checks it with its scenes ([`Sweep`]).
+//! `axes`, with `range` and `sample`, gives the values, and `require` omits combinations. [`run`] computes the runs,
+//! and [`collect`] takes numbers from the results of the runs. [`table`] writes these numbers, and [`plots`] draws
+//! them.
 
 pub mod axes;
 pub mod collect;

@@ -15,7 +15,7 @@ use crate::sweep::table::{StudyResult, StudyRun};
 
 const MOST_PANELS: usize = 12;
 
-/// The plots with the names of their files. Runs that did not converge are omitted.
+/// File name and SVG text of each plot. Runs that did not converge are omitted.
 pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
     let places = sweep.runs.iter().enumerate().map(|(number, run)| (run.choice.as_slice(), number)).collect();
     let study = StudyPlots { sweep, result, places };
@@ -35,7 +35,7 @@ pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
     pictures
 }
 
-/// The first [`MOST_PANELS`] are drawn; the others are only counted.
+/// Panels of a plot. The first [`MOST_PANELS`] panels are drawn, and the others are only counted.
 #[derive(Default)]
 struct Panels {
     drawn: Vec<Canvas>,
@@ -89,8 +89,8 @@ impl StudyPlots<'_> {
         !axis.is_sample && axis.values.len() > 2
     }
 
-    /// Heat maps of a result: one panel per pair of axes with more than two values and combination of the other axes. Samples are
-    /// excluded.
+    /// Heat maps of a result. There is a panel for each pair of axes with more than two values and each combination of
+    /// values of the other axes. Samples are excluded.
     fn heats(&self, quantity: &CollectedQuantity) -> Panels {
         let sides: Vec<usize> = (0..self.axes().len()).filter(|&i| self.is_side(i)).collect();
         let pairs = sides.iter().enumerate().flat_map(|(k, &x)| sides[k + 1..].iter().map(move |&y| [x, y]));
@@ -134,7 +134,7 @@ impl StudyPlots<'_> {
         order
     }
 
-    /// Results against each key of the sample. Each other varied axis in turn gives the series.
+    /// Results against each key of the sample. In turn, each other varied axis gives the series of the panels.
     fn scattered(&self, sample: usize, quantity: &CollectedQuantity) -> Panels {
         let axis = &self.axes()[sample];
         let others: Vec<usize> = self.varied().into_iter().filter(|&i| i != sample).collect();
@@ -171,7 +171,7 @@ impl StudyPlots<'_> {
         self.result.runs.get(*self.places.get(choice)?).filter(|run| run.status == Some(Status::Converged))
     }
 
-    /// All combinations of the axes that are not in `free`; free axes stay at their first value.
+    /// All combinations of values of the axes that are not in `free`. Free axes stay at their first value.
     fn combinations_of_other_axes(&self, free: &[usize]) -> Vec<Vec<usize>> {
         let mut choices = vec![vec![0; self.axes().len()]];
         for (i, axis) in self.axes().iter().enumerate().filter(|(i, _)| !free.contains(i)) {
@@ -188,7 +188,7 @@ impl StudyPlots<'_> {
         choices
     }
 
-    /// Step, quantity and the fixed values of other axes (", angle = 45").
+    /// Title of a panel: step, quantity and the fixed values of other axes (", angle = 45").
     fn title(&self, quantity: &CollectedQuantity, free: &[usize], choice: &[usize]) -> String {
         let words = quantity.label(&self.sweep.units);
         let name = words.split(',').next().unwrap_or("");
@@ -201,11 +201,12 @@ impl StudyPlots<'_> {
         title
     }
 
-    /// Curves of a quantity during a step. Each varied axis in turn gives the curves of a panel, the other axes give the panels.
+    /// Curves of a quantity during a step. In turn, each varied axis gives the curves of a panel. The other axes give
+    /// the panels.
     fn curves(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         if self.axes().iter().any(|axis| axis.is_sample) {
-            // A sample would give one curve per point.
+            // A sample would give a curve for each of its points, so that its curves are omitted.
             return panels;
         }
         for family in self.varied() {
@@ -227,7 +228,7 @@ impl StudyPlots<'_> {
         panels
     }
 
-    /// Results against the values of each varied axis. Each other varied axis in turn gives the series.
+    /// Results against the values of each varied axis. In turn, each other varied axis gives the series of the panels.
     fn results(&self, quantity: &CollectedQuantity) -> Panels {
         let mut panels = Panels::default();
         let varied = self.varied();
@@ -303,7 +304,7 @@ impl StudyPlots<'_> {
     }
 }
 
-/// Name and key of an axis; for values that are not numbers, name and numbered values.
+/// Label of an axis: name and key. If values are not numbers, the label is the name and the numbered values.
 fn axis_words(axis: &Axis) -> String {
     let key = axis.keys.first().filter(|key| **key != axis.name);
     let key = key.map(|key| format!(" ({key})")).unwrap_or_default();

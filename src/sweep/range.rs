@@ -1,4 +1,4 @@
-//! Ranges of numbers in exact decimal arithmetic: 0, 15, 30 and not 14.999999999999998.
+//! Ranges of numbers in exact decimal arithmetic: for example 15 instead of 14.999999999999998.
 
 use crate::scene::Diagnostic;
 use crate::scene::document::{Document, TomlNode, TomlValue};
@@ -6,7 +6,8 @@ use crate::sweep::spec::{Range, Spacing};
 
 /// Maximum difference between the powers of ten of numbers that are added as decimals.
 const MAX_EXPONENT_SPREAD: i32 = 16;
-/// Logarithmic ranges are rounded to this many digits after the first, so that every machine gives the same numbers.
+/// Number of digits after the first to which logarithmic ranges are rounded, so that every machine gives the same
+/// numbers.
 const DIGITS: usize = 11;
 
 /// Numbers of the range at `key`, at most `most`; integers if all are whole and the file gives both ends as integers.

@@ -20,7 +20,7 @@ use crate::sweep::spec::StudyFile;
 
 /// Maximum number of combinations, including those that `require` omits.
 const MOST_COMBINATIONS: usize = 1_000_000;
-/// Maximum bytes of a folder name without a run number.
+/// Largest length of a folder name to which no run number is appended, bytes.
 const LONGEST: usize = 80;
 
 /// A run of the study.
@@ -88,11 +88,11 @@ impl Sweep {
     }
 }
 
-/// Reads the study file at `path`; `overrides` apply to the scene of every run.
+/// Reads the study file at `path`. `overrides` apply to the scene of every run.
 ///
 /// # Errors
-/// Errors of the study file. If it has none, except in the paths of `output.collect` and `output.curves`, also the errors of the
-/// scene of each run. The list has one item per file.
+/// Returns the errors of the study file. If only paths of `output.collect` and `output.curves` are wrong, or nothing,
+/// also returns the errors of the scene of each run. The list has one item per file.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>> {
     let (document, keys, mut mistakes) = read_keys(path)?;
     let axes = axes(&document, &keys, overrides, &mut mistakes);

@@ -6,7 +6,7 @@ use crate::sweep::axes::Axis;
 /// Tolerance for equality, relative to the magnitude of the terms: 0.1 + 0.2 equals 0.3.
 const SAME: f64 = 1e-12;
 const LONGEST: usize = 500;
-/// `<=` comes before `<`, so that the longer operator is recognised.
+/// Comparison operators. `<=` comes before `<`, so that the parser recognises the longer operator.
 const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
 
 const EXAMPLE: &str = "write a comparison of axis names and numbers, as in \"tilt + angle <= 120\"";
@@ -119,7 +119,7 @@ struct Parser<'a> {
     text: &'a str,
     rest: &'a str,
     axes: &'a [Axis],
-    /// Whether an axis was named so far.
+    /// Whether the text has named an axis so far.
     named: bool,
 }
 

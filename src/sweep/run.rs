@@ -119,7 +119,7 @@ impl StudyRunner<'_> {
         let pool = match pool {
             Ok(pool) => pool,
             Err(error) => {
-                // Sending fails only after the end of the study.
+                // Sending fails only after the end of the study, so that the error is ignored.
                 let _ = said.send(WorkerMessage::Problem(format!(
                     "the threads for a run cannot be started: {error}"
                 )));
@@ -152,7 +152,7 @@ impl StudyRunner<'_> {
         FinishedRun { number, result, code, kept }
     }
 
-    /// A panic makes only this run fail.
+    /// Calls `run`. A panic makes only this run fail, and does not end the study.
     fn catch_panic(&self, number: usize, run: impl FnOnce() -> FinishedRun) -> FinishedRun {
         catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
             let message = panic_message(&*panic);

@@ -15,7 +15,8 @@ pub(super) struct SceneReader<'a> {
     meshes: &'a MeshCache,
     pub study_diagnostics: Vec<Diagnostic>,
     scene_diagnostics: Option<Diagnostics>,
-    /// Per error of the scene: indices (from 0) of the affected runs, and the axis values of the first one.
+    /// For each error of the scene: indices (from 0) of the affected runs, and the axis values of the first affected
+    /// run.
     runs_of_mistakes: Vec<(Vec<usize>, String)>,
     n_runs: usize,
     pub first: Option<Plan>,
@@ -69,7 +70,8 @@ impl<'a> SceneReader<'a> {
                 Some(memory)
             }
             Err(mistakes) => {
-                // An override with an invalid key hides other errors, so the scene is read again without it.
+                // An override with an invalid key hides other errors. The scene is therefore read again without this
+                // override.
                 let lost = |mistake: &Diagnostic| match &mistake.location {
                     Location::SetOption(option) if mistake.kind == DiagnosticKind::BadOverride => {
                         Some(option.clone())
@@ -144,7 +146,8 @@ impl<'a> SceneReader<'a> {
         }
     }
 
-    /// Errors of the scene. If only some runs have an error, its message names the axis values of the first one.
+    /// Errors of the scene. If only some runs have an error, its message names the axis values of the first of these
+    /// runs.
     pub fn scene_diagnostics(&self) -> Option<Diagnostics> {
         let mut diagnostics = self.scene_diagnostics.clone()?;
         for (mistake, (runs, values)) in diagnostics.list.iter_mut().zip(&self.runs_of_mistakes) {

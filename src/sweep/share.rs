@@ -9,7 +9,7 @@ use crate::scene::document::{TomlNode, TomlValue};
 use crate::sweep::axes::Axis;
 use crate::sweep::read::Sweep;
 
-/// Sections whose numbers do not change the size of the problem.
+/// Sections of a scene whose numbers do not change the size of the problem.
 const SECTIONS_WITHOUT_MEMORY: [&str; 6] = ["title", "units", "materials", "friction", "wear", "gap"];
 
 /// Number of parallel runs, and threads of each.
@@ -51,8 +51,8 @@ fn sets_size(key: &str) -> bool {
     !SECTIONS_WITHOUT_MEMORY.contains(&section) && !is_value_of_step && !key.contains(".fibre.")
 }
 
-/// Distribution of `threads` over `runs` runs. Each run needs about `needed` of the `free` bytes; `None` if unknown. As many runs
-/// as possible are parallel, because a thread is more effective in a run of its own.
+/// Distributes `threads` over `runs` runs. Each run needs about `needed` of the `free` bytes; `None` if unknown. As
+/// many runs as possible are parallel, because several threads are more effective in separate runs than in one run.
 pub fn plan_concurrency(runs: usize, threads: usize, needed: Option<f64>, free: Option<u64>) -> Concurrency {
     let fit = match (needed, free) {
         (Some(needed), Some(free)) if needed > 0.0 => (free as f64 / needed) as usize,

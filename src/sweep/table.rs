@@ -57,7 +57,7 @@ pub struct StudyRun {
     pub status: Option<Status>,
     /// Reason why the run did not converge or failed.
     pub reason: Option<String>,
-    /// The reason, if it is not an error.
+    /// Reason as a value of [`Divergence`], unless the run ended with an error.
     #[serde(skip)]
     pub divergence: Option<Divergence>,
     /// SHA-256 of the scene file and its overrides.

@@ -1,10 +1,11 @@
 //! Force balance: finds the unknown rigid motions along which a force is prescribed or a body is unconstrained.
 //!
-//! The motion ρ is the Lagrange multiplier of the projection P = proj(P* - D R ρ). P* are the tractions before the projection, D
-//! the step sizes, R the gaps per unit motion. The tractions must do the prescribed work F on each motion, Σ A R·P = F with cell
-//! areas A (docs/theory-contact.md).
+//! The motion ρ is the Lagrange multiplier of the projection P = proj(P* - D R ρ). P* are the tractions before the
+//! projection. D contains the step sizes and R the gaps per unit motion. The tractions must do the prescribed work F on
+//! each motion, Σ A R·P = F with cell areas A (docs/theory-contact.md).
 //!
-//! For given radii of the friction discs, ρ minimises a convex potential. The radii are the pressures of the previous minimisation.
+//! For given radii of the friction discs, ρ minimises a convex potential. The radii are the pressures of the previous
+//! minimisation.
 
 mod potential;
 mod sliding;
@@ -14,7 +15,8 @@ use nalgebra::{DMatrix, SVector, SymmetricEigen};
 use super::friction_scaling::FrictionScaling;
 use crate::laws::friction::FrictionEllipse;
 
-/// Largest number of additional rigid modes of an increment: six of unconstrained bodies, or three rotations of body 2.
+/// Largest number of additional rigid modes of an increment: six modes of unconstrained bodies, or three rotations of
+/// body 2.
 pub const MAX_RIGID_MODES: usize = 6;
 
 /// Number of components of a relative rigid motion: along the frame's x, y, n, then the additional modes.
@@ -26,11 +28,12 @@ pub type RigidMotion = [f64; MOTION_COMPONENTS];
 /// Vector of one value per unknown motion; its remaining entries are zero.
 pub(super) type MotionValues = SVector<f64, MOTION_COMPONENTS>;
 
-/// Largest eigenvalue of the Gram matrix of the gaps at which a combination of motions, scaled to unit mean square gap, is
-/// unresisted.
+/// Largest eigenvalue of the Gram matrix of the gaps for which a combination of motions counts as unresisted. The
+/// motions are scaled to unit mean square gap.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// Rounding error of the work of the loads on an unresisted motion, relative to the largest prescribed work on a motion.
+/// Largest work of the loads on an unresisted motion that counts as rounding error, relative to the largest prescribed
+/// work on a motion.
 const LOAD_TOLERANCE: f64 = 1e-9;
 
 /// Largest number of updates of the friction radii in one projection. The remaining error appears in the natural residual.
@@ -76,11 +79,11 @@ enum FrictionBound<'a> {
     Stick,
     /// Radial return to discs of these radii, `[N]`.
     Radius(&'a [f64]),
-    /// All tractions at these limits, `[N]`, opposite to the given motion.
+    /// The tractions of all cells are at these limits, `[N]`, opposite to the given motion.
     Saturated(&'a [f64], MotionValues),
 }
 
-/// Unknown motion, and the work that the tractions must do on it.
+/// Unknown motion, and the work that the tractions must do on this motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BalanceConstraint {
     /// Unknown motion.
@@ -89,7 +92,7 @@ pub struct BalanceConstraint {
     pub work: f64,
 }
 
-/// Motion that no traction of the frame resists, although a load acts along it.
+/// Motion that no traction of the frame resists, although a load does work on this motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnresistedLoad {
     /// Unresisted motion.
@@ -143,7 +146,7 @@ impl Balance {
         Self::new(BalanceCells { areas, hat: friction.map(FrictionScaling::new) }, gap, wanted)
     }
 
-    /// As [`Self::for_frame`].
+    /// Implements [`Self::for_frame`].
     fn new(
         cells: BalanceCells,
         gap: impl Fn(usize, usize) -> [f64; 3],
@@ -281,7 +284,8 @@ impl Balance {
         if defect == 0.0 { 0.0 } else { defect / size }
     }
 
-    /// Projects a predictor onto the tractions that do the prescribed works, writes them to `out`, and returns the motion ρ.
+    /// Projects a predictor onto the tractions that do the prescribed works, and writes these tractions to `out`.
+    /// Returns the motion ρ and, if no motion balances the loads, the loss of equilibrium.
     pub(super) fn project(
         &self,
         cells: BalanceCells,

@@ -1,4 +1,5 @@
-//! Convex potential of a balance. Its minimum is the motion for which the tractions do the prescribed works.
+//! Convex potential of a balance. Its minimum is the motion for which the tractions do the prescribed works. The module
+//! [`super`] defines the symbols.
 
 use nalgebra::{SMatrix, SymmetricEigen};
 
@@ -9,7 +10,8 @@ use super::{
 
 const MAX_NEWTON_STEPS: usize = 80;
 
-/// Largest relative defect of the works in equilibrium. Also the relative eigenvalue above which a motion changes normal gaps.
+/// Largest relative defect of the works in equilibrium. Also the relative eigenvalue of the Gram matrix of normal gaps
+/// above which a motion changes these gaps.
 const UNBALANCED_SHARE: f64 = 1e-6;
 
 type Matrix = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
@@ -177,8 +179,8 @@ impl Balance {
         }
     }
 
-    /// Huber function of the predictor `star` in a cell, its gradient (the traction), and the derivatives of the traction. With a
-    /// given traction, the function is linear.
+    /// Huber function of the predictor `star` in a cell, its gradient (the traction), and the derivatives of the
+    /// traction. With saturated friction, the traction is constant and the function is linear.
     fn tangential(
         &self,
         cell: usize,
@@ -207,14 +209,15 @@ impl Balance {
         )
     }
 
-    /// Traction of magnitude `radius`, opposite to the motion `direction` of a cell.
+    /// Traction of magnitude `radius` in a cell, opposite to the slip in the motion `direction`.
     fn limit(&self, cell: usize, radius: f64, direction: &MotionValues) -> [f64; 2] {
         let gap = self.gap(cell, direction);
         let norm = gap[0].hypot(gap[1]);
         if norm > 0.0 { [-radius * gap[0] / norm, -radius * gap[1] / norm] } else { [0.0; 2] }
     }
 
-    /// Returns whether no cell closes along `direction` and friction does not balance the load.
+    /// Returns whether the potential decreases without bound along `direction`: no cell closes, and friction does not
+    /// balance the load.
     fn is_unbounded_along(
         &self,
         cells: BalanceCells,
@@ -261,7 +264,7 @@ impl Balance {
         (*direction, failure)
     }
 
-    /// Returns whether the pressures equal the previous ones to rounding.
+    /// Computes the pressures for the motion `rho`. Returns whether they equal the previous pressures to rounding.
     pub(super) fn write_pressures(
         &self,
         from: ProjectionStart,
@@ -280,7 +283,8 @@ impl Balance {
         change <= 1e-14 * largest
     }
 
-    /// If `sliding` is given, all tangential tractions are at their limits, opposite to `sliding`.
+    /// Writes the tractions for the motion `rho` to `out`. If `sliding` is given, all tangential tractions are at their
+    /// limits, opposite to `sliding`.
     pub(super) fn write(
         &self,
         cells: BalanceCells,

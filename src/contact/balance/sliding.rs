@@ -13,35 +13,40 @@ const MAX_STEPS: usize = 500;
 const STEP_TOLERANCE: f64 = 1e-10;
 /// Smallest slip of a cell in the minimisation, relative to the largest slip.
 const MIN_SLIP_SHARE: f64 = 1e-9;
-/// Eigenvalue of a Gram matrix, relative to the largest, up to which a combination of motions causes no slip. The weights of the matrix
-/// differ by up to the reciprocal of [`MIN_SLIP_SHARE`].
+/// Largest eigenvalue of the Gram matrix of slips for which a combination of motions counts as free of slip. It is
+/// relative to the largest eigenvalue. The weights of the matrix differ by up to the reciprocal of [`MIN_SLIP_SHARE`].
 const NULL_SHARE: f64 = 1e-13;
-/// The same for normal gaps: their root mean square relative to that of the largest gaps is at most a millionth.
+/// Largest eigenvalue of the Gram matrix of normal gaps for which a combination of motions changes no normal gap. It is
+/// relative to the largest eigenvalue. The root mean square gap of this combination is at most a millionth of the
+/// largest root mean square gap.
 const NO_GAP_SHARE: f64 = 1e-12;
 
 type Gram = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
 
-/// Motion in gross sliding.
+/// Motion of body 2 in gross sliding.
 pub struct SlidingMotion {
-    /// Translation and rotation of body 2 with the work 1 of the load.
+    /// Translation and rotation of body 2, scaled such that the load does the work 1.
     motion: RigidMotion,
     /// Scaled slip of the cells, `[2, N]`.
     pub slip: Vec<f64>,
-    /// Work of the friction limits on the motion, divided by the work of the load on it.
+    /// Work of the friction limits on the motion, divided by the work of the load on the motion.
     pub carried_load_fraction: f64,
-    /// Whether the minimisation of the work converged. Otherwise friction may carry less.
+    /// Whether the minimisation of the work converged. Otherwise friction may carry a smaller fraction of the load.
     pub is_least: bool,
 }
 
 impl Balance {
-    /// The motion for which the friction limits do the least work, per work of the load, among motions that change no normal gap:
-    /// the balance is that of [`Self::without_gap`]. `limits` are the scaled friction limits of the cells, `[N]`. By the kinematic
-    /// theorem of limit analysis, friction with these limits carries the load up to that fraction of it. Returns `None` if friction
-    /// does not resist a motion on which the load does work.
+    /// Motion on which the friction limits do the least work, while the load does the work 1. By the kinematic theorem
+    /// of limit analysis, this least work is the fraction of the load that friction with these limits carries.
+    ///
+    /// The balance must come from [`Self::without_gap`], so that the motions change no normal gap. `limits` are the
+    /// scaled friction limits of the cells, `[N]`. Returns `None` if friction does not resist a motion on which the
+    /// load does work.
     ///
     /// # Source
-    /// Weiszfeld 1937, "Sur le point pour lequel la somme des distances de n points donnés est minimum": the sum of slips is
-    /// minimised by sums of squares whose weights are the reciprocal slips of the previous step.
+    /// Weiszfeld 1937, "Sur le point pour lequel la somme des distances de n points donnés est minimum": each step
+    /// minimises a weighted sum of squared slips instead of the sum of slips. The weights are the reciprocal slips of
+    /// the previous step.
     pub fn least_resisted_motion(&self, areas: &[f64], limits: &[f64]) -> Option<SlidingMotion> {
         let n = areas.len();
         let mut weights: Vec<f64> = areas.iter().zip(limits).map(|(area, limit)| area * limit).collect();
@@ -69,8 +74,8 @@ impl Balance {
         Some(SlidingMotion { motion: self.motion(&values), slip, carried_load_fraction: work, is_least })
     }
 
-    /// The motion of unit work of the load with the least sum of squares of the slips, with weights by cell. `None` if the load does
-    /// work on a motion without weighted slip.
+    /// Motion on which the load does the work 1, with the least weighted sum of squared slips. `weights` are the
+    /// factors of the squared slips, `[N]`. `None` if the load does work on a motion without weighted slip.
     fn motion_of_least_squares(&self, weights: &[f64]) -> Option<MotionValues> {
         let eigen = SymmetricEigen::new(self.gram(weights, &[0, 1]));
         let least = NULL_SHARE * eigen.eigenvalues.max();
@@ -98,7 +103,7 @@ impl Balance {
         sliding.filter(|sliding| sliding.target_work.norm() > LOAD_TOLERANCE * self.target_work.norm())
     }
 
-    /// Orthonormal motions in the null space of `gram`: eigenvalues up to the share `share` of the largest.
+    /// Orthonormal eigenvectors of `gram` whose eigenvalues are at most `share` times the largest eigenvalue.
     fn null_motions(&self, gram: &Gram, share: f64) -> Vec<MotionValues> {
         let eigen = SymmetricEigen::new(*gram);
         let least = share * eigen.eigenvalues.max();
@@ -107,7 +112,8 @@ impl Balance {
         kept.map(|(_, vector)| vector.into_owned()).collect()
     }
 
-    /// Sum over the cells of weighted products of the given components of the gaps, per unit of the motions.
+    /// Gram matrix of the motions: the weighted sum over the cells of products of gaps per unit motion. `components`
+    /// selects components of the gaps.
     fn gram(&self, weights: &[f64], components: &[usize]) -> Gram {
         let mut gram = Gram::zeros();
         for (cell, weight) in weights.iter().enumerate() {
@@ -140,7 +146,7 @@ impl Balance {
 }
 
 impl SlidingMotion {
-    /// Gross sliding along this motion.
+    /// Loss of equilibrium by gross sliding along this motion.
     pub(crate) fn loss_of_equilibrium(&self) -> LossOfEquilibrium {
         LossOfEquilibrium {
             motion: with_unit_maximum(self.motion),
@@ -164,8 +170,9 @@ mod tests {
     /// Height of the axis of the tilt above the frame.
     const HEIGHT: f64 = 5.0;
 
-    /// Balance of a flat frame with the points `points`: translations along x and y, rotation about n, and a tilt about an axis along y
-    /// at [`HEIGHT`], so that the tilt also causes slip. The last work is that on a tilt about y in the frame.
+    /// Balance of a flat frame with cells at `points`. Its motions are translations along x and y, a rotation about n,
+    /// and a tilt about an axis along y at [`HEIGHT`]. This tilt also causes slip. `works[3]` is the work on a tilt
+    /// about y in the plane of the frame.
     fn balance(points: &[[f64; 2]], areas: &[f64], hat: FrictionScaling, works: [f64; 4]) -> Balance {
         let gap = |component: usize, cell: usize| {
             let [x, y] = points[cell];
@@ -189,8 +196,9 @@ mod tests {
         FrictionScaling::new(&FrictionEllipse { mu: [mu; 2], angle: 0.0 })
     }
 
-    /// Truth: the body turns about the point that is farther from the force. Two points at x = -a and x = a with the friction limit L
-    /// each therefore carry a force along y at x = e up to 2 L a / (a + e). Tolerance 1e-6: that point slips by [`MIN_SLIP_SHARE`] of the other's slip.
+    /// Truth: the body turns about the point that is farther from the force. Two points at x = -a and x = a have the
+    /// friction limit L each. They carry a force along y at x = e up to 2 L a / (a + e). The tolerance is 1e-6, because
+    /// the farther point slips by [`MIN_SLIP_SHARE`] of the slip of the nearer point.
     #[test]
     fn an_eccentric_force_turns_the_body_about_the_farther_point() {
         let (a, limit, force) = (2.0, 0.7, 3.0);
@@ -205,8 +213,9 @@ mod tests {
         }
     }
 
-    /// Truth: friction of points on a circle of radius r with the limits L carries a moment of sum L r. Their slip in a translation
-    /// is along the normal of the friction ellipse. The tilt changes no slip, and its work stays prescribed.
+    /// Truth: points on a circle of radius r, with friction limits L and areas A, carry the moment Σ A L r by friction.
+    /// In a translation, the slip of the points is along the normal of the friction ellipse. A tilt about y in the
+    /// plane of the frame causes no slip, and the balance without slip keeps its work.
     #[test]
     fn moments_turn_and_forces_translate() {
         let (n, r) = (12, 1.5);

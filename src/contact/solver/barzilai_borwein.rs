@@ -54,7 +54,8 @@ fn products(
     sums
 }
 
-/// Adds the products of the path point `end`, which has a balance. The change of gap by its rigid motion is subtracted from y.
+/// Adds the products of the path point `end`, which has a balance. The change of gap that the rigid motion of this
+/// point causes is subtracted from y.
 fn add_balanced(
     problem: &Increment,
     old: &ContactState,
@@ -118,7 +119,7 @@ impl StepRule for BarzilaiBorweinRule {
     }
 }
 
-/// As [`run_projected_gradient`].
+/// Solves the increment from the state in `it`, as [`run_projected_gradient`] describes.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let shortest = step_sizes(problem, it, 1.0);
     let mut rule =

@@ -3,9 +3,9 @@
 //! Minimises the energy ½ pᵀ A S p + g₀ᵀ A p over pressures p >= 0, with cell areas A, normal flexibility S and gap g₀ at zero
 //! pressure. Under a prescribed force the sum of A p is fixed.
 //!
-//! Each step minimises the energy along a direction that is conjugate to the previous one on the cells in contact. Negative
-//! pressures are set to zero. Cells with overlap enter the contact. The residual is preconditioned with the approximate inverse of
-//! S, or with the inverse of its diagonal.
+//! Each step minimises the energy along a direction that is conjugate to the previous direction on the cells in
+//! contact. Negative pressures are set to zero. Cells with overlap enter the contact. The residual is preconditioned
+//! with the approximate inverse of S, or with the inverse of its diagonal.
 //!
 //! # Source
 //! Polonsky and Keer 1999, "A numerical method for solving rough contact problems based on the multi-level multi-summation and
@@ -17,7 +17,7 @@ use super::super::{ContactState, Increment, NormalControl, TangentialControl};
 use super::control::SolveControl;
 use super::report::SolveReport;
 
-/// Number of iterations without a new best residual after which the next method continues.
+/// Number of iterations without a new best residual after which the solve ends.
 const MAX_STEPS_WITHOUT_GAIN: usize = 200;
 
 /// Factor on the step length if setting negative pressures to zero raised the energy.
@@ -32,11 +32,11 @@ pub(super) fn is_applicable(problem: &Increment) -> bool {
     problem.friction.is_none() && problem.wear.is_none() && !pulled && !free
 }
 
-/// Vectors over the cells, `[N]`.
+/// Work vectors over the cells, `[N]`.
 struct CgWorkspace {
     /// Whether a cell carries pressure or overlaps.
     active: Vec<bool>,
-    /// -g with the normal gap g in the active cells, zero elsewhere.
+    /// Negative normal gap -g in the active cells, zero elsewhere, mm.
     residual: Vec<f64>,
     residual_before: Vec<f64>,
     preconditioned: Vec<f64>,
@@ -45,7 +45,7 @@ struct CgWorkspace {
     image: Vec<f64>,
     pressures_before: Vec<f64>,
     elastic_before: Vec<f64>,
-    /// Product of the previous residual with its preconditioned value; `None` at a restart.
+    /// Product of the previous residual with the preconditioned previous residual; `None` at a restart.
     product_before: Option<f64>,
 }
 
@@ -77,7 +77,8 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
     loop {
         let mut residual = update_active_set(problem, it, &mut work);
         if residual <= control.options.tolerance {
-            // Updates of S p accumulate rounding errors, so a residual within the tolerance is computed again without them.
+            // Updates of S p accumulate rounding errors. If the residual is within the tolerance, S p is therefore
+            // computed from the pressures.
             report.applications += usize::from(!fresh);
             if fresh {
                 it.tractions[2 * n..].copy_from_slice(&it.scaled[2 * n..]);
@@ -101,7 +102,7 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
             if work.product_before.take().is_none() {
                 return report;
             }
-            // The previous direction is not conjugate on the present contact.
+            // The previous direction is not conjugate on the present contact. The next step starts without it.
             report.applications += 1;
             continue;
         };
@@ -111,8 +112,9 @@ pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut So
     }
 }
 
-/// Sets and evaluates the initial pressures: the pressures of `it`, or one projected gradient step from zero tractions. A factor
-/// then scales them to the prescribed force. Under a given approach, a start from zero is scaled to the least energy.
+/// Sets and evaluates the initial pressures: the pressures of `it`, or one projected gradient step from zero tractions.
+/// A factor then scales the pressures to the prescribed force. Under a given approach, the factor for a start from zero
+/// minimises the energy.
 fn start(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     let normal = 2 * n..3 * n;
@@ -189,7 +191,7 @@ struct CgStep {
     cut: bool,
 }
 
-/// Takes a step. Returns `None` if its length is not positive and finite.
+/// Takes a step. Returns `None` if the step length is not positive and finite.
 fn step(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> Option<CgStep> {
     let n = problem.n();
     work.pressures_before.copy_from_slice(&it.scaled[2 * n..]);
@@ -228,7 +230,7 @@ fn step(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> O
     }
 }
 
-/// Returns whether any pressure was negative.
+/// Adds `length` times `direction` and sets negative pressures to zero. Returns whether any pressure was negative.
 fn advance(pressures: &mut [f64], direction: &[f64], length: f64) -> bool {
     let mut cut = false;
     for (p, d) in pressures.iter_mut().zip(direction) {

@@ -79,7 +79,8 @@ impl<'a> SolveControl<'a> {
         }
     }
 
-    /// Control of an auxiliary problem after `iterations`, with at most `most` iterations. Its residuals are not recorded.
+    /// Control of an auxiliary problem after `iterations` iterations of the solve, with at most `most` further
+    /// iterations. Residuals of the auxiliary problem are not recorded.
     pub(super) fn auxiliary(&mut self, iterations: usize, most: usize) -> SolveControl<'_> {
         let mut rest = self.rest(iterations);
         rest.options.max_iterations = rest.options.max_iterations.min(most);
@@ -94,7 +95,8 @@ impl<'a> SolveControl<'a> {
         (self.watch)(iterations, residual)
     }
 
-    /// `exhausted` states that no iterations are left.
+    /// Reason to end the solve after `iterations` iterations, `None` to continue. `exhausted` states that no iterations
+    /// are left.
     pub(super) fn stop_reason(
         &mut self,
         iterations: usize,

@@ -64,8 +64,8 @@ fn solver_sequence(method: Method, problem: &Increment) -> Vec<IncrementSolver> 
     }
 }
 
-/// Solves the increment from the tractions and rigid motions in `it`. Afterwards `it` contains the solution, or the best or the
-/// last state.
+/// Solves the increment from the tractions and rigid motions in `it`. Afterwards `it` contains the solution. If no
+/// solution is found, it contains the best or the last state.
 pub fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -91,8 +91,8 @@ pub fn solve(
     report
 }
 
-/// Sets the normal motion of unloaded path points on flat frames so that the smallest normal gap is zero. Without normal force and
-/// tractions any separation would be in equilibrium.
+/// Sets the normal motion of unloaded path points on flat frames so that the smallest normal gap is zero. Without
+/// normal force and tractions, every separation would be in equilibrium.
 fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     for (end, spec) in problem.path_points.iter().enumerate() {
@@ -106,7 +106,8 @@ fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
             it.gap[planes.clone()][2 * n..].iter().copied().fold(f64::INFINITY, f64::min)
         };
         it.rigid_motion[end][2] -= least(it);
-        // Without pressure, the residual has no scale for an overlap that rounding leaves.
+        // Rounding may leave an overlap. The loop removes it, because the residual has no scale for an overlap without
+        // pressure.
         let mut lift = least(it).abs();
         while least(it) < 0.0 {
             it.rigid_motion[end][2] += lift;

@@ -1,7 +1,8 @@
 //! Solves for the pressures first and for the tangential tractions afterwards.
 //!
 //! Applies to pairs of bodies whose normal and tangential problems do not couple: bodies of equal elastic constants, or
-//! incompressible bodies on rigid bodies. The tangential equations have a given friction limit in every cell.
+//! incompressible bodies on rigid bodies. The pressures give the friction limit of every cell in the tangential
+//! problem.
 //!
 //! # Source
 //! Johnson 1985, Contact Mechanics, section 7.2: the normal and the tangential problem of similar bodies are independent.
@@ -11,12 +12,13 @@ use super::control::{Method, PartSolver, SolveControl, SolverOptions};
 use super::report::{SolveReport, StopReason};
 use crate::omitted::OmittableWork;
 
-/// Share of the tolerance for the pressures, whose errors are also errors of the friction limits.
+/// Tolerance of the pressures, relative to the tolerance of the increment. Errors of the pressures are also errors of
+/// the friction limits.
 const PRESSURE_TOLERANCE_SHARE: f64 = 0.2;
-/// Share of the tolerance for the tangential tractions.
+/// Tolerance of the tangential tractions, relative to the tolerance of the increment.
 const TANGENTIAL_TOLERANCE_SHARE: f64 = 0.7;
 
-/// Returns whether normal and tangential problem are solved one after the other.
+/// Returns whether the normal and the tangential problem are solved one after the other.
 pub(super) fn is_applicable(problem: &Increment, options: &SolverOptions) -> bool {
     let [end] = problem.path_points.as_slice() else { return false };
     let laws = problem.friction.is_some() && problem.wear.is_none();

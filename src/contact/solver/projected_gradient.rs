@@ -60,8 +60,8 @@ pub(super) fn run_projected_gradient(
             report.stop = StopReason::NotFinite;
             break;
         }
-        // A state without equilibrium is compared by its normal residual alone. The added 1 ranks it after every state in
-        // equilibrium with a residual of at most 1.
+        // A state without equilibrium is compared by its normal residual alone. The added 1 ranks this state after
+        // every state in equilibrium with a residual of at most 1.
         let sliding = if let Equilibrium::Sliding(sliding) = equilibrium { Some(sliding) } else { None };
         let measure = if sliding.is_some() { 1.0 + normal } else { residual };
         lost = if sliding.is_some() && balances { lost + 1 } else { 0 };

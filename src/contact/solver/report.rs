@@ -33,12 +33,12 @@ pub struct SolveReport {
     pub iterations: usize,
     /// Number of operator applications.
     pub applications: usize,
-    /// How equilibrium was lost, if the solve ended for this reason.
+    /// How equilibrium was lost, if the solve ended with a loss of equilibrium.
     pub loss_of_equilibrium: Option<LossOfEquilibrium>,
     /// Course of the solve, if it ended with [`StopReason::Iterations`].
     pub stagnation: Option<Stagnation>,
-    /// Name of the method. Methods that were tried before precede it, each with its iterations and residual. A comma separates the
-    /// methods of two stages.
+    /// Name of the method. Names of earlier methods precede it, each with iterations and residual. A comma separates
+    /// the methods of two stages.
     pub method: String,
 }
 
@@ -62,19 +62,19 @@ impl SolveReport {
         self.stop == StopReason::Converged
     }
 
-    /// Adds the iterations and operator applications of another report.
+    /// Returns this report with the iterations and operator applications of `other` added.
     pub fn with_work_of(mut self, other: &Self) -> Self {
         self.add_work_of(other);
         self
     }
 
-    /// As [`Self::with_work_of`], in place.
+    /// Adds the iterations and operator applications of `other`.
     pub fn add_work_of(&mut self, other: &Self) {
         self.iterations += other.iterations;
         self.applications += other.applications;
     }
 
-    /// Combines this report with the report of the next stage, whose outcome it keeps.
+    /// Report of this stage and the next stage: iterations and applications of both, outcome of the next stage.
     pub(super) fn joined_with(self, next: Self) -> Self {
         let next = next.with_work_of(&self);
         let method = if self.method == next.method {
@@ -85,7 +85,7 @@ impl SolveReport {
         Self { method, ..next }
     }
 
-    /// As [`Self::joined_with`], for the solver `name` that continued the solve.
+    /// Report of this solve and its continuation `next` by the solver `name`. The outcome is the outcome of `next`.
     pub(super) fn followed_by(self, name: &str, next: Self) -> Self {
         let next = next.with_work_of(&self);
         let method = if self.method.is_empty() {

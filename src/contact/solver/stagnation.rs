@@ -1,10 +1,11 @@
-//! What a solve that did not reach its tolerance leaves: the course of the residual, and the cells whose conditions are violated.
+//! Description of a solve that did not reach its tolerance: course of the residual, and number of cells that violate
+//! their conditions.
 
 use super::super::{ContactState, Increment};
 
 /// Number of iterations below which an iteration limit counts as too small.
 const FEW_ITERATIONS: usize = 100;
-/// Largest factor on the number of iterations that is sensible advice.
+/// Largest factor by which a message advises to raise the iteration limit.
 const MAX_ADVISED_FACTOR: f64 = 10.0;
 
 /// Course of a solve that did not reach its tolerance, and its last state.
@@ -16,10 +17,11 @@ pub struct Stagnation {
     pub tolerance: f64,
     /// Number of iterations.
     pub iterations: usize,
-    /// Numbers of iterations 1, 10, 100, ... and the smallest natural residuals up to them.
+    /// Pairs of a number of iterations (1, 10, 100, ...) and the smallest natural residual up to this number.
     pub history: Vec<(usize, f64)>,
-    /// Whether the solve ended at its iteration limit, and tenfold iterations would reach the tolerance if the residual falls on as a
-    /// power of their number. A limit below 100 iterations always counts as too small.
+    /// Whether a larger iteration limit would help: the solve ended at its limit, and ten times as many iterations
+    /// would reach the tolerance. This estimate extrapolates the residual as a power of the number of iterations. A
+    /// limit below 100 iterations always counts as too small.
     pub needs_iterations: bool,
     /// Number of cells whose gap and pressure violate the contact conditions by more than the tolerance, at any path point.
     pub contact_cells: usize,
@@ -35,7 +37,7 @@ pub(super) struct ResidualHistory {
 }
 
 impl ResidualHistory {
-    /// Records the residual after `iterations`.
+    /// Records the residual after `iterations` iterations.
     pub fn add(&mut self, iterations: usize, residual: f64) {
         let next = 10_usize.pow(self.kept.len() as u32);
         if let (true, Some(best)) = (iterations > next, self.best) {
@@ -46,7 +48,7 @@ impl ResidualHistory {
 }
 
 impl Stagnation {
-    /// Course of a solve that ended with the evaluated state `it` after `iterations` of at most `most`.
+    /// Describes a solve that ended with the evaluated state `it` after `iterations` of at most `most` iterations.
     pub(super) fn new(
         problem: &Increment,
         it: &ContactState,
@@ -70,8 +72,10 @@ impl Stagnation {
     }
 }
 
-/// Returns whether the residual is at most `tolerance` after [`MAX_ADVISED_FACTOR`] times the iterations of `last`, if it falls as the
-/// power of the iterations through the points `before` and `last` of iterations and residual.
+/// Returns whether the residual reaches `tolerance` after [`MAX_ADVISED_FACTOR`] times the iterations of `last`.
+///
+/// `before` and `last` are pairs of iterations and residual. The residual is extrapolated as a power of the number of
+/// iterations through these two points.
 fn reaches(before: (usize, f64), last: (usize, f64), tolerance: f64) -> bool {
     let power = (before.1 / last.1).ln() / (last.0 as f64 / before.0 as f64).ln();
     last.1 * MAX_ADVISED_FACTOR.powf(-power) <= tolerance
@@ -81,7 +85,7 @@ fn reaches(before: (usize, f64), last: (usize, f64), tolerance: f64) -> bool {
 mod tests {
     use super::*;
 
-    /// Truth: the residual k^-2 is 1e-6 after 1000 iterations. A residual that does not fall reaches nothing.
+    /// Truth: the residual k^-2 is 1e-6 after 1000 iterations. A constant residual never reaches a smaller tolerance.
     #[test]
     fn the_residual_falls_as_a_power_of_the_iterations() {
         let at = |k: usize| (k, (k as f64).powi(-2));
@@ -89,7 +93,7 @@ mod tests {
         assert!(!reaches((10, 1e-3), (100, 1e-3), 0.99e-3));
     }
 
-    /// Truth: the definition, the smallest residuals up to 1 and 10 iterations.
+    /// Truth: by definition, the history contains the smallest residuals up to iterations 1 and 10.
     #[test]
     fn history_keeps_the_smallest_residuals() {
         let mut history = ResidualHistory::default();

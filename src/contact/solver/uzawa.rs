@@ -1,9 +1,10 @@
 //! Uzawa predictor-corrector with radial return: the reference method (docs/theory-contact.md).
 //!
-//! Predictor: the gap for the current tractions. Corrector: p <- (p - r_n g_n)+, q <- radial return of q - r_t M² Δg_t on |q|_μ <=
-//! p. Components are along the axes of the friction ellipse, M = diag(μ1, μ2), and |q|_μ = |M⁻¹ q|. Each step size r starts as 1.8
-//! divided by the estimated largest eigenvalue of its block; only restarts change it. The convergence rate is 1 - O(h/L) with cell
-//! side h and frame size L.
+//! Predictor: the gap for the current tractions. Corrector: p <- max(p - r_n g_n, 0), q <- radial return of q - r_t M²
+//! Δg_t on |q|_μ <= p. Components are along the axes of the friction ellipse, M = diag(μ1, μ2), and |q|_μ = |M⁻¹ q|.
+//!
+//! Each step size r starts as 1.8 divided by the estimated largest eigenvalue of its block. Only restarts change r. The
+//! convergence rate is 1 - O(h/L) with cell side h and frame size L.
 
 use super::super::balance::StepSizes;
 use super::super::{ContactState, Increment};
@@ -24,7 +25,7 @@ impl StepRule for Constant {
         self.0
     }
 
-    /// Halves the step sizes: a restart suggests that they were too long.
+    /// Halves the step sizes, because a restart suggests that they were too long.
     fn restart(&mut self) -> StepSizes {
         self.0.normal *= 0.5;
         self.0.tangential *= 0.5;
@@ -32,7 +33,7 @@ impl StepRule for Constant {
     }
 }
 
-/// As [`run_projected_gradient`].
+/// Solves the increment from the state in `it`, as [`run_projected_gradient`] describes.
 pub(super) fn solve(problem: &Increment, it: &mut ContactState, control: &mut SolveControl) -> SolveReport {
     let mut rule = Constant(step_sizes(problem, it, RELAXATION));
     run_projected_gradient(problem, it, &mut rule, control)

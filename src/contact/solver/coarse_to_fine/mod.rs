@@ -156,7 +156,8 @@ impl<'p> CoarseToFine<'_, 'p> {
         factor
     }
 
-    /// Solves on ever finer cells, up to twice the frame's cell size. Returns the contact rectangle, or `None` if a solution fails.
+    /// Solves on ever finer cells, down to twice the side of the frame cells. Returns the contact rectangle, or `None`
+    /// if a solution fails.
     fn coarse(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<Rectangle> {
         let mut rectangle = self.all();
         let mut factor = self.coarsest(rectangle);
@@ -164,7 +165,7 @@ impl<'p> CoarseToFine<'_, 'p> {
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
         while factor > 1 {
             let (window, operator) = self.window(rectangle, factor)?;
-            // The callback only decides whether to cancel.
+            // The callback decides only whether to cancel, so that it gets a constant instead of the coarse residual.
             let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
             self.on_window(window, operator, it, &mut SolveControl::new(options, &mut told))?;
             if self.report.stop != StopReason::Converged {

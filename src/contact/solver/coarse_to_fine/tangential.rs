@@ -1,8 +1,9 @@
-//! Solves for the tangential tractions at given pressures, on a window around the contact. Coarser cells first find the spread of
-//! the slip zone.
+//! Solves for the tangential tractions at given pressures, on a window around the contact. Solutions on coarser cells
+//! first find the extent of the slip zone.
 //!
-//! The correction of the coarse gap is mean(S P) - S_c mean(P), with the fine operator S, the coarse operator S_c, and means over
-//! coarse cells. Only the change found on the coarse cells is transferred, as a ratio to the pressure (full approximation scheme).
+//! The gap of the coarse problem is corrected by mean(S P) - S_c mean(P). P are the fine tractions, S is the fine and
+//! S_c the coarse operator, and means are over coarse cells. Only the change of the tractions on the coarse cells is
+//! transferred, as a ratio to the pressure (full approximation scheme).
 //!
 //! # Source
 //! Brandt 1977, "Multi-level adaptive solutions to boundary-value problems".
@@ -28,7 +29,8 @@ impl CoarseToFine<'_, '_> {
         let (window, operator) = self.window(rectangle, 1).unwrap_or_else(|| self.whole());
         let part = WindowProblem::new(self.problem, window, operator)?;
         let mut state = part.state(it);
-        // In rolling, a correction of the coarse gap cannot correct the slip between coarser cells.
+        // In rolling, a correction of the coarse gap cannot correct the slip between coarser cells. If rolling is
+        // already steady, no coarser cells are used.
         let problem = part.problem(self.problem);
         let rolls_on =
             self.rolls() && !self.is_beyond(STEADY_ROLLING_RESIDUAL, &problem, &mut state, rectangle);
@@ -42,8 +44,9 @@ impl CoarseToFine<'_, '_> {
         Some(())
     }
 
-    /// Corrects the tractions `fine_state` on the window of `fine`, and the rigid motions, by a solution on cells whose side is
-    /// `factor` times as long. `it` is the state on the frame.
+    /// Solves on cells whose side is `factor` times as long. Then corrects the tractions of `fine_state` by the change
+    /// of the coarse tractions, and copies the rigid motions. `fine_state` is on the window of `fine`, and `it` is the
+    /// state on the frame.
     fn coarse_correction(
         &mut self,
         fine: &WindowProblem,
@@ -66,7 +69,7 @@ impl CoarseToFine<'_, '_> {
         let before = coarse_state.scaled.clone();
         let options =
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..self.options };
-        // The callback only decides whether to cancel.
+        // The callback decides only whether to cancel, so that it gets a constant instead of the coarse residual.
         let mut told = |iterations: usize, _: f64| control.is_cancelled(iterations, 1.0);
         let mut part_control = SolveControl::new(options, &mut told);
         self.on_part(&coarse, &mut coarse_state, MAX_WINDOW_ITERATIONS, &mut part_control);
@@ -79,8 +82,8 @@ impl CoarseToFine<'_, '_> {
     }
 }
 
-/// Adds the change of the scaled tractions on the window `coarse`, from `before` to `after`, to `fine_state` on the window `fine`.
-/// The interpolated quantity is the change divided by the pressure.
+/// Adds the change of the scaled tractions on the window `coarse`, from `before` to `after`, to `fine_state` on the
+/// window `fine`. The function interpolates the change divided by the pressure.
 fn add_change(coarse: &Window, before: &[f64], after: &[f64], fine: &Window, fine_state: &mut ContactState) {
     let (cells, n) = (coarse.n(), fine.n());
     let pressures = &before[2 * cells..];

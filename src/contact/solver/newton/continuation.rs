@@ -1,7 +1,8 @@
 //! Continuation: gaps and loads change in steps from values for which the start of the solve is the solution.
 //!
-//! A large change of load changes the states of many cells at once, so that the active set does not settle. In a small step few
-//! cells change their states, and a few Newton steps suffice.
+//! A large change of load changes the states of many cells at once, and the active set does not converge. In a small
+//! step few cells change their states, and a few Newton steps suffice. λ is the share of the change that has been
+//! applied.
 
 use super::super::super::balance::MotionValues;
 use super::super::super::{
@@ -10,7 +11,7 @@ use super::super::super::{
 use super::super::control::SolveControl;
 use super::NewtonSolve;
 
-/// First step of the share λ of the change.
+/// First step of λ.
 const FIRST_STEP: f64 = 0.25;
 /// Smallest step of λ.
 const MIN_STEP: f64 = 1e-5;
@@ -24,7 +25,7 @@ const QUICK_STEPS: usize = 5;
 const MAX_STEPS: usize = 12;
 /// Largest number of Newton steps of a continuation.
 const MAX_ITERATIONS: usize = 400;
-/// Number of systems without factors after which the continuation ends. Single systems may be singular.
+/// Number of systems that cannot be factorised after which the continuation ends. A few singular systems are accepted.
 const MAX_UNFACTORISED: usize = 4;
 /// Largest natural residual at λ < 1.
 const INTERMEDIATE_TOLERANCE: f64 = 1e-6;
@@ -32,8 +33,8 @@ const INTERMEDIATE_TOLERANCE: f64 = 1e-6;
 /// Share of the friction limit from which the traction of a cell counts as slipping.
 const SLIP_SHARE: f64 = 1.0 - 1e-9;
 
-/// Changes of gaps and loads of a path point for which a given state is the solution, except for the implicit wear that the change of
-/// slip causes.
+/// Changes of gaps and loads of a path point that make a given state the solution. They neglect the implicit wear that
+/// the change of slip causes.
 struct Perturbation {
     /// Change of the gap and the slip, `[3, N]`, mm.
     gap: Vec<f64>,
@@ -46,7 +47,7 @@ struct Perturbation {
 }
 
 impl Perturbation {
-    /// The state `it` is evaluated, and its tractions are admissible.
+    /// Computes the changes for the evaluated state `it` with admissible tractions.
     fn new(problem: &Increment, it: &ContactState) -> Self {
         let n = problem.n();
         let mut gap = vec![0.0; 3 * n];
@@ -101,8 +102,8 @@ impl Perturbation {
     }
 }
 
-/// Change of the slip for which the tangential traction of a cell satisfies the friction law: a cell at the friction limit keeps its
-/// slip against the traction, other cells lose their slip.
+/// Change of the slip after which the tangential traction of a cell satisfies the friction law. A cell at the friction
+/// limit keeps only its slip opposite to the traction. A cell below the limit loses its slip.
 fn slip_change(problem: &Increment, it: &ContactState, cell: usize) -> [f64; 2] {
     let n = problem.n();
     let (q, p) = ([it.scaled[cell], it.scaled[n + cell]], it.scaled[2 * n + cell]);
@@ -119,8 +120,8 @@ fn slip_change(problem: &Increment, it: &ContactState, cell: usize) -> [f64; 2] 
 }
 
 impl NewtonSolve<'_, '_> {
-    /// Solves by continuation from the start of the solve, for one path point and factorised systems, once in a solve. Returns whether
-    /// `it` is the solution. Otherwise `it` keeps its state.
+    /// Solves by continuation from the start of the solve. This needs a single path point and factorised systems, and
+    /// happens once in a solve. Returns whether `it` is the solution. Otherwise `it` keeps its state.
     pub(super) fn solve_by_continuation(
         &mut self,
         it: &mut ContactState,
@@ -205,7 +206,7 @@ impl NewtonSolve<'_, '_> {
 /// Result of the Newton steps at one λ.
 #[derive(PartialEq)]
 enum Correction {
-    /// The residual met the tolerance after so many steps.
+    /// The residual met the tolerance after this number of steps.
     Solved(usize),
     /// A system could not be factorised.
     Unfactorised,

@@ -1,8 +1,8 @@
 //! Test for gross sliding: whether friction carries the prescribed loads while every cell slips.
 //!
-//! It applies to unknown pressures with friction, and if wear is not implicit. Without a balance, every cell slips opposite to the
-//! scaled tangential force, and its friction limit is the normal force. With a balance, the bodies slide along the motion that friction
-//! resists least at the pressures in sliding.
+//! The test needs friction and unknown pressures, and does not apply to implicit wear. Without a balance, every cell
+//! slips opposite to the scaled tangential force. The friction limit of the contact is then the normal force. With a
+//! balance, the bodies slide along the motion that friction resists least at the pressures in sliding.
 
 use super::super::super::balance::{Balance, LossOfEquilibrium};
 use super::super::super::friction_scaling::FrictionScaling;
@@ -18,13 +18,14 @@ const MAX_ITERATIONS: usize = 500;
 /// Largest number of sliding motions of a balance for which the pressures are solved.
 const MAX_MOTIONS: usize = 20;
 
-/// Largest change of the carried fraction of the load between these motions in the last of them.
+/// Largest relative change of the carried fraction of the load from one sliding motion to the next, at convergence.
 const FRACTION_TOLERANCE: f64 = 1e-8;
 
 /// Share of the friction limit from which a prescribed force counts as gross sliding.
 const LIMIT_SHARE: f64 = 1.0 - 1e-12;
 
-/// Returns whether a prescribed normal force is too small for the tangential force of its path point.
+/// Returns whether gross sliding is certain, because a prescribed normal force is smaller than the scaled tangential
+/// force of its path point.
 pub(super) fn is_certain(problem: &Increment) -> bool {
     problem.path_points.iter().enumerate().any(|(end, point)| match (&point.balance, point.normal) {
         (None, NormalControl::Force(normal)) => match prescribed_load(problem, end) {
@@ -45,8 +46,8 @@ pub(super) enum Verdict {
     Unknown,
 }
 
-/// Tests the path points with a prescribed load until one slides. Writes the tractions and the motions normal to the contact of a
-/// sliding path point into `it`.
+/// Tests the path points with a prescribed load until one slides. Writes the tractions, the normal rigid motion and the
+/// mode amplitudes of a sliding path point into `it`.
 ///
 /// Adds the work of the solves to `report`.
 pub(super) fn test(
@@ -89,13 +90,13 @@ enum Load<'a> {
     /// Forces and moments of a balance.
     Balance {
         all: &'a Balance,
-        /// Those on the motions that change no normal gap.
+        /// Forces and moments on the motions that change no normal gap.
         sliding: Balance,
     },
 }
 
-/// Load that path point `end` prescribes; `None` if it has no tangential force or the test does not apply. With implicit wear, the
-/// gap depends on the distance of sliding.
+/// Load that path point `end` prescribes; `None` if it has no tangential force or the test does not apply. The test
+/// does not apply to implicit wear, because the gap then depends on the sliding distance.
 fn prescribed_load<'a>(problem: &'a Increment, end: usize) -> Option<Load<'a>> {
     let (point, hat) = (&problem.path_points[end], problem.friction_scaling()?);
     let implicit_wear = problem.wear.is_some() && problem.implicit_passes > 0.0;
@@ -124,12 +125,12 @@ struct SlidingTest<'t, 'p, 'c> {
     control: &'t mut SolveControl<'c>,
     solver: PartSolver,
     report: &'t mut SolveReport,
-    /// Number of iterations of the report at which the test ends.
+    /// Number of iterations in the report at which the test ends.
     last: usize,
 }
 
 impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
-    /// The path point `end` has friction.
+    /// Prepares the test of the path point `end`, which must have friction.
     fn new(
         problem: &'t Increment<'p>,
         it: &ContactState,
@@ -163,7 +164,7 @@ impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
             start.restore_into(&mut self.state);
         }
         let limit = match (self.point.normal, solved) {
-            // The limit is known without the pressures.
+            // Without converged pressures, a prescribed normal force is the limit.
             (NormalControl::Force(normal), false) if normal > 0.0 => normal,
             (_, false) => return Verdict::Unknown,
             (_, true) => self.pressures().iter().zip(self.problem.areas).map(|(p, area)| p * area).sum(),
@@ -221,7 +222,7 @@ impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
         &self.state.scaled[2 * self.problem.n()..]
     }
 
-    /// Physical slip, `[2, N]`.
+    /// Physical slips, `[2, N]`, for the scaled slips `scaled`.
     fn physical(&self, scaled: &[f64]) -> Vec<f64> {
         let n = self.problem.n();
         let mut slips = vec![0.0; 2 * n];
@@ -231,7 +232,7 @@ impl<'t, 'p, 'c> SlidingTest<'t, 'p, 'c> {
         slips
     }
 
-    /// Solves for the pressures while the cells slip by `slips`, `[2, N]`. Returns whether they converged.
+    /// Solves for the pressures while the cells slip by `slips`, `[2, N]`. Returns whether the pressures converged.
     fn solve_sliding(&mut self, point: PathPoint, slips: Vec<f64>) -> bool {
         let (tangential, reference) = (TangentialControl::Shift, SlipReference::Prescribed(slips));
         let sliding = Increment {

@@ -1,12 +1,14 @@
 //! Semismooth Newton method of Alart and Curnier for contact and friction (docs/theory-contact.md). A preconditioned Krylov method
 //! solves the linear systems on the cells in contact.
 //!
-//! The augmented variables p - c_n g_n and q̂ - c_t Δĝ_t decide whether a cell is open, sticks or slips. g_n is the normal gap, Δĝ_t
-//! the scaled slip; c_n and c_t are local stiffnesses. The equations of these cell states give the step; they are linear except for
-//! the direction of slip. Far from the solution the states alternate. Projected Barzilai-Borwein steps therefore precede the first
-//! Newton step if the residual is large, and follow failed Newton steps. Systems of meshed bodies are factorised after a failure,
-//! large ones by patches of cells.
-//! After two failed steps, gaps and loads change gradually from the start, and factorised steps are shortened.
+//! The augmented variables p - c_n g_n and q̂ - c_t Δĝ_t decide whether a cell is open, sticks or slips. g_n is the
+//! normal gap and Δĝ_t the scaled slip. c_n and c_t are local stiffnesses. The equations of these cell states give the
+//! step. They are linear except for the direction of slip.
+//!
+//! Far from the solution the states alternate. Projected Barzilai-Borwein steps therefore precede the first Newton step
+//! if the residual is large, and follow failed Newton steps. Systems of meshed bodies are factorised after a failure.
+//! Large systems are factorised by patches of cells. After two failed steps, a continuation changes gaps and loads
+//! gradually from the start, and factorised steps are shortened.
 //!
 //! # Source
 //! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods". Hüeber,
@@ -31,9 +33,10 @@ use crate::linalg::gmres::{Gmres, KrylovOptions, KrylovReport};
 use gross_sliding::Verdict;
 use tangent::{LinearModel, NewtonSystem, Workspace};
 
-/// Largest natural residual from which the first Newton step of a solve begins.
+/// Largest natural residual at which the first Newton step of a solve begins.
 const FIRST_STEP_START_RESIDUAL: f64 = 0.5;
-/// Largest natural residual from which Newton steps begin after a failed step or after Barzilai-Borwein steps at the start.
+/// Largest natural residual at which Newton steps begin after a failed step or after Barzilai-Borwein steps at the
+/// start.
 const RESTART_RESIDUAL: f64 = 2e-2;
 
 /// Largest number of Barzilai-Borwein steps before a Newton step is tried regardless of the residual.
@@ -42,8 +45,8 @@ const MAX_START_STEPS: usize = 1000;
 /// Largest number of Barzilai-Borwein steps after the first failed Newton step. The number doubles after each further failure.
 const FALLBACK_STEPS: usize = 15;
 
-/// Number of Krylov vectors between restarts. GMRES does not restart on large systems of meshed bodies, where
-/// long waves do not converge across restarts.
+/// Number of Krylov vectors between restarts. On large systems of meshed bodies GMRES does not restart, because errors
+/// of long wavelength do not converge across restarts.
 const GMRES_RESTART: usize = 40;
 /// Largest number of operator products in the solution of one linear system.
 const MAX_GMRES_PRODUCTS: usize = 120;
@@ -52,7 +55,7 @@ const MAX_GMRES_PRODUCTS: usize = 120;
 const MAX_LINEAR_TOLERANCE: f64 = 0.05;
 /// Smallest relative residual of a linear system, except in a last step ([`FINAL_STEP_TOLERANCE_SHARE`]).
 const MIN_LINEAR_TOLERANCE: f64 = 1e-3;
-/// Ratio of the relative residual of a linear system to the natural residual, where neither bound applies.
+/// Ratio of the relative residual of a linear system to the natural residual, between both bounds.
 const LINEAR_TOLERANCE_SHARE: f64 = 0.1;
 
 /// Ratio of the linear residual in the last Newton step to the tolerance of the natural residual.
@@ -71,8 +74,8 @@ const NONMONOTONE_STEPS: usize = 1;
 /// Bound on the residual of a step without a new best residual, relative to the best residual.
 const NONMONOTONE_FACTOR: f64 = 3.0;
 
-/// Number of steps, and of restarts by Barzilai-Borwein steps, after which systems of meshed bodies are factorised. A failed step
-/// may cause this earlier ([`factorised_systems::follow_failure`]).
+/// Number of Newton steps and restarts by Barzilai-Borwein steps after which systems of meshed bodies are factorised. A
+/// failed step may start the factorisation earlier ([`factorised_systems::follow_failure`]).
 const MAX_ITERATIVE_STEPS: usize = 10;
 
 /// Largest number of consecutive exact steps without a new best residual. Cells may change state for several steps before the
@@ -85,22 +88,23 @@ const SUFFICIENT_GAIN: f64 = 0.1;
 /// Smallest tried length of a damped step, as a share of the Newton step.
 const MIN_STEP_LENGTH: f64 = 1e-4;
 
-/// Bound on the residual after the first step of a solve; with a larger residual the step fails. A failed step with a residual
-/// below this bound is the start of the Barzilai-Borwein steps.
+/// Limit of the residual after the first step of a solve. A larger residual means that the step fails. If a failed step
+/// ends below this limit, the Barzilai-Borwein steps start from its result.
 const FIRST_STEP_LIMIT: f64 = 1.0;
 
 /// Number of failed Newton steps after which the method ends.
 const MAX_NEWTON_FAILURES: usize = 8;
 
-/// Relative residual of the linear system, for a step that starts at the natural residual `residual`. It is proportional to
-/// `residual`, within bounds. If one step can reach the tolerance `wanted`, the linear residual is small enough for that.
+/// Relative residual of the linear system, for a step that starts at the natural residual `residual`. It is
+/// proportional to `residual`, within bounds. If one step can reach the tolerance `wanted`, the linear residual is
+/// small enough for this tolerance.
 fn linear_tolerance(residual: f64, wanted: f64) -> f64 {
     let enough = FINAL_STEP_TOLERANCE_SHARE * wanted / residual;
     let usual = (LINEAR_TOLERANCE_SHARE * residual).clamp(MIN_LINEAR_TOLERANCE, MAX_LINEAR_TOLERANCE);
     if enough > MIN_FINAL_LINEAR_TOLERANCE && residual < TIGHT_SOLVE_RESIDUAL { enough } else { usual }
 }
 
-/// A solve in progress.
+/// Data of a solve in progress.
 struct NewtonSolve<'s, 'p> {
     problem: &'s Increment<'p>,
     options: SolverOptions,
@@ -110,7 +114,7 @@ struct NewtonSolve<'s, 'p> {
     workspace: Workspace,
     /// Whether linear systems are factorised.
     factorise: bool,
-    /// Whether the last system was too large for that.
+    /// Whether the last system was too large to be factorised.
     too_large: bool,
     part_solver: PartSolver,
     /// Whether friction is known to carry the prescribed loads.
@@ -126,9 +130,11 @@ struct NewtonSolve<'s, 'p> {
     best_residual: f64,
 }
 
-/// Solves from the state in `it`. Afterwards `it` contains the solution, the state of lost equilibrium, or the best state.
+/// Solves from the state in `it`. Afterwards `it` contains the solution, the state of lost equilibrium, or the best
+/// state.
 ///
-/// `part_solver` computes the pressures from which steady rolling with friction starts, and those of gross sliding.
+/// `part_solver` computes the pressures in gross sliding, and the pressures from which steady rolling with friction
+/// starts.
 pub(super) fn solve(
     problem: &Increment,
     it: &mut ContactState,
@@ -164,10 +170,10 @@ pub(super) fn solve(
     if rolls { solve.run_rolling(it, control) } else { solve.run(it, control) }
 }
 
-/// Judges the steps of a solve by their natural residuals.
+/// Decides by natural residuals whether steps of a solve are accepted.
 #[derive(Clone, Copy)]
 struct Progress {
-    /// Whether no step was taken.
+    /// Whether no step has been taken yet.
     first: bool,
     best: f64,
     /// Number of consecutive steps without a new best residual.
@@ -175,7 +181,7 @@ struct Progress {
 }
 
 impl Progress {
-    /// Returns whether a step to the residual `after` is accepted.
+    /// Returns whether a step to the residual `after` is accepted. `exact` is the result of [`NewtonSolve::step`].
     fn accepts(&mut self, after: f64, exact: bool) -> bool {
         // The residual of a warm start reflects only the change of load and does not bound the residual of the first step.
         let (most, bound) = match (exact, self.first) {
@@ -234,7 +240,7 @@ impl NewtonSolve<'_, '_> {
             }
             let may_factorise = !self.factorise && !self.too_large;
             if may_factorise && factorised_systems::follow_failure(self.problem, failures) {
-                // Without factors, the same step fails again.
+                // Repeat the step with factors, because it would fail again without them.
                 (self.factorise, progress) = (true, before);
                 continue;
             }
@@ -268,7 +274,7 @@ impl NewtonSolve<'_, '_> {
         self.fall_back_to_gradient(it, self.options.tolerance, most, control)
     }
 
-    /// Keeps the state `it` if its residual is the smallest of the solve.
+    /// Stores the state `it` if its residual is the smallest of the solve.
     fn keep_best(&mut self, it: &ContactState) {
         if self.report.residual < self.best_residual {
             self.best.copy_from(it);
@@ -289,8 +295,9 @@ impl NewtonSolve<'_, '_> {
         self.problem.path_points.iter().any(|point| point.balance.is_some())
     }
 
-    /// Returns whether the prescribed loads make the bodies slide, if that is known. If so, the report states it, and `it` is the state
-    /// in sliding. Under a balance, the test begins at the start of the solve, and is made once.
+    /// Returns whether the prescribed loads make the bodies slide; `None` if this is unknown. If the bodies slide, the
+    /// report contains the loss of equilibrium, and `it` is the state in sliding. Under a balance, the test begins at
+    /// the start of the solve and runs once.
     fn slides(&mut self, it: &mut ContactState, control: &mut SolveControl) -> Option<bool> {
         if self.carried {
             return Some(false);
@@ -321,8 +328,9 @@ impl NewtonSolve<'_, '_> {
         self.carried.then_some(false)
     }
 
-    /// Completes an exact step from `it` to `trial`, whose residual is `after`: projects the tractions of a solution, and shortens a
-    /// `damped` step. Returns the residual, infinite if no length reduces the mean residual.
+    /// Completes an exact step from `it` to `trial`, whose residual is `after`. Projects the tractions of a solution,
+    /// and shortens a step if `damped` is set. Returns the residual, which is infinite if no step length reduces the
+    /// mean residual.
     fn finish_exact_step(
         &mut self,
         it: &ContactState,
@@ -359,8 +367,8 @@ impl NewtonSolve<'_, '_> {
         problem.natural_residual(it)
     }
 
-    /// Takes Barzilai-Borwein steps until the residual meets `tolerance`: at most `most` steps, unless equilibrium seems lost.
-    /// Returns whether the solve has ended.
+    /// Takes at most `most` Barzilai-Borwein steps until the residual meets `tolerance`. A reported loss of equilibrium
+    /// is checked and may cause further steps. Returns whether the solve has ended.
     fn fall_back_to_gradient(
         &mut self,
         it: &mut ContactState,
@@ -393,8 +401,9 @@ impl NewtonSolve<'_, '_> {
         }
     }
 
-    /// Continues after Barzilai-Borwein steps to the tolerance `tolerance` that report a loss of equilibrium. With a loose tolerance or a
-    /// balance, that is no proof, and the result may depend on the iterates. Returns whether the solve has ended.
+    /// Continues after Barzilai-Borwein steps that report a loss of equilibrium at the tolerance `tolerance`. With a
+    /// loose tolerance or a balance, the report is no proof, because it may depend on the iterates. Returns whether the
+    /// solve has ended.
     fn check_loss(
         &mut self,
         it: &mut ContactState,
@@ -418,7 +427,7 @@ impl NewtonSolve<'_, '_> {
         }
         if self.carried {
             if self.has_balance() {
-                // The lost state is far from equilibrium.
+                // The state without equilibrium is far from the solution, so that the solve starts again.
                 self.start.restore_into(it);
                 self.problem.evaluate(it);
             }
@@ -436,8 +445,8 @@ impl NewtonSolve<'_, '_> {
         true
     }
 
-    /// Takes a Newton step of `problem` from `it` to `trial`. Returns whether it is exact: by factors of the linear system, without a
-    /// projection of the tractions.
+    /// Takes a Newton step of `problem` from `it` to `trial`. Returns whether the step is exact: factors solved the
+    /// linear system, and the tractions are not projected.
     fn step(&mut self, problem: &Increment, it: &ContactState, trial: &mut ContactState) -> bool {
         trial.copy_unknowns(it);
         let mut tangent = NewtonSystem::new(problem, it, &self.linear, &mut self.workspace);
@@ -456,8 +465,8 @@ impl NewtonSolve<'_, '_> {
         };
         let restart = if tangent.patches.is_empty() { GMRES_RESTART } else { MAX_GMRES_PRODUCTS };
         let options = KrylovOptions { tolerance, max_products: MAX_GMRES_PRODUCTS, restart };
-        // If GMRES has no memory for its vectors or is cancelled, the step uses the result of the last completed restart. It fails, or
-        // the solve ends.
+        // If GMRES has no memory for its vectors or is cancelled, the step uses the result of the last completed
+        // restart. The step then fails, or the cancellation ends the solve.
         let solved = self.krylov.solve(&mut tangent, &rhs, &mut x, 1, options);
         let report =
             solved.map_or(KrylovReport { n_products: 0, residual: f64::INFINITY }, |reports| reports[0]);

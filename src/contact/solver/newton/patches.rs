@@ -1,7 +1,8 @@
 //! Preconditioner of large systems of meshed bodies: factors of the systems of patches of neighbouring cells.
 //!
-//! Two plates of 2500 cells, as thick as they are wide, need half to a third of the operator products that the local compliances need. A
-//! coarse space is left out: when the cells in contact change, each of its functions takes another product with the operator.
+//! Compared with local compliances, the preconditioner reduces the operator products of GMRES to between a half and a
+//! third. This was measured for two plates of 2500 cells, as thick as they are wide. There is no coarse space, because
+//! each of its functions would need an operator product whenever the cells in contact change.
 
 use faer::Par;
 use rayon::prelude::*;
@@ -11,7 +12,7 @@ use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Factors of the system of a patch at one path point.
 pub(super) struct PatchFactors {
-    /// Unknowns of the patch in the whole system.
+    /// Indices of the unknowns of the patch in the whole system.
     pub unknowns: Vec<usize>,
     pub factors: DenseLu,
 }

@@ -1,5 +1,5 @@
-//! Preconditioner of a Newton step: the approximate inverse of the flexibility operator, restricted to the cells in contact. The
-//! rigid motions of prescribed forces are eliminated with their Schur complement.
+//! Preconditioner of a Newton step: the approximate inverse of the flexibility operator, restricted to the cells in
+//! contact. Rigid motions with prescribed forces are eliminated with their Schur complement.
 
 use nalgebra::{DMatrix, DVector, LU};
 
@@ -30,7 +30,8 @@ impl ActiveSetInverse {
                 self.sum_upstream(upstream);
             }
             if !self.invert(problem) {
-                // Use the inverse of the diagonal: the rows contain it as a factor already.
+                // Without an approximate inverse, the inverse of the diagonal is used. The rows already contain it as a
+                // factor.
                 x.copy_from_slice(rows);
                 for active in active {
                     if let CellStatus::Slip { beta_ratio, .. } = active.state {
@@ -133,8 +134,8 @@ fn rolls(problem: &Increment, end: usize) -> bool {
     matches!(problem.path_points[end].reference, SlipReference::Upstream(_))
 }
 
-/// Weight β of the elastic response in the row of a slipping cell. The remaining weight 1 - β belongs to the local rotation of its
-/// traction.
+/// Weight β of the elastic response in the row of a slipping cell. The remaining weight 1 - β belongs to the local
+/// rotation of the traction.
 fn share(beta_ratio: f64) -> f64 {
     1.0 / (1.0 + beta_ratio)
 }
@@ -162,7 +163,7 @@ impl MotionSchurComplement {
         self.constraints.iter().map(|constraint| dot(constraint, tractions))
     }
 
-    /// Adds the change with the least sum of squares for which `tractions` do the prescribed `works`.
+    /// Adds the change with the least sum of squares after which `tractions` do the prescribed `works`.
     pub fn restore_work(&self, works: &[f64], tractions: &mut [f64]) {
         if self.schur.is_none() {
             return;

@@ -55,9 +55,9 @@ impl NewtonSolve<'_, '_> {
         self.report
     }
 
-    /// Solves for the pressures without friction, as a start.
+    /// Solves for the pressures without friction, as a start of the iteration.
     fn solve_frictionless_start(&mut self, it: &mut ContactState, control: &mut SolveControl) {
-        // In steady rolling wear does not change the gap.
+        // Wear is left out, because it does not change the gap in steady rolling.
         let pressed = Increment { wear: None, ..without_friction(self.problem) };
         let report = (self.part_solver)(&pressed, it, &mut control.auxiliary(0, usize::MAX));
         self.report.add_work_of(&report);

@@ -13,24 +13,26 @@ use crate::error::Result;
 use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Diagonal entry of the matrix for an unknown motion. The equations do not determine a motion common to all path points of a cycle
-/// without sticking cells, unless the motion may drift; it then stays as it is. GMRES corrects the error of other motions.
+/// Diagonal entry of the matrix for an unknown motion. In a cycle without sticking cells and without drift, the
+/// equations do not determine a motion common to all path points. The entry then keeps this motion at its value. For
+/// other motions, GMRES corrects the error that the entry causes.
 const MOTION_REGULARISATION: f64 = 1e-10;
 
-/// Largest memory of the factors of all patches, bytes. Larger systems keep the diagonal.
+/// Largest memory of the factors of all patches, bytes. Larger systems keep the diagonal as preconditioner.
 const MAX_PATCH_BYTES: usize = 512_000_000;
 
-/// Unknown traction or equation of a cell. The traction is `vector` times the unknown, the row is `vector` · gap.
+/// Unknown traction or equation of a cell. A traction is `vector` times the unknown. A row is the scalar product of
+/// `vector` and the gap.
 struct CellVector {
     /// Index of the active cell.
     active: usize,
     vector: [f64; 3],
-    /// Whether the row is an equation of slip, or the unknown a tangential traction.
+    /// Whether this is an equation of the slip, or a tangential traction.
     tangential: bool,
 }
 
 impl NewtonSystem<'_, '_> {
-    /// Factorises the matrix of the system, unless it is singular, too large or without entries.
+    /// Factorises the matrix of the system, unless it is singular or too large, or the operator has no entries.
     pub(super) fn factorise(&mut self) {
         self.factors = self.factors();
     }
@@ -60,8 +62,8 @@ impl NewtonSystem<'_, '_> {
         DenseLu::new(self.matrix(self.entries.as_ref()?).ok()?, Par::rayon(0)).ok()
     }
 
-    /// Factorises the systems of the patches, if the whole system is too large for that and the operator has no approximate inverse.
-    /// The steps remain inexact.
+    /// Factorises the systems of the patches, if the whole system is too large to be factorised and the operator has no
+    /// approximate inverse. The steps remain inexact.
     pub(super) fn factorise_patches(&mut self) {
         let wanted = !self.problem.patches.is_empty() && self.is_large();
         if wanted && are_applicable(self.problem) && !has_inverse(self.problem) {
@@ -70,7 +72,8 @@ impl NewtonSystem<'_, '_> {
         }
     }
 
-    /// `None` if a system is singular, if the operator has no entries, or if memory does not suffice.
+    /// Factors of the systems of all patches. `None` if a system is singular, if the operator has no entries, or if
+    /// memory does not suffice.
     fn patch_factors(&self) -> Option<Vec<PatchFactors>> {
         let unformed = self.problem.flexibility.unformed_cells();
         let mut patches: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
@@ -152,7 +155,7 @@ impl NewtonSystem<'_, '_> {
         Ok(matrix)
     }
 
-    /// Vectors of the unknown tractions of the active cells `members`, or of the rows, in their order.
+    /// Vectors of the unknown tractions of the active cells `members`, or with `rows` the vectors of their equations.
     fn cell_vectors(&self, members: &[usize], rows: bool) -> Vec<CellVector> {
         let hat = self.hat;
         let tangential = |e: [f64; 2]| {
@@ -191,7 +194,7 @@ impl NewtonSystem<'_, '_> {
         vectors
     }
 
-    /// Factor on the gap in `row` that the traction `column` causes.
+    /// Factor on the gap in `row` that a unit of the traction `column` causes.
     fn coupling(&self, row: &CellVector, column: &CellVector) -> f64 {
         let (to, from) = (&self.active[row.active], self.active[column.active].end);
         match row.tangential {
@@ -201,7 +204,7 @@ impl NewtonSystem<'_, '_> {
         }
     }
 
-    /// Wear depth in `row` per pressure of `column`, where both belong to one cell.
+    /// Implicit wear in `row` per unit of the pressure `column`. Zero if they belong to different cells.
     fn wear_term(&self, row: &CellVector, column: &CellVector) -> f64 {
         let (to, from) = (&self.active[row.active], &self.active[column.active]);
         if row.tangential || column.tangential || to.cell != from.cell || self.problem.wear.is_none() {
@@ -271,7 +274,7 @@ mod tests {
         (1.7 * k as f64).sin()
     }
 
-    /// S = B Bᵀ + 1 of `n` cells. Supports fix the cell 1 along y.
+    /// Flexibility S = B Bᵀ + I of `n` cells. Supports fix the cell 1 along y.
     fn flexibility(n: usize) -> Dense {
         let factor = DMatrix::from_fn(3 * n, 3 * n, |i, j| if i == n + 1 { 0.0 } else { wave(i + 7 * j) });
         let mut matrix = &factor * factor.transpose() + DMatrix::identity(3 * n, 3 * n);
@@ -279,8 +282,8 @@ mod tests {
         Dense(matrix)
     }
 
-    /// Scaled tractions of four path points. Their directions differ slightly. The last cell is open, and three reach the friction
-    /// limit.
+    /// Scaled tractions of four path points. Their directions differ slightly. The last cell is open, and three cells
+    /// reach the friction limit.
     fn tractions(n: usize) -> Vec<f64> {
         let mut scaled = vec![0.0; 12 * n];
         for (end, planes) in scaled.chunks_exact_mut(3 * n).enumerate() {
@@ -335,9 +338,10 @@ mod tests {
         points
     }
 
-    /// Truth: the columns of the matrix are the products of the system with unit vectors. The path points of a cycle have cells that
-    /// are open, stick, slip or stick through the whole cycle, and implicit wear. One has unknown motions, and one a prescribed slip.
-    /// With unknown motions at the first point, the body may drift from cycle to cycle. Tolerance 1e-12: rounding of entries up to 100.
+    /// Truth: the columns of the matrix are the products of the system with unit vectors. The path points of a cycle
+    /// have implicit wear, and cells that are open, stick, slip or stick through the whole cycle. One path point has
+    /// unknown motions, and another point has a prescribed slip. With unknown motions at the first point, the body may
+    /// drift from cycle to cycle. Tolerance 1e-12: rounding of entries up to 100.
     #[test]
     fn columns_are_products() {
         check_columns(path_points(6, 1, None));
@@ -398,7 +402,8 @@ mod tests {
         assert!(system.is_factorised(), "a direction without compliance makes the matrix singular");
     }
 
-    /// Sticking cells of unit area on a square grid, under a flexibility that decays with the distance.
+    /// Number of operator products of GMRES for sticking cells of unit area on a square grid, whose flexibility decays
+    /// with the distance. `factorise` selects the factors of `patches` as preconditioner.
     fn patch_products(side: usize, patches: &[usize], factorise: bool) -> usize {
         let n = side * side;
         let decay = |i: usize, k: usize| {
@@ -455,8 +460,9 @@ mod tests {
         report.n_products
     }
 
-    /// Truth: the factors of a patch that contains all cells are those of the whole system, so that GMRES needs one product. Four
-    /// patches leave only the coupling between them: at most three quarters of the products that the local compliances need.
+    /// Truth: the factors of a patch that contains all cells are the factors of the whole system, so that GMRES needs
+    /// one product. Four patches leave only the coupling between them. They need at most three quarters of the products
+    /// that the local compliances need.
     #[test]
     fn patches_reduce_the_products_of_gmres() {
         let side = 12;

@@ -25,17 +25,17 @@ pub(super) struct NewtonSystem<'s, 'p> {
     pub(super) hat: Option<FrictionScaling>,
     pub(super) active: Vec<ActiveCell>,
     pub(super) free: Vec<FreeMotion>,
-    /// Number of unknown tractions. The unknown motions follow them.
+    /// Number of unknown tractions. In the vector of unknowns, the motions follow the tractions.
     pub(super) tractions: usize,
     /// Scale of the unknown motions relative to the tractions: the inverse of the mean normal stiffness, mm/MPa.
     motion_unit: f64,
-    /// Change of the state: change of the tractions, and change of the gradient by the equations `linear`.
+    /// Change of the state: change of the tractions, and the change of the gradient that the equations `linear` give.
     pub(super) change: &'s mut ContactState,
     /// Equations for the changes: without initial gap, wear and constant terms of the slip.
     linear: Increment<'s>,
     inverse: &'s mut ActiveSetInverse,
     bordered: MotionSchurComplement,
-    /// Flexibility between the cells in contact, for several steps.
+    /// Flexibility between the cells in contact, kept for several steps.
     pub(super) entries: &'s mut Option<Entries>,
     /// Factors of the whole system.
     pub(super) factors: Option<DenseLu>,
@@ -66,12 +66,12 @@ impl Workspace {
     }
 }
 
-/// Rows of a column of the border.
+/// Rows in a column of the border. The border of the matrix contains the columns and rows of the unknown motions.
 #[derive(Clone, Copy)]
 pub(super) enum Rows {
     All,
-    /// Rows of the path point of the motion alone. In a cycle without sticking cells, a motion common to all path points changes no
-    /// slip, so that the whole columns are linearly dependent.
+    /// Only the rows of the path point to which the motion belongs. In a cycle without sticking cells, a motion common
+    /// to all path points changes no slip, so that complete columns are linearly dependent.
     OwnPathPoint,
 }
 
@@ -306,7 +306,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         }
     }
 
-    /// Adds the smallest change to the unknown tractions `x` for which they do the prescribed works to rounding.
+    /// Adds the smallest change to the unknown tractions `x` after which the tractions do the prescribed works to
+    /// rounding.
     pub fn restore_prescribed_forces(&self, rhs: &[f64], x: &mut [f64]) {
         self.bordered.restore_work(&rhs[self.tractions..], &mut x[..self.tractions]);
     }
@@ -322,7 +323,7 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         }
     }
 
-    /// Computes approximate tractions `x` from the rows without the unknown motions.
+    /// Computes approximate tractions `x` for the equations `rows` of the tractions, with zero rigid motions.
     fn solve_tractions(&mut self, rows: &[f64], x: &mut [f64]) {
         if self.patches.is_empty() || !patches::solve(&self.patches, rows, x) {
             self.inverse.apply(self.problem, &self.active, rows, x);
@@ -341,8 +342,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         self.bordered = MotionSchurComplement::new(columns, constraints);
     }
 
-    /// For each free motion: values of the rows `which` per unit of its amount, and work of a unit of each traction, divided by the
-    /// total cell area.
+    /// Column and row of the border for each free motion. The column contains the values of the rows `which` per unit
+    /// of the motion. The row contains the work of a unit of each traction, divided by the total cell area.
     pub(super) fn border_vectors(&self, which: Rows) -> Vec<(Vec<f64>, Vec<f64>)> {
         let total: f64 = self.problem.areas.iter().sum();
         let vectors = |free: &FreeMotion| {
@@ -394,7 +395,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
         self.free.iter().map(vectors).collect()
     }
 
-    /// Whether the slip in `to` does not depend on the translation at the path point `from`, because that point drifts.
+    /// Returns whether the slip of cell `to` does not depend on the translation at the path point `from`, because this
+    /// point drifts.
     fn drifts(&self, to: &ActiveCell, from: usize) -> bool {
         let reference = &self.problem.path_points[to.end].reference;
         from == 0
@@ -402,8 +404,8 @@ impl<'s, 'p> NewtonSystem<'s, 'p> {
             && matches!(reference, SlipReference::PreviousPoint { origin: Some(_), .. })
     }
 
-    /// Derivative of the slip in `to` with respect to the tangential gap of its cell at the path point `from`. In a cycle, slip is
-    /// a difference of the gaps of two path points.
+    /// Derivative of the slip of cell `to` with respect to its tangential gap at the path point `from`. In a cycle,
+    /// slip is a difference of the gaps of two path points.
     pub(super) fn slip_factor(&self, to: &ActiveCell, from: usize) -> f64 {
         let same = if to.end == from { 1.0 } else { 0.0 };
         match &self.problem.path_points[to.end].reference {
@@ -434,7 +436,7 @@ impl LinearSystem for NewtonSystem<'_, '_> {
     fn precondition(&mut self, image: &[f64], x: &mut [f64]) {
         if let Some(factors) = &self.factors {
             let mut column = DenseMatrix::from_values(image.len(), 1, image.to_vec());
-            // One column in several threads is a sum that depends on their number.
+            // With several threads, the rounding errors of the sums would depend on the number of threads.
             if factors.solve_in_place(&mut column, Par::Seq).is_ok() {
                 x.copy_from_slice(column.values());
                 return;

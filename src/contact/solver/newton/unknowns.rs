@@ -16,8 +16,9 @@ const MIN_BETA: f64 = 1e-3;
 /// Slip along a fixed direction is rounding if it is at most this share of the slip.
 const MAX_FIXED_SLIP_SHARE: f64 = 1e-9;
 
-/// Entry for the missing compliance of sticking cells along fixed directions, relative to the local compliance. A step leaves this
-/// share of the slip that the local compliance would give for the change of the traction.
+/// Entry for the missing compliance of sticking cells along fixed directions, relative to the local compliance. The
+/// slip left after a step is this share of the slip that the change of the traction would cause at the local
+/// compliance.
 pub(super) const FIXED_ENTRY: f64 = 1e-6;
 
 /// State of a cell in contact.
@@ -67,7 +68,7 @@ impl ActiveCell {
     }
 }
 
-/// Unknown rigid motion.
+/// Unknown rigid motion of a path point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FreeMotion {
     pub end: usize,
@@ -134,15 +135,17 @@ fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Opt
     Some(CellStatus::Slip { direction, beta_ratio, fixed_entry })
 }
 
-/// e·F e with the projector F on fixed directions.
+/// Squared length e·F e of the projection of the unit vector `e` on the fixed directions, with the projector F
+/// (`fixed`).
 fn share_along(fixed: &Matrix2<f64>, e: [f64; 2]) -> f64 {
     let e = Vector2::from(e);
     e.dot(&(fixed * e))
 }
 
-/// Entry for the missing compliance of a slipping cell perpendicular to `direction`, for its traction `q` and pressure p. If that
-/// direction is fixed, the row contains β_ratio alone, and a small β_ratio would turn the traction too far. The entry is the smallest
-/// for which the perpendicular traction after the step is at most p.
+/// Entry for the missing compliance of a slipping cell perpendicular to `direction`, for the traction `q` and the
+/// pressure p. If the perpendicular direction is fixed, the row contains `beta_ratio` alone. A small `beta_ratio` would
+/// then turn the traction too far. The result is the smallest entry for which the perpendicular traction after the step
+/// is at most p.
 fn turn_bound(fixed: &Matrix2<f64>, direction: [f64; 2], q: [f64; 2], [p, beta_ratio]: [f64; 2]) -> f64 {
     let left = perpendicular(direction);
     let sideways = (q[0] * left[0] + q[1] * left[1]).abs();
@@ -163,8 +166,10 @@ fn prescribed_slip(q: [f64; 2], slip: [f64; 2], limit: f64) -> CellStatus {
     }
 }
 
-/// Direction of the augmented tangential traction `y` without its components along `fixed` directions; `None` if the bodies slip along
-/// them, or if nothing is left of it. Tractions along fixed directions have no effect on the slip, and only rounding would turn `y`.
+/// Direction of the augmented tangential traction `y` without its components along `fixed` directions. `None` if the
+/// bodies slip along fixed directions, or if `y` has only components along them.
+///
+/// Tractions along fixed directions have no effect on the slip, so that their rounding errors would turn `y`.
 fn free_direction(fixed: &Matrix2<f64>, y: [f64; 2], slip: [f64; 2]) -> Option<[f64; 2]> {
     let (y, slip) = (Vector2::from(y), Vector2::from(slip));
     let free = y - fixed * y;
