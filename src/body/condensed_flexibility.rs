@@ -12,10 +12,10 @@ use crate::frame::FaceMap;
 use crate::geometry::Point;
 use crate::linalg::packed::PackedSymmetric;
 
-/// Operator S = I F Iᵀ A. F gives the displacement of the contact nodes due to nodal forces, I averages nodal displacements over
-/// the cells, and A contains the cell areas.
+/// Operator S = I F Iᵀ A. F gives the displacement of the contact nodes due to nodal forces. I averages nodal
+/// displacements over the cells. A contains the cell areas.
 ///
-/// The matrix A S is symmetric, because F is symmetric.
+/// The matrix A S is symmetric because F is symmetric.
 ///
 /// # Source
 /// docs/theory-coupling.md.
@@ -28,7 +28,7 @@ pub struct CondensedFlexibility {
 }
 
 enum NormalOperator {
-    /// Matrix nᵀ F n, `[n_c, n_c]`, for cells that all have the same normal n.
+    /// Matrix nᵀ F n, `[n_c, n_c]`, with n_c contact nodes, for cells that all have the same normal n.
     SharedNormal(PackedSymmetric),
     Full,
 }
@@ -64,7 +64,7 @@ impl CondensedFlexibility {
         self.nodal.at(i, j)
     }
 
-    /// Indices of the contact nodes with a weight in `cells`, ascending.
+    /// Contact nodes whose displacement enters the mean over one of `cells`: their indices, ascending.
     fn nodes_of(&self, cells: &[usize]) -> Vec<usize> {
         let mut nodes: Vec<usize> =
             cells.iter().flat_map(|&cell| self.map.row(cell).map(|entry| entry.0)).collect();
@@ -73,7 +73,8 @@ impl CondensedFlexibility {
         nodes
     }
 
-    /// Displacements of `nodes` per traction (x, y, n) on one cell, global axes, mm/MPa; zero at the other contact nodes.
+    /// Displacements of `nodes` per unit traction along x, y, n (columns) on one cell, global axes, mm/MPa. The entries
+    /// of all other contact nodes are zero.
     fn displacement_of(&self, cell: usize, nodes: &[usize]) -> Vec<Matrix3<f64>> {
         let mut displacement = vec![Matrix3::zeros(); self.map.nodes().len()];
         for &i in nodes {

@@ -21,28 +21,28 @@ use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
-/// Finite-element body, tied to a frame through the faces of one physical group.
+/// Finite-element body, mapped to a frame through the faces of one physical group of the mesh.
 pub struct FeBody {
     side: Side,
     condensed: Arc<CondensedBody>,
     map: FaceMap,
-    /// Cells whose rows of the flexibility are formed at first, `[N]`; `None` for all cells.
+    /// Cells whose rows of the flexibility are formed when the body is built, `[N]`; `None` for all cells.
     candidates: Option<Vec<bool>>,
     /// Surface of the initial mesh, which defines the gap.
     surface: MeshedSurface,
     loads: Vec<BodyLoad>,
-    /// Each load at amplitude 1, with the displacement of all mesh nodes due to it, mm.
+    /// Each load at amplitude 1, with the displacement of all mesh nodes that it causes, mm.
     applied: Vec<(AppliedLoads, Vec<[f64; 3]>)>,
     rigid_body_modes: Option<UnconstrainedModes>,
     taken: bool,
-    /// Strengths of the materials by name, for the exposures.
+    /// Strengths by material name, from which the exposures are computed.
     pub limits: BTreeMap<String, MaterialStrength>,
     recovery: OnceLock<StressRecovery>,
 }
 
 impl FeBody {
-    /// Assembles the body and forms the flexibility of its contact nodes: nodes of faces of the group `contact` under the
-    /// (candidate) cells of `frame`.
+    /// Assembles the body and forms the flexibility of its contact nodes. These are the nodes of the group `contact`
+    /// under the candidate cells of `frame`, or under all cells without candidates.
     ///
     /// # Errors
     /// If the group or the frame does not fit ([`FaceMap::new`]), or the body cannot be assembled or solved.
@@ -50,9 +50,10 @@ impl FeBody {
         Self::with_worn_mesh(spec, &[], contact, side, frame, &CondensationResources::default(), None)
     }
 
-    /// As [`Self::new`], with the cache and the memory of `resources`. Each of `cases` has the loads of `spec` that share an
-    /// amplitude; without cases, all loads share one. If a mesh `worn` is given, the equations are assembled on this mesh. The
-    /// contact surface and its map to the cells follow from the initial mesh.
+    /// Builds the body as [`Self::new`] does, with the cache and the memory limit of `resources`. Each of `cases`
+    /// contains the loads of `spec` that share an amplitude. Without cases, all loads share one amplitude. If a mesh
+    /// `worn` is given, the equations are assembled on `worn`. The contact surface and its map to the cells always
+    /// follow from the initial mesh.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -118,7 +119,7 @@ impl FeBody {
         &self.condensed
     }
 
-    /// Loads and prescribed displacements at amplitude 1, one for each of [`ElasticBody::loads`].
+    /// Loads and prescribed displacements at amplitude 1, in the order of [`ElasticBody::loads`].
     pub fn applied_loads(&self) -> impl Iterator<Item = &AppliedLoads> {
         self.applied.iter().map(|(loads, _)| loads)
     }
@@ -128,7 +129,8 @@ impl FeBody {
         &self.map
     }
 
-    /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, due to tractions on body 2, `[3, N]`.
+    /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, due to tractions on body 2, `[3, N]`. n_c is the
+    /// number of nodes.
     pub fn contact_forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.map.nodes().len()];
         self.map.apply_transpose(tractions, &mut forces);
@@ -137,7 +139,8 @@ impl FeBody {
     }
 }
 
-/// Each load with the displacement of all mesh nodes due to it. A single load is that of the condensed body.
+/// Each load with the displacement of all mesh nodes that it causes. If there is only one load, the condensed body
+/// already contains its displacement.
 fn with_displacements(
     condensed: &CondensedBody,
     loads: Vec<AppliedLoads>,

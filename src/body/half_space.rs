@@ -22,12 +22,13 @@ use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::material::Stiffness;
 
-/// Largest difference between the axes of a cell and of the first cell, in any component. Also the largest distance of a cell
-/// centre from the plane of the first cell, divided by the square root of the frame's area.
+/// Tolerance for a plane frame. It limits the difference between the axes of each cell and of the first cell, in any
+/// component. It also limits the distance of cell centres from the plane of the first cell, divided by the square root
+/// of the frame's area.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// Smallest depth of evaluation, divided by the cell size. At the surface, the stress is unbounded at the border of a cell with
-/// uniform tractions.
+/// Smallest depth of evaluation, divided by the cell size. At the surface, uniform tractions cause unbounded stress at
+/// the border of a cell.
 const MIN_DEPTH_CELLS: f64 = 0.02;
 
 /// Height above the surface, divided by the cell size, up to which a point counts as on the surface.
@@ -38,7 +39,7 @@ const FIELD_ERROR_WARNING: f64 = 1e-3;
 
 const POINTS_PER_CANCEL_CHECK: usize = 256;
 
-/// Half-space of any anisotropy whose surface is the plane of the frame.
+/// Half-space of any anisotropic material. The plane of the frame is its surface.
 pub struct HalfSpaceBody {
     side: Side,
     green: SurfaceGreen,
@@ -46,21 +47,21 @@ pub struct HalfSpaceBody {
     cells: PlaneCells,
     tolerance: f64,
     cross: CrossBlocks,
-    /// Memory limit of a compressed operator.
+    /// Memory limit for building a compressed operator.
     pub memory: MemoryLimit,
-    /// Stiffness in axes whose third axis is the outward normal.
+    /// Stiffness in axes whose third axis is the outward normal of the surface.
     stiffness: Stiffness,
-    /// Cache of the field tables between runs.
+    /// Cache that stores the tables of the interior field between runs.
     pub cache: Option<Cache>,
     point_force: OnceLock<PointForceField>,
     operator: OnceLock<Arc<dyn Flexibility>>,
-    /// Uniform deformations by the loads, in the order of `loads`.
+    /// Uniform deformation by each load, in the order of `loads`.
     deformations: Vec<UniformDeformation>,
     loads: Vec<BodyLoad>,
 }
 
 impl HalfSpaceBody {
-    /// Half-space on `side` of `frame`, with the stiffness in global axes.
+    /// Creates the half-space on `side` of `frame`. `stiffness` is in global axes.
     ///
     /// # Errors
     /// If the frame is not plane, or the surface Green's function of the material does not converge.
@@ -120,8 +121,8 @@ impl HalfSpaceBody {
         Self { tolerance, ..self }
     }
 
-    /// Sets the treatment of vanishing blocks if [`ElasticBody::recover`] must build the operator itself. An operator that keeps
-    /// these blocks is not compressed.
+    /// Sets the treatment of vanishing cross blocks for the operator that [`ElasticBody::recover`] builds if none
+    /// exists. With [`CrossBlocks::Keep`], the operator is not compressed.
     pub fn with_blocks(self, cross: CrossBlocks) -> Self {
         Self { cross, ..self }
     }
@@ -129,7 +130,8 @@ impl HalfSpaceBody {
     /// Estimated memory of the operator, bytes.
     pub fn operator_bytes(&self, cross: CrossBlocks) -> usize {
         match &self.cells {
-            // Symbol and padded vectors of one product, on a grid with twice the cells along each side.
+            // Transformed kernel and padded vectors of one product by the fast Fourier transform (FFT). The padded grid
+            // has twice the cells along each side.
             PlaneCells::Grid { cells, .. } => 4 * 8 * 16 * cells[0] * cells[1],
             PlaneCells::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => {
                 CompressedFlexibility::typical_bytes(centers, corners, areas, &self.green, self.tolerance)
@@ -145,8 +147,8 @@ impl HalfSpaceBody {
         CompressedFlexibility::typical_build_seconds(self.cells.n(), &self.green, self.tolerance)
     }
 
-    /// Computes the point-force field for interior points. Returns a warning about the accuracy of the field or about the cache, if
-    /// any.
+    /// Computes the displacement and stress field of a point force, which interior points need. Returns a warning about
+    /// its accuracy or about the cache, if any.
     ///
     /// # Errors
     /// As [`PointForceField::load_or_compute`].
@@ -169,12 +171,12 @@ impl HalfSpaceBody {
     }
 }
 
-/// Rotation that makes the outward normal the third axis.
+/// Rotation into axes whose third axis is the outward normal.
 fn outward_rotation(side: Side) -> Matrix3<f64> {
     Matrix3::from_diagonal(&Point::new(1.0, side.outward(), side.outward()))
 }
 
-/// Index and height of the first of `points` above the surface of a half-space on `side` of a plane frame.
+/// First of `points` above the surface of a half-space on `side` of a plane frame: its index, and its height in mm.
 ///
 /// # Errors
 /// If the frame is not plane.
@@ -215,7 +217,7 @@ pub(crate) fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
 }
 
 enum PlaneCells {
-    /// A grid, or the cells `places` of a grid.
+    /// All cells of a grid, or only the cells with the indices `places`.
     Grid {
         cells: [usize; 2],
         spacing: [f64; 2],
@@ -261,7 +263,7 @@ impl PlaneCells {
         if let Some(grid) = frame.grid {
             let (spacing, periodic) = (grid.spacing, grid.periodic);
             let (cells, places) = match &frame.grid_indices {
-                // A period spans the whole grid, so a periodic grid is not reduced.
+                // A periodic grid is not reduced to its used cells, because a period spans the whole grid.
                 Some(places) if periodic == [false; 2] => {
                     let (cells, places) = bounding_grid(grid.cells, places);
                     (cells, Some(places))
@@ -309,12 +311,14 @@ impl PlaneCells {
     }
 }
 
-/// Whether the operator of a frame that is not a grid is compressed: for many cells, if vanishing blocks are omitted.
+/// Whether a frame that is not a grid gets a compressed operator. It does if it has many cells and vanishing blocks are
+/// omitted.
 pub fn uses_compression(n_cells: usize, cross: CrossBlocks) -> bool {
     n_cells > MAX_DENSE_CELLS && cross == CrossBlocks::SkipVanishing
 }
 
-/// Operator of a half-space, or of two half-spaces with summed Green's functions: by FFT on grids, otherwise dense or compressed.
+/// Flexibility of a half-space. For two half-spaces, `green` is the sum of their Green's functions. Grids use the FFT;
+/// other frames use a dense or a compressed matrix.
 ///
 /// # Errors
 /// If the frame is not plane, or memory does not suffice.
@@ -326,7 +330,8 @@ pub fn half_space_flexibility(
     PlaneCells::new(frame)?.flexibility(green, cross, DEFAULT_TOLERANCE, &MemoryLimit::of_machine())
 }
 
-/// The operator of [`half_space_flexibility`] as a dense matrix of integrals over the cells.
+/// Computes the operator of [`half_space_flexibility`] as a dense matrix. Each entry is an integral of the Green's
+/// function over a cell.
 ///
 /// # Errors
 /// If the frame is not plane or is periodic, or memory does not suffice.
@@ -340,8 +345,8 @@ pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<D
     DenseFlexibility::new(&centers, &corners, &frame.areas, green)
 }
 
-/// Displacement of the body at `side` at the cell centres, global axes, mm, due to tractions on body 2 and to `loads` with their
-/// amplitudes.
+/// Displacement of the body at `side`, at the cell centres, in global axes, mm. It contains the displacement due to
+/// tractions on body 2 and due to `loads`, each with its amplitude.
 pub(super) fn surface_displacement(
     operator: &dyn Flexibility,
     tractions: &[f64],
@@ -395,7 +400,7 @@ impl ElasticBody for HalfSpaceBody {
         &self.loads
     }
 
-    /// Displacements are relative to infinity.
+    /// The displacements are relative to points at infinite distance.
     fn recover_at_points(
         &self,
         frame: &ContactFrame,

@@ -1,6 +1,7 @@
-//! Flexibility of a condensed body on the frame, with rows formed for part of the cells.
+//! Flexibility of a condensed body on the frame. Rows of the matrix are formed only for some of the cells.
 //!
-//! The gap of cells without rows takes one solve with the body's factor. Additional rows take one solve for each new dof.
+//! One solve with the factorised stiffness of the body gives the gap of all cells without rows. Each new degree of
+//! freedom (dof) needs one solve to form its row.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, RwLock, RwLockReadGuard};
@@ -17,7 +18,7 @@ use crate::flexibility::per_cell::PerCell;
 use crate::frame::FaceMap;
 use crate::linalg::dense::SymmetricDense;
 
-/// Operator S = I F Iᵀ A ([`CondensedFlexibility`]) with rows for some of the cells.
+/// Operator S = I F Iᵀ A of [`CondensedFlexibility`], with rows for some of the cells.
 pub struct LazyFlexibility {
     whole: FaceMap,
     body: Arc<CondensedBody>,
@@ -27,15 +28,15 @@ pub struct LazyFlexibility {
 struct FormedRows {
     cells: Vec<bool>,
     flexibility: CondensedFlexibility,
-    /// Whether the rows were compared with a direct solve of the body.
+    /// Whether a direct solve of the body was already made to check these rows.
     verified: AtomicBool,
-    /// Cells of each call that added rows.
+    /// Cells of each call that added rows, one list per call.
     added_cells: Vec<Vec<usize>>,
 }
 
 impl LazyFlexibility {
-    /// Operator with rows formed for the marked `cells`. `nodal` is the flexibility of the nodes under these cells, the contact
-    /// nodes of `body`.
+    /// Creates the operator with rows for the marked `cells`. `nodal` is the flexibility of the nodes under these
+    /// cells, which are the contact nodes of `body`.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -51,8 +52,8 @@ impl LazyFlexibility {
         Ok(Self { whole, body, formed: RwLock::new(formed) })
     }
 
-    /// Forces on the nodes under all cells, `[3 n]`, global axes, due to the tractions on body 2. The sign of the body is left out,
-    /// because it cancels in the gap.
+    /// Forces on the nodes under all cells, `[3 n]`, global axes, due to the tractions on body 2. The forces omit the
+    /// sign of the body, because the sign cancels in the gap.
     fn forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.whole.nodes().len()];
         self.whole.apply_transpose(tractions, &mut forces);
@@ -105,7 +106,7 @@ impl Flexibility for LazyFlexibility {
         self.formed().flexibility.apply_normal(pressure, normal_gap);
     }
 
-    /// Cells without rows get the mean block of the cells with rows.
+    /// Diagonal blocks of S. Cells without rows get the mean block of the cells with rows.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let formed = self.formed();
         let mut blocks = formed.flexibility.diagonal_blocks().into_vec();
@@ -137,9 +138,9 @@ impl Flexibility for LazyFlexibility {
         Ok(())
     }
 
-    /// Gap of `cells` from a direct solve of the assembled equations; `None` if this solve has succeeded before for the formed
-    /// rows. A solve that fails, or needs a factorisation that does not exist yet, also gives `None`. It is tried again at the next
-    /// call.
+    /// Gap of `cells` from a direct solve of the assembled equations, to check the formed rows. `None` if a direct
+    /// solve has already succeeded for these rows. Also `None` if the solve fails, or if no factorisation exists yet;
+    /// the next call then tries again.
     fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let n = self.n_cells();
         let formed = self.formed();
@@ -175,8 +176,8 @@ impl Flexibility for LazyFlexibility {
         }
     }
 
-    /// Forms the rows in the original order, because entries between nodes of two extensions come from the solve of the later
-    /// extension.
+    /// Forms the rows in the same order as the original operator. The order matters: an entry between nodes of two
+    /// calls comes from the solve of the later call.
     fn replay(&self, course: &OperatorHistory) -> Result<()> {
         course.formed.iter().try_for_each(|cells| self.form_rows(cells))?;
         self.formed().verified.store(course.formed_rows_checked, Ordering::Relaxed);

@@ -1,35 +1,36 @@
-//! Loads of a body that move its surface, with amplitudes that steps prescribe.
+//! Loads of a body that move its surface. Each load is multiplied by an amplitude that the steps prescribe.
 
 use crate::error::{Error, Result};
 use crate::fem::{AppliedLoads, FeModel, FeSpec};
 use crate::geometry::Side;
 
-/// Name of the load that removes the overlap of bodies as meshed.
+/// Name of the load that removes the overlap of the two meshes.
 pub const INTERFERENCE: &str = "interference";
 
-/// Largest work of a balanced load on a rigid-body mode, divided by the sum of the magnitudes of its forces, mm per mm of amplitude.
+/// Tolerance for the balance of a load: its largest work on a rigid-body mode, divided by the sum of the magnitudes of
+/// its forces. Unit: mm per mm of amplitude.
 const BALANCE_TOLERANCE: f64 = 1e-6;
 
 /// Loads and prescribed displacements of a body that share an amplitude.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LoadCase {
-    /// Name in steps; `None` if steps cannot prescribe the amplitude.
+    /// Name by which steps prescribe the amplitude; `None` if steps cannot prescribe it.
     pub name: Option<String>,
     /// Whether the amplitude is 1 before the first step.
     pub preload: bool,
 }
 
 impl LoadCase {
-    /// The overlap of bodies as meshed.
+    /// Load case that removes the overlap of the two meshes.
     pub fn interference() -> Self {
         Self { name: Some(INTERFERENCE.to_owned()), preload: false }
     }
 
-    /// Refuses a preload that is not in balance. `works` are its works on the rigid-body modes `names`, `size` the sum of the
-    /// magnitudes of its forces.
+    /// Refuses a preload that is not in equilibrium. `works` contains the work of the load on each of the rigid-body
+    /// modes `names`. `size` is the sum of the magnitudes of the forces.
     ///
     /// # Errors
-    /// If the work on a mode is not zero.
+    /// If this is a preload and its work on a mode is not zero.
     pub(super) fn ensure_balanced(&self, works: &[f64], names: &[String], size: f64) -> Result<()> {
         let moves = |(work, _): &(&f64, &String)| work.abs() > BALANCE_TOLERANCE * size;
         match works.iter().zip(names).find(moves).filter(|_| self.preload) {
@@ -42,14 +43,14 @@ impl LoadCase {
     }
 }
 
-/// Load of a body. Loads of both bodies with the same name have one amplitude.
+/// Load of a body. Loads with the same name share one amplitude, also if they act on different bodies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyLoad {
     /// Side of the body; `None` for the interference of two bodies.
     pub side: Option<Side>,
-    /// Name and start of the amplitude.
+    /// Name of the load, and whether it acts before the first step.
     pub case: LoadCase,
-    /// Change of the gap at amplitude 1, `[3, N]` by components, mm.
+    /// Change of the gap at amplitude 1, `[3, N]`, component by component, mm.
     pub gap: Vec<f64>,
 }
 
@@ -60,17 +61,17 @@ impl BodyLoad {
     }
 }
 
-/// Contact tractions, and amplitudes of the loads of a body.
+/// Contact tractions, and the amplitudes of the loads of a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Loading<'a> {
-    /// Tractions on body 2, `[3, N]` by components, MPa.
+    /// Tractions on body 2, `[3, N]`, component by component, MPa.
     pub tractions: &'a [f64],
     /// Amplitude of each load of the body; missing amplitudes are zero.
     pub amplitudes: &'a [f64],
 }
 
 impl<'a> Loading<'a> {
-    /// Contact tractions alone.
+    /// Loading by contact tractions alone.
     pub fn of_contact(tractions: &'a [f64]) -> Self {
         Self { tractions, amplitudes: &[] }
     }
@@ -81,7 +82,8 @@ impl<'a> Loading<'a> {
     }
 }
 
-/// Load cases of a body and the loads of each at amplitude 1. Without `cases`, all loads of `model` form one.
+/// Load cases of a body, and the loads of each case at amplitude 1. Without `cases`, all loads of `model` form one
+/// case.
 ///
 /// # Errors
 /// As [`FeModel::loads_of`].

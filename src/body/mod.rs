@@ -1,6 +1,6 @@
-//! Elastic bodies in contact. An [`ElasticBody`] provides its flexibility, loads and rigid-body modes, and recovers displacement
-//! and stress for given tractions and amplitudes of the loads. Vectors `[3, N]` are stored component by component: the x components
-//! of all N cells, then all y, then all n components.
+//! Elastic bodies in contact. An [`ElasticBody`] provides its flexibility, loads and rigid-body modes. It also recovers
+//! displacement and stress for given tractions and load amplitudes. Vectors `[3, N]` contain the x components of all N
+//! cells, then all y components, then all n components.
 
 pub mod boundary_elements;
 pub mod condensed_flexibility;
@@ -48,19 +48,20 @@ pub struct BodyField {
 pub enum BodyEquations<'a> {
     /// None: the body is rigid.
     Rigid,
-    /// u = G t at the cells. G are the integrals of this surface Green's function over the cells (axes of the frame).
+    /// u = G t at the cells. G contains the integrals of this surface Green's function over the cells, in the axes of
+    /// the frame.
     HalfSpace(&'a SurfaceGreen),
-    /// K u = f of a meshed body.
+    /// K u = f of a body with a volume mesh.
     FiniteElements(&'a FeBody),
-    /// u = G t at the cells, plus the correction for a finite body.
+    /// u = G t at the cells, plus a correction for the finite size of the body.
     Hybrid(&'a HybridBody),
     /// Collocation equations of a boundary-element body, solved for unit tractions at the nodes under the frame.
     BoundaryElements(&'a BeBody),
-    /// Only the flexibility is known.
+    /// The body provides no equations, only its flexibility.
     Unknown,
 }
 
-/// Body tied to a contact frame.
+/// Body whose contact surface is mapped to the cells of a contact frame.
 pub trait ElasticBody: Send + Sync {
     /// Short description of the body ("half-space", "finite elements, 12 345 unknowns").
     fn describe(&self) -> String;
@@ -70,17 +71,17 @@ pub trait ElasticBody: Send + Sync {
         BodyEquations::Unknown
     }
 
-    /// Green's function of the half-space that governs the flexibility near a force; `None` if unknown.
+    /// Green's function of the half-space that approximates the body close to a surface force; `None` if unknown.
     fn near_field_green(&self) -> Option<&SurfaceGreen> {
         None
     }
 
-    /// Takes the flexibility of the body on the frame (gap change per traction on body 2); `None` if rigid. `cross` states whether
-    /// vanishing blocks between normal and tangential components are omitted.
+    /// Returns the flexibility of the body on the frame: gap change per traction on body 2. `None` if the body is
+    /// rigid. `cross` states whether the operator omits vanishing blocks between normal and tangential components.
     ///
     /// # Errors
-    /// If the operator cannot be built, such as for lack of memory. If the body keeps no copy of its flexibility, and it was taken
-    /// before.
+    /// If the operator cannot be built, for example because memory does not suffice. Also if the body keeps no copy of
+    /// the flexibility, and an earlier call has returned it.
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Arc<dyn Flexibility>>>;
 
     /// Loads and prescribed displacements, with amplitudes.
@@ -88,9 +89,10 @@ pub trait ElasticBody: Send + Sync {
         &[]
     }
 
-    /// Unconstrained rigid-body modes; `None` if the supports fix the body. The flexibility of an unconstrained body is the
-    /// generalised inverse with zero mean motion. Added forces balance the body's own loads and the contact tractions. They are
-    /// spread over the volume, in boundary elements over the surface, and vanish once the contact balances the loads.
+    /// Unconstrained rigid-body modes; `None` if the supports fix the body. The flexibility of an unconstrained body is
+    /// the generalised inverse of its stiffness with zero mean motion along the modes. Added distributed forces balance
+    /// the loads of the body and the contact tractions. These forces act over the volume, or over the surface of a
+    /// boundary-element body. They vanish once the contact tractions balance the loads.
     fn rigid_body_modes(&self) -> Option<&UnconstrainedModes> {
         None
     }
@@ -100,14 +102,15 @@ pub trait ElasticBody: Send + Sync {
         None
     }
 
-    /// Displacement due to contact tractions and loads, at the points of the mesh, or at the cell centres for a body without a mesh.
+    /// Displacement due to contact tractions and loads, at the points of the mesh. A body without a mesh returns the
+    /// displacement at the cell centres.
     ///
     /// # Errors
     /// If the equations of the body cannot be solved, or its operator cannot be built.
     fn recover(&self, loading: Loading) -> Result<BodyField>;
 
-    /// Stress due to contact tractions and loads; `None` for a body without a mesh. The displacement of all mesh nodes must come
-    /// from [`Self::recover`] with the same loading.
+    /// Stress due to contact tractions and loads; `None` for a body without a mesh. The argument `_displacement` is the
+    /// displacement of all mesh nodes that [`Self::recover`] returns for the same loading.
     ///
     /// # Errors
     /// If the stress cannot be recovered.
@@ -120,8 +123,8 @@ pub trait ElasticBody: Send + Sync {
         Ok(None)
     }
 
-    /// Displacement (mm) and stress (MPa) at interior points, global axes, for the same loading as in
-    /// [`Self::recover`]. `None` if the body cannot evaluate them.
+    /// Displacement (mm) and stress (MPa) at interior points due to contact tractions and loads, global axes. `None` if
+    /// the body cannot evaluate them.
     ///
     /// # Errors
     /// For half-spaces, if a point lies outside the body, the frame is periodic, or the field of a point force cannot be computed.

@@ -1,4 +1,4 @@
-//! Unconstrained rigid-body modes of a body, along which the contact must balance the body's loads.
+//! Unconstrained rigid-body modes of a body. The contact must balance the loads of the body along these modes.
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 
@@ -9,12 +9,13 @@ use crate::geometry::Side;
 /// Rigid-body mode that the supports leave unconstrained.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBodyMode {
-    /// Motion of body 2 relative to body 1 per unit amplitude: translation along the frame's x, y, n at its origin, then rotation
-    /// about these axes, radians. The mean square displacement of the body per unit amplitude is 1.
+    /// Motion of body 2 relative to body 1 per unit amplitude: translation of the frame's origin along x, y, n of the
+    /// frame, then rotation about these axes, radians. At unit amplitude, the mean square displacement of the body
+    /// is 1.
     pub relative_motion: [f64; 6],
     /// Change of the gap per unit amplitude, `[3, N]`, component by component.
     pub gap: Vec<f64>,
-    /// Work of each load of the body, at its amplitude 1, per unit amplitude of the mode, N mm/mm.
+    /// Work of each load at amplitude 1 per unit amplitude of the mode, N mm/mm.
     pub load_work: Vec<f64>,
 }
 
@@ -29,20 +30,22 @@ pub struct UnconstrainedModes {
     pub names: Vec<String>,
 }
 
-/// [`RigidBodyMode::relative_motion`] of mode `j` of `free`, for the body at `side` of `frame`.
+/// Computes [`RigidBodyMode::relative_motion`] of mode `j` of `free`, for the body at `side` of `frame`.
 pub(crate) fn relative_motion(free: &RigidBodyModes, j: usize, frame: &ContactFrame, side: Side) -> [f64; 6] {
     let [shift, turn] =
         free.motion_about(&frame.origin, j).map(|global| frame.axes.to_local(&global) * side.gap_sign());
     [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
 }
 
-/// Orthonormal translations (frame's x, y, n) in the span of relative `motions`; `size` is the length scale of rotations.
+/// Orthonormal basis of the pure translations in the span of the relative `motions`, in the frame's x, y, n. `size` is
+/// the length by which rotations are multiplied.
 pub fn unconstrained_translations(motions: &[[f64; 6]], size: f64) -> Vec<Vector3<f64>> {
     let Some(projector) = projector(motions, size) else { return Vec::new() };
     translations_in(&projector)
 }
 
-/// Whether the spans of two sets of motions have a motion in common.
+/// Whether the spans of two sets of motions have a common motion other than zero. `size` is the length by which
+/// rotations are multiplied.
 pub fn have_common_motion(a: &[[f64; 6]], b: &[[f64; 6]], size: f64) -> bool {
     let (Some(p), Some(q)) = (projector(a, size), projector(b, size)) else { return false };
     SymmetricEigen::new(p + q).eigenvalues.max() > 2.0 - SUBSPACE_TOLERANCE
@@ -53,7 +56,7 @@ fn projector(motions: &[[f64; 6]], size: f64) -> Option<Matrix6<f64>> {
     for motion in motions {
         let mut v = Vector6::from_fn(|i, _| if i < 3 { motion[i] } else { motion[i] * size });
         let length = v.norm();
-        // Two passes suffice for orthogonality to rounding.
+        // The second pass removes the rounding errors of the first pass.
         for _ in 0..2 {
             basis.iter().for_each(|b| v -= b * b.dot(&v));
         }

@@ -1,4 +1,4 @@
-//! Stress of a meshed body, the exposure of its materials, and its estimated error.
+//! Stress of a meshed body, the exposure (failure index) of its materials, and the estimated error of the stress.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,20 +18,23 @@ pub enum ErrorEstimation {
 /// Stress of a body, in the volume or, for boundary elements, on the surface.
 #[derive(Debug, Clone)]
 pub struct StressField {
-    /// Nodes of the mesh, doubled where materials meet or, for boundary elements, where smooth parts of the surface meet.
+    /// Points of the stress values. A node of the mesh has one point per material or, for boundary elements, one per
+    /// smooth part of the surface.
     pub points: Arc<RecoveryPoints>,
     /// Recovered stress in Voigt order 11 22 33 23 13 12, global axes, MPa, `[n_points]`.
     pub stress: Vec<[f64; 6]>,
-    /// Exposure of the materials with known strengths, by criterion.
+    /// Exposure of each material with known strengths, by failure criterion.
     pub exposures: Vec<ExposureField>,
-    /// Strain in the contact surface. The stress of this surface follows from the strain and the contact tractions.
+    /// Strain at points of the contact surface. The stress at these points follows from the strain and the contact
+    /// tractions.
     pub contact: Vec<SurfaceStressPoint>,
     /// Estimated error of the element stress before recovery, if requested; `None` for boundary elements.
     pub error: Option<ErrorEstimate>,
 }
 
 impl StressField {
-    /// Combines the stress at `points` with its estimated error and the exposures for `limits`, the strengths by material name.
+    /// Combines the stress at `points` with its estimated error and the exposures. `limits` contains the strengths by
+    /// material name.
     pub(super) fn new(
         model: &FeModel,
         points: &Arc<RecoveryPoints>,

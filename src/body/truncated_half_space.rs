@@ -1,8 +1,8 @@
-//! Half-space whose surface is meshed around the frame, with full-space kernels. Beyond the elements, displacements are taken as
-//! zero.
+//! Half-space of which only a part of the surface around the frame is meshed. The boundary integrals use full-space
+//! kernels. The displacement of the surface beyond the elements is taken as zero.
 //!
-//! This model reproduces results of other programs that have no exact half-space. [`Truncation`] contains the difference from the
-//! exact operator.
+//! This model reproduces results of other programs that have no exact half-space. [`Truncation`] measures the
+//! difference from the exact operator.
 
 use std::sync::Arc;
 
@@ -27,15 +27,16 @@ use crate::material::Stiffness;
 /// Accuracy of the integrals, relative to their largest values.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Admissible half-side of the meshed square, divided by half of the longer side of the frame. Beyond the upper limit, elements
-/// become needles.
+/// Admissible half-side of the meshed square, divided by half of the longer side of the frame. Above the upper limit,
+/// elements become too slender.
 pub(crate) const HALF_SIZE_TO_FRAME_RANGE: [f64; 2] = [1.1, 1000.0];
 const ROUNDING: f64 = 1e-9;
 
-/// Largest ratio of the lengths of successive elements beyond the frame.
+/// Largest ratio of the lengths of adjacent elements beyond the frame.
 const MAX_ELEMENT_GROWTH: f64 = 1.4;
 
-/// Half-space below or above a plane frame, with a surface mesh up to `half_size` along the frame's x and y.
+/// Half-space below or above a plane frame. The surface is meshed in a square with the half-side `half_size` along the
+/// frame's x and y.
 #[derive(Debug, Clone)]
 pub struct TruncatedSpec<'a> {
     /// Stiffness of the material, global axes.
@@ -44,17 +45,19 @@ pub struct TruncatedSpec<'a> {
     pub half_size: f64,
 }
 
-/// Deviation of the meshed surface from the half-space.
+/// Deviation of the truncated model from the exact half-space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truncation {
     /// Number of elements.
     pub n_elements: usize,
-    /// Mean normal displacement of the frame under uniform unit pressure, mm/MPa: meshed surface, exact half-space.
+    /// Mean normal displacement of the frame under uniform unit pressure, mm/MPa: first by the truncated model, then by
+    /// the exact half-space.
     pub compliance: [f64; 2],
-    /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform traction along a on the
-    /// displacements under a uniform traction along b.
+    /// Relative error |W - W_exact| / |W_exact|. W_ab is the work of a uniform unit traction along a on the
+    /// displacements due to a uniform unit traction along b. W follows from the truncated model, W_exact from the
+    /// half-space.
     pub difference: f64,
-    /// Residual of the equations that are recomputed after the solution, relative to the magnitude of their terms.
+    /// Residual of some equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub residual: f64,
 }
 
@@ -67,8 +70,8 @@ pub struct TruncatedHalfSpace {
     cache_warning: Option<String>,
 }
 
-/// Edges of the cells and of the elements beyond them, relative to the centre of the frame, mm. Lengths of successive outer
-/// elements have a constant ratio of at most [`MAX_ELEMENT_GROWTH`].
+/// Edges of the cells and of the elements beyond them, relative to the centre of the frame, mm. Beyond the frame, the
+/// lengths of adjacent elements have a constant ratio of at most [`MAX_ELEMENT_GROWTH`].
 fn element_edges(cells: usize, spacing: f64, half_size: f64) -> Vec<f64> {
     let half = 0.5 * cells as f64 * spacing;
     let length = half_size - half;
@@ -90,7 +93,7 @@ fn element_ends(grid: &Grid, half_size: f64) -> [Vec<f64>; 2] {
 }
 
 impl TruncatedSpec<'_> {
-    /// Number of elements.
+    /// Number of surface elements.
     ///
     /// # Errors
     /// If the frame is not a grid or is periodic, or `half_size` is out of range.
@@ -105,7 +108,7 @@ impl TruncatedSpec<'_> {
     /// As [`Self::n_elements`].
     pub fn bytes(&self, frame: &ContactFrame) -> Result<u128> {
         let (n, loaded) = (3 * self.n_elements(frame)? as u128, 3 * frame.n_cells() as u128);
-        // Equations, two copies of the solution, and the used part of the buffers of dense products.
+        // Sum of the equations, two copies of the solution, and the used part of the buffers of dense products.
         let equations = 8 * n * n;
         Ok(equations + 16 * n * loaded + dense_lu::product_buffer_bytes(equations))
     }
@@ -200,12 +203,12 @@ impl TruncatedHalfSpace {
         Ok(Self { side, axes: frame.axes, flexibility, truncation, cache_warning })
     }
 
-    /// Deviation from the half-space.
+    /// Deviation from the exact half-space.
     pub fn truncation(&self) -> &Truncation {
         &self.truncation
     }
 
-    /// Warning about the cache.
+    /// Warning of the cache of tabulated kernels, if any.
     pub fn cache_warning(&self) -> Option<&str> {
         self.cache_warning.as_deref()
     }
@@ -216,7 +219,8 @@ impl TruncatedHalfSpace {
     }
 }
 
-/// Works of uniform unit tractions along x, y, n (rows) on the displacements under these tractions (columns).
+/// Works W_ab of uniform unit tractions along a = x, y, n (rows) on the displacements due to tractions along b
+/// (columns).
 fn uniform_traction_works(operator: &dyn Flexibility, frame: &ContactFrame) -> Matrix3<f64> {
     let n = frame.n_cells();
     let mut sums = Matrix3::zeros();
@@ -231,7 +235,7 @@ fn uniform_traction_works(operator: &dyn Flexibility, frame: &ContactFrame) -> M
     sums
 }
 
-/// Elements between the edges `x` and `y` along the frame's axes, normals out of the body.
+/// Surface elements between the edges `x` and `y` along the frame's axes. Their normals point out of the body.
 fn panels(frame: &ContactFrame, [x, y]: [&[f64]; 2], side: Side) -> Vec<Panel> {
     let at = |x: f64, y: f64| frame.origin + frame.axes.to_global(&Point::new(x, y, 0.0));
     let mut panels = Vec::with_capacity((x.len() - 1) * (y.len() - 1));

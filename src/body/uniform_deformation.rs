@@ -1,4 +1,4 @@
-//! Uniform stress of a half-space parallel to its surface, and its uniform thermal strain.
+//! Uniform deformation of a half-space, by a uniform stress parallel to its surface or by a uniform thermal strain.
 
 use nalgebra::{Matrix2, Matrix3, Matrix6, Vector2, Vector6};
 
@@ -8,7 +8,8 @@ use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, format_short};
 use crate::material::{Stiffness, strain_of_gradient, tensor_to_voigt};
 
-/// Strain along a period, relative to the largest strain, that counts as zero. Users give stresses with some digits.
+/// Strain along a period up to which the period counts as unstrained, divided by the largest strain. The tolerance
+/// allows for rounded stresses in the input.
 const PERIODIC_STRAIN_TOLERANCE: f64 = 1e-6;
 
 const PERIOD_NAMES: [&str; 2] = ["x", "y"];
@@ -16,12 +17,14 @@ const PERIOD_NAMES: [&str; 2] = ["x", "y"];
 /// Largest distance between the unit normals of the frame and of its cells.
 const NORMAL_TOLERANCE: f64 = 1e-6;
 
-/// Uniform stress σ_xx, σ_yy, σ_xy of a half-space, or its uniform thermal strain. The surface stays plane and does not spin about its
-/// normal:
+/// Uniform deformation of a half-space by the stress σ_xx, σ_yy, σ_xy or by a thermal strain. The surface stays plane
+/// and does not rotate about its normal:
 ///
-///     u_x = ε_xx x + ½γ_xy y + γ_xz z,   u_y = ½γ_xy x + ε_yy y + γ_yz z,   u_z = ε_zz z
+/// ```text
+/// u_x = ε_xx x + ½γ_xy y + γ_xz z,   u_y = ½γ_xy x + ε_yy y + γ_yz z,   u_z = ε_zz z
+/// ```
 ///
-/// with z = 0 on the surface. The strains are ε = S σ with the compliance S, or the thermal strains.
+/// with z = 0 on the surface. The strain is ε = S σ with the compliance S, or the thermal strain.
 pub(super) struct UniformDeformation {
     origin: Point,
     /// Displacement gradient at amplitude 1, global axes.
@@ -31,8 +34,8 @@ pub(super) struct UniformDeformation {
 }
 
 impl UniformDeformation {
-    /// `value` contains σ_xx, σ_yy, σ_xy in the axes of the frame, MPa. `stiffness` is that of the body in `axes`, whose third axis
-    /// is the normal of the frame.
+    /// Deformation by a stress. `value` contains σ_xx, σ_yy, σ_xy in the axes of the frame, MPa. `stiffness` is the
+    /// stiffness of the body in `axes`, whose third axis is the normal of the surface.
     ///
     /// # Errors
     /// If the normals of the frame and of its cells differ, or the surface would be strained along a period of the frame.
@@ -60,7 +63,8 @@ impl UniformDeformation {
         Ok(Self { origin: frame.origin, gradient: to_global(&gradient), stress: to_global(&stress) })
     }
 
-    /// Uniform thermal strain, a tensor in global axes. The third of `axes` is the normal of the surface.
+    /// Deformation by the thermal strain `strain`, a tensor in global axes. The third of `axes` is the normal of the
+    /// surface.
     ///
     /// # Errors
     /// If the surface would be strained along a period of the frame.
@@ -78,7 +82,7 @@ impl UniformDeformation {
         Ok(Self { origin: frame.origin, gradient, stress: Matrix3::zeros() })
     }
 
-    /// The load of the body on `side` of `frame`.
+    /// Load that causes this deformation of the body on `side` of `frame`, with the change of the gap at amplitude 1.
     ///
     /// # Errors
     /// If the surface moves across a plane of symmetry.
@@ -87,7 +91,7 @@ impl UniformDeformation {
         let mut gap = vec![0.0; 3 * n];
         for (i, (center, triad)) in frame.centers.iter().zip(frame.triads.iter()).enumerate() {
             let local = triad.to_local(&(self.displacement(center) * side.gap_sign()));
-            // Exactly 0: the surface stays plane.
+            // The normal gap does not change, because the surface stays plane.
             (gap[i], gap[n + i]) = (local.x, local.y);
         }
         let largest = gap.iter().fold(0.0, |largest: f64, gap| largest.max(gap.abs()));
@@ -111,19 +115,19 @@ impl UniformDeformation {
     }
 }
 
-/// Displacement gradient of a strain (Voigt, third axis normal to the surface) without rotation of the surface.
+/// Displacement gradient of a strain (Voigt order, third axis normal to the surface). The surface does not rotate.
 fn gradient_without_spin(strain: &Vector6<f64>) -> Matrix3<f64> {
     let [x, y, z, yz, xz, xy]: [f64; 6] = (*strain).into();
     Matrix3::new(x, 0.5 * xy, xz, 0.5 * xy, y, yz, 0.0, 0.0, z)
 }
 
-/// Strains ε_xx, ε_yy, γ_xy of the surface in the axes of the frame, the columns of `turn`.
+/// Strains ε_xx, ε_yy, γ_xy of the surface in the axes of the frame. The columns of `turn` are these axes.
 fn in_plane_strain(gradient: &Matrix3<f64>, turn: &Matrix3<f64>) -> [f64; 3] {
     let of_frame = turn.transpose() * gradient * turn;
     [of_frame[(0, 0)], of_frame[(1, 1)], 2.0 * of_frame[(0, 1)]]
 }
 
-/// First periodic direction along which the strains ε_xx, ε_yy, γ_xy strain the surface.
+/// First periodic direction (0 for x, 1 for y) along which the surface strains ε_xx, ε_yy, γ_xy do not vanish.
 fn strained_period(strain: [f64; 3], periodic: [bool; 2]) -> Option<usize> {
     let [xx, yy, xy] = strain.map(f64::abs);
     let limit = PERIODIC_STRAIN_TOLERANCE * xx.max(yy).max(xy);
@@ -131,7 +135,7 @@ fn strained_period(strain: [f64; 3], periodic: [bool; 2]) -> Option<usize> {
     (0..2).find(|&axis| periodic[axis] && strained[axis])
 }
 
-/// Error of the bulk stress `value`, which strains the surface along the periodic direction `along`.
+/// Error message for the bulk stress `value`, which strains the surface along the periodic direction `along`.
 fn periodic_strain_error(
     value: [f64; 3],
     strain: [f64; 3],
@@ -144,7 +148,8 @@ fn periodic_strain_error(
             "on a frame that is periodic along x and y, a bulk stress would strain the periods: make the frame non-periodic along the direction of the stress",
         );
     }
-    // The stresses that vanish the strains along the period, for the given stress across it.
+    // Stresses for which the normal strain along the period and the shear strain vanish, at the given stress across the
+    // period.
     const PLACES: [usize; 3] = [0, 1, 5];
     let given = 1 - along;
     let entry = |row: usize, column: usize| compliance[(PLACES[row], PLACES[column])];
@@ -153,7 +158,7 @@ fn periodic_strain_error(
     let found = matrix.lu().solve(&right).unwrap_or_default();
     let mut instead = value;
     (instead[along], instead[2]) = (found.x, found.y);
-    // Ten digits, and no "-0".
+    // Rounds to ten digits and replaces -0 by 0.
     let rounded = |stress: f64| format!("{stress:.9e}").parse().unwrap_or(stress) + 0.0;
     Error::input(format!(
         "the bulk stress strains the surface by {} along the periodic direction {}, and by {} in shear; both must vanish. The stress [{}] does that",
@@ -194,8 +199,8 @@ mod tests {
         strain.into()
     }
 
-    /// Truth: strains of IM7 by a compliance that an independent program computed, for tilts 0, 30 and 90, and for tilt 30 with
-    /// azimuth 40.
+    /// Truth: strains of IM7 carbon fibre by a compliance that an independent program computed. The tilts are 0, 30 and
+    /// 90 degrees, and 30 degrees with azimuth 40 degrees.
     #[test]
     fn strains_of_tilted_fibres() {
         let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
@@ -213,7 +218,8 @@ mod tests {
         }
     }
 
-    /// Truth: a surface whose normal is not that of the frame would carry the stress, so the stress is refused.
+    /// Truth: stress parallel to the frame would act as a traction on a surface that is inclined to the frame. The
+    /// stress is therefore refused.
     #[test]
     fn inclined_surfaces_are_refused() {
         let mut frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
@@ -225,7 +231,8 @@ mod tests {
         assert!(message.contains("set frame.normal = [0, 0, 1]"), "{message}");
     }
 
-    /// Truth: plane strain of an isotropic body needs σ_yy = ν σ_xx. The message proposes this stress, which is then accepted.
+    /// Truth: plane strain (ε_yy = 0) of an isotropic body needs σ_yy = ν σ_xx. The message proposes this stress, and
+    /// the program accepts it.
     #[test]
     fn periods_are_not_strained() {
         let mut frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();

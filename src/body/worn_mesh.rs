@@ -1,9 +1,11 @@
 //! Mesh of a worn body: its contact surface is moved inward by the wear depth.
 //!
-//! The transpose of the cell averages distributes the wear volume of the cells to the nodes of the contact faces. The volume of
-//! middle nodes goes to the adjacent corners. The depth of a corner is its volume divided by its area ∫ L_c dS. L_c is linear or
-//! bilinear on each face, so that all areas are positive. Middle nodes move by the mean of the adjacent corners. The wear volume is
-//! preserved, and a uniform depth stays uniform (docs/theory-wear.md).
+//! The map Iᵀ A distributes the wear volume of the cells to the nodes of the contact faces. I averages nodal values
+//! over the cells, and A contains the cell areas. The volume of a middle node is divided equally among the adjacent
+//! corners. The depth of corner c is its volume divided by its area ∫ L_c dS. L_c is the linear or bilinear shape
+//! function of the corner. The area is positive because L_c is not negative. Middle nodes move by the mean displacement
+//! of the adjacent corners. The motion preserves the wear volume, and a uniform depth stays uniform
+//! (docs/theory-wear.md).
 
 use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::error::Result;
@@ -14,10 +16,11 @@ use crate::linalg::memory::MemoryLimit;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
-/// Mesh of a body with the wear `depth` (`[N]`, mm along the normals of the cells of `frame`) on the faces of the group `contact`.
+/// Mesh of a body after wear on the faces of the group `contact`. `depth` is the wear depth of the cells of `frame`
+/// along their normals, `[N]`, mm.
 ///
 /// # Errors
-/// If group and frame do not fit; if an element would become inverted or too flat; if memory does not suffice.
+/// If group and frame do not fit, or memory does not suffice. Also if an element would become inverted or too flat.
 pub fn worn_mesh(
     spec: &FeSpec,
     contact: &str,
@@ -63,7 +66,7 @@ pub fn worn_mesh(
     move_mesh(spec, &faces, &motion, &frame.axes, memory)
 }
 
-/// Volume vector of each node from a `depth` of the cells along the cell normals, `[n_points]`, mm3.
+/// Vector of each node, `[n_points]`, mm3: wear volume times normal, for the `depth` of the cells.
 fn volumes(map: &FaceMap, depth: &[f64], n_points: usize) -> Vec<Point> {
     let mut planes = vec![0.0; 3 * depth.len()];
     planes[2 * depth.len()..].copy_from_slice(depth);
@@ -76,7 +79,8 @@ fn volumes(map: &FaceMap, depth: &[f64], n_points: usize) -> Vec<Point> {
     volumes
 }
 
-/// Corners of a face whose mean reference coordinates are the coordinates of node `i`.
+/// Corners of a face whose mean position in reference coordinates is node `i`. If node `i` is a corner, only this
+/// corner.
 fn parent_corners(kind: ElementKind, i: usize) -> &'static [usize] {
     const CORNERS: [&[usize]; 4] = [&[0], &[1], &[2], &[3]];
     const OF_SQUARE: [&[usize]; 5] = [&[0, 1], &[1, 2], &[2, 3], &[3, 0], &[0, 1, 2, 3]];
@@ -89,8 +93,8 @@ fn parent_corners(kind: ElementKind, i: usize) -> &'static [usize] {
     }
 }
 
-/// Smallest height of the adjacent solids behind each contact node along the face normal, `[n_points]`, mm; infinite at other
-/// nodes.
+/// Height of the solid element behind each contact node, `[n_points]`, mm; infinite at other nodes. The height is the
+/// distance along the face normal from the face to the opposite corners. Where faces meet, the smallest height counts.
 ///
 /// # Errors
 /// If the group does not consist of outer faces.

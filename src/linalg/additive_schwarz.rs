@@ -1,8 +1,9 @@
 //! Two-level additive Schwarz preconditioner for a symmetric positive definite matrix A.
 //!
-//! `B = Σ_g R_gᵀ A_g⁻¹ R_g + Wᵀ A_c⁻¹ W` with `A_c = W A Wᵀ`. A_g is the diagonal block of a group of neighbouring points, selected
-//! by R_g. A row of W contains the weights of the points of one coarse group. The local blocks approximate A⁻¹ for short waves, the
-//! coarse groups for long waves.
+//! `B = Σ_g R_gᵀ A_g⁻¹ R_g + Wᵀ A_c⁻¹ W` with `A_c = W A Wᵀ`. R_g selects the rows of a group g of neighbouring points,
+//! and A_g is the diagonal block of A for this group. A row of W contains the weights of the points of one coarse
+//! group. The first term approximates A⁻¹ for vectors of short wavelength, the second term for vectors of long
+//! wavelength.
 //!
 //! # Source
 //! Mund, Stephan and Weiße 1998, "Two-level methods for the single layer potential in R³".
@@ -21,8 +22,8 @@ use super::vector::dot8;
 
 const MAX_BLOCK_CELLS: usize = 64;
 
-/// Coarse groups are the largest clusters with at most max([`MAX_BLOCK_CELLS`], N / `MAX_COARSE_GROUPS`) of the N points, or larger
-/// leaves.
+/// Limit of the number of coarse groups. A coarse group is a cluster with at most max([`MAX_BLOCK_CELLS`], N /
+/// `MAX_COARSE_GROUPS`) of the N points, as large as possible. A leaf of the tree may have more points.
 const MAX_COARSE_GROUPS: usize = 384;
 
 const ROWS_PER_TASK: usize = 64;
@@ -33,23 +34,25 @@ pub struct AdditiveSchwarz {
     planes: usize,
     groups: Vec<LocalBlock>,
     coarse_groups: Vec<Range<usize>>,
-    /// A_c⁻¹, a square matrix with rows `[planes, coarse groups]`.
+    /// A_c⁻¹, a square matrix. Its rows and columns have the order `[planes, coarse groups]`.
     coarse_inverse: Vec<f64>,
-    /// Weights of the points in the coarse sums, `[N]`.
+    /// Weights of the points in the coarse groups, `[N]`.
     weights: Vec<f64>,
     scratch: Mutex<[Vec<f64>; 2]>,
 }
 
 struct LocalBlock {
     places: Range<usize>,
-    /// Inverse of the diagonal block, a square matrix with rows `[planes, places]`.
+    /// Inverse of the diagonal block, a square matrix. Its rows and columns have the order `[planes, places]`.
     inverse: Vec<f64>,
 }
 
 impl AdditiveSchwarz {
-    /// Builds the preconditioner for the matrix A that the terms `uses` assemble from components of `matrix`.
+    /// Builds the preconditioner for a matrix A. Each term of `uses` adds a component of `matrix`, times a sign, to a
+    /// block of A.
     ///
-    /// A acts on vectors `[planes, N]`. `weights` `[N]` is the vector that represents a constant field.
+    /// A acts on vectors `[planes, N]`; a plane contains one direction of a vector field at the N points. `weights`,
+    /// `[N]`, is the vector of a constant field.
     pub fn new(
         matrix: &HierarchicalMatrix,
         uses: &[ComponentProduct],
@@ -132,8 +135,8 @@ impl AdditiveSchwarz {
     }
 }
 
-/// Assembles the square matrix with rows `[planes, m]`: each term of `uses` adds one of `components` `[m, m]`, times a sign, to a
-/// block.
+/// Assembles a square matrix with rows and columns in the order `[planes, m]`. Each term of `uses` adds one of
+/// `components` `[m, m]`, times a sign, to a block.
 fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], planes: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; (planes * m).pow(2)];
     for one in uses {
@@ -146,7 +149,7 @@ fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], plane
     matrix
 }
 
-/// Inverse of a symmetric matrix; if the matrix is not positive definite, the inverse of its diagonal instead.
+/// Inverse of a symmetric matrix. If the matrix is not positive definite, the inverse of its diagonal.
 fn inverse_or_diagonal(mut matrix: Vec<f64>, n: usize) -> Vec<f64> {
     let diagonal: Vec<f64> = (0..n).map(|i| matrix[i * (n + 1)]).collect();
     let request: StackReq = cholesky_in_place_scratch::<f64>(n, Par::Seq, Spec::default())

@@ -1,7 +1,8 @@
-//! Cache directory of files that later runs reuse. Each file name is the SHA-256 of everything that determines the content.
+//! Cache directory with files that later runs reuse. The name of a file is the SHA-256 hash of all data that determine
+//! its content.
 //!
-//! A file is written under a temporary name, flushed to disk and renamed, so a reader finds either a complete file or no file. A
-//! list of numbers has the format
+//! A file is written under a temporary name, flushed to disk and renamed. A reader therefore finds either a complete
+//! file or no file. A list of numbers has the format
 //!
 //! ```text
 //! 8 bytes "ORTHOLST", u64 format, u64 n, f64 [n], 32 bytes SHA-256 of all before; little-endian
@@ -24,7 +25,7 @@ const FORMAT: u64 = 1;
 const HEADER_BYTES: usize = 24;
 const CHECKSUM_BYTES: usize = 32;
 const VALUES_PER_CHUNK: usize = 1 << 13;
-/// Age above which unfinished files of killed runs are removed.
+/// Age above which temporary files are removed. Runs that were killed leave such files.
 const UNFINISHED_FILE_LIFETIME: Duration = Duration::from_secs(86_400);
 const DEFAULT_LIMIT_MIB: u64 = 2048;
 
@@ -35,11 +36,11 @@ pub struct Cache {
     limit_bytes: u64,
 }
 
-/// Name of a file without its extension: the SHA-256 of everything that determines the content, hexadecimal.
+/// File name without extension: the SHA-256 hash of all data that determine the content, in hexadecimal digits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CacheKey(String);
 
-/// Hash of the data that determine a file.
+/// Hash of the data that determine the content of a file.
 pub(crate) struct CacheKeyBuilder(Sha256);
 
 /// Result of a lookup in the cache.
@@ -54,7 +55,8 @@ pub enum CacheLookup<T> {
 }
 
 impl CacheKeyBuilder {
-    /// Starts the hash with the kind of content (`kind`), the program version and the instruction set, on which rounding depends.
+    /// Starts the hash with the kind of content (`kind`), the program version and the instruction set. The rounding of
+    /// results depends on the instruction set.
     pub(crate) fn new(kind: &str) -> Self {
         let version = env!("CARGO_PKG_VERSION");
         Self(Sha256::new_with_prefix(format!("orthowear {version} {kind} {}", instruction_set())))
@@ -73,7 +75,7 @@ impl CacheKeyBuilder {
     }
 }
 
-/// Instruction set that numerical libraries use on this processor.
+/// Name of the instruction set that numerical libraries use on this processor.
 fn instruction_set() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
@@ -88,9 +90,9 @@ fn instruction_set() -> &'static str {
 }
 
 impl Cache {
-    /// Cache in `directory`, which the first write creates.
+    /// Cache in `directory`. The first write creates the directory.
     ///
-    /// A write removes the least recently used files while the total size exceeds `limit_bytes`.
+    /// A write removes the least recently used files until the total size is at most `limit_bytes`.
     pub fn new(directory: impl Into<PathBuf>, limit_bytes: u64) -> Self {
         Self { directory: directory.into(), limit_bytes }
     }
@@ -129,14 +131,14 @@ impl Cache {
         self.limit_bytes
     }
 
-    /// Whether a list exists under a key, judged by header and file size only.
+    /// Whether a list exists under a key. Only the header and the file size are checked.
     pub fn has_list(&self, key: &CacheKey, ending: &str) -> bool {
         self.peek_list::<0>(key, ending).is_some()
     }
 
     /// Number of values of the list under a key, and its first `K` values.
     ///
-    /// `None` if no list exists or if header and file size do not match. The checksum is not verified.
+    /// `None` if no list exists, or if header and file size do not match. The checksum is not verified.
     pub fn peek_list<const K: usize>(&self, key: &CacheKey, ending: &str) -> Option<(u64, [f64; K])> {
         let mut file = File::open(self.path(key, ending)).ok()?;
         let n = read_head(&mut file).ok()??;
@@ -169,7 +171,7 @@ impl Cache {
         let mut values = try_zeroed(n as usize)?;
         Ok(match read_values(&mut file, &mut values) {
             Ok(true) => {
-                // If the time cannot be set, only the order of removal changes.
+                // A failure to set the time only changes the order in which files are removed.
                 let _ = file.set_modified(SystemTime::now());
                 CacheLookup::Hit(values)
             }
@@ -186,7 +188,7 @@ impl Cache {
         self.write_values(key, ending, values.len(), values.iter().copied())
     }
 
-    /// As [`Self::write_list`], for `n` values of an iterator.
+    /// Writes a list of `n` values from an iterator, as [`Self::write_list`] does.
     ///
     /// # Errors
     /// If the directory cannot be created, read or written.
@@ -224,7 +226,8 @@ impl Cache {
         self.remove_oldest().map_err(failed)
     }
 
-    /// Removes unfinished files older than a day, and the least recently used entries beyond the limit.
+    /// Removes temporary files older than a day. Then removes the least recently used lists while the total size
+    /// exceeds the limit.
     fn remove_oldest(&self) -> io::Result<()> {
         let mut entries = Vec::new();
         for item in fs::read_dir(&self.directory)? {
@@ -253,13 +256,14 @@ impl Cache {
     }
 }
 
-/// Whether a file name without its extension is a cache key. Other files are not removed, except old unfinished files.
+/// Whether the file name without extension is a cache key. Other files are kept, except old temporary files.
 fn is_named_by_key(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     stem.len() == 64 && stem.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
-/// File size of a list of `n` values, bytes. The arithmetic saturates, so that a corrupt number of values matches no file size.
+/// File size of a list of `n` values, bytes. The arithmetic saturates, so that a corrupt `n` in the header matches no
+/// file size.
 pub(crate) fn list_bytes(n: u64) -> u64 {
     n.saturating_mul(8).saturating_add((HEADER_BYTES + CHECKSUM_BYTES) as u64)
 }
@@ -268,7 +272,8 @@ fn head(n: usize) -> Vec<u8> {
     [&MAGIC[..], &FORMAT.to_le_bytes(), &(n as u64).to_le_bytes()].concat()
 }
 
-/// Number of values from the header; `None` if the file does not start with the header of a list in the current format.
+/// Number of values according to the header. `None` if the file does not start with the header of a list in the current
+/// format.
 fn read_head(file: &mut File) -> io::Result<Option<u64>> {
     let mut head = [0; HEADER_BYTES];
     file.read_exact(&mut head)?;
@@ -276,7 +281,7 @@ fn read_head(file: &mut File) -> io::Result<Option<u64>> {
     Ok((head[..8] == *MAGIC && number(1) == FORMAT).then_some(number(2)))
 }
 
-/// Reads the values; returns whether the checksum matches.
+/// Reads the values. Returns whether the checksum matches.
 fn read_values(file: &mut File, values: &mut [f64]) -> io::Result<bool> {
     let mut hash = Sha256::new_with_prefix(head(values.len()));
     let mut bytes = vec![0; 8 * VALUES_PER_CHUNK];
@@ -320,8 +325,8 @@ mod tests {
         hash.finish()
     }
 
-    /// Truth: a written list is read back to the last bit, and another key has no entry. A changed bit or a truncated file is
-    /// detected, and a new write replaces the damaged file.
+    /// Truth: a list that is written is read back to the last bit, and a different key has no entry. A changed bit or a
+    /// truncated file is detected. A new write replaces the damaged file.
     #[test]
     fn lists_come_back_whole_or_damaged() {
         let folder = tempfile::tempdir().unwrap();
@@ -353,8 +358,8 @@ mod tests {
         assert_eq!(cache.read_list(&key(0), "list").unwrap(), CacheLookup::Hit(values));
     }
 
-    /// Truth: lists count towards the limit, and the least recently used list is removed first. A file that is not named by a cache
-    /// key stays. A list that is larger than the limit is not written.
+    /// Truth: lists count towards the limit, and the least recently used list is removed first. A file whose name is
+    /// not a cache key is kept. A list larger than the limit is not written.
     #[test]
     fn lists_keep_the_limit() {
         let folder = tempfile::tempdir().unwrap();

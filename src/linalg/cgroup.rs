@@ -1,4 +1,5 @@
-//! Memory that Linux control groups still allow this process to use. Containers and batch systems set the limits of control groups.
+//! Memory that the Linux control groups of this process still allow. Containers and batch systems limit memory by
+//! control groups.
 //!
 //! # Source
 //! cgroups(7); Linux kernel documentation, "Control Group v2" (memory.max, memory.current) and "Memory Resource Controller".
@@ -9,7 +10,7 @@ use std::path::Path;
 struct InterfaceFiles {
     limit: &'static str,
     usage: &'static str,
-    /// Entry of memory.stat with the file cache that the operating system can reclaim.
+    /// Name of the entry in memory.stat that counts the file cache. The operating system can reclaim this memory.
     cache: &'static str,
 }
 
@@ -21,12 +22,13 @@ const CGROUP_V1: InterfaceFiles = InterfaceFiles {
 const CGROUP_V2: InterfaceFiles =
     InterfaceFiles { limit: "memory.max", usage: "memory.current", cache: "inactive_file" };
 
-/// Bytes that the control groups of this process, mounted at `root`, still allow; `None` without control groups or without a limit.
+/// Memory that the control groups of this process still allow, bytes. The groups are mounted at `root`. `None` without
+/// control groups or without a limit.
 pub(super) fn available_bytes(root: &Path) -> Option<u64> {
     available_in_groups(root, &fs::read_to_string("/proc/self/cgroup").ok()?)
 }
 
-/// `groups` has the format of `/proc/self/cgroup`.
+/// Does the same as [`available_bytes`] for `groups`, the text of `/proc/self/cgroup`.
 fn available_in_groups(root: &Path, groups: &str) -> Option<u64> {
     let rooms = groups.lines().filter_map(|line| {
         let mut parts = line.splitn(3, ':').skip(1);
@@ -42,9 +44,10 @@ fn available_in_groups(root: &Path, groups: &str) -> Option<u64> {
     rooms.min()
 }
 
-/// Smallest available memory among the group at `path` and all groups above it, bytes.
+/// Smallest available memory among the group at `path` and all its parent groups, bytes.
 ///
-/// Groups without files are skipped: a container may see its own group at `root`, but not its path on the host.
+/// Groups without files are skipped. In a container, `root` may be the group of the container itself, so that its path
+/// on the host does not exist.
 fn available_along_path(root: &Path, path: &str, names: &InterfaceFiles) -> Option<u64> {
     let folder = root.join(path.trim_start_matches('/'));
     let folders = folder.ancestors().take_while(|folder| folder.starts_with(root));
@@ -53,7 +56,7 @@ fn available_along_path(root: &Path, path: &str, names: &InterfaceFiles) -> Opti
 
 fn available_in_group(folder: &Path, names: &InterfaceFiles) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
-    // Without a limit, version 2 writes "max", which is not a number. Version 1 writes a number that is larger than any memory.
+    // Without a limit, version 2 writes "max", which is not a number. Version 1 writes a number larger than any memory.
     let limit = number(names.limit)?;
     let stat = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
     let cache = stat.lines().find_map(|line| line.strip_prefix(names.cache)?.trim().parse::<u64>().ok());
@@ -73,8 +76,8 @@ mod tests {
         }
     }
 
-    /// Truth: documentation of both interfaces. The tightest limit along the path applies, and cached files do not count as used.
-    /// "max" and invisible groups set no limit.
+    /// Truth: the documentation of versions 1 and 2. The smallest limit along the path applies, and cached files do not
+    /// count as used. "max" and groups without files set no limit.
     #[test]
     fn the_tightest_group_counts() {
         let folder = tempfile::tempdir().unwrap();

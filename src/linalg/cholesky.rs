@@ -1,6 +1,8 @@
-//! Sparse Cholesky factorisation K = L Lᵀ in a given order (supernodal, by faer), with a check of its residual.
+//! Sparse Cholesky factorisation K = L Lᵀ in a given order, with a check of its residual. The library faer works on
+//! supernodes, groups of adjacent columns of L with equal pattern.
 //!
-//! The trailing block of L also gives the dense block (K⁻¹)_cc of the trailing rows c, the inverse of their Schur complement.
+//! The trailing block of L also gives the dense block (K⁻¹)_cc of the trailing rows c. This block is the inverse of the
+//! Schur complement of these rows.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
@@ -19,17 +21,18 @@ use super::vector::norm;
 use crate::cancel;
 use crate::error::{Error, Result};
 
-/// Maximum relative residual of a correct factor.
+/// Largest relative residual at which a factor counts as correct.
 const RESIDUAL_LIMIT: f64 = 1e-8;
-/// Minimum of L_jj² / K_jj for a regular matrix K. Smaller ratios consist of rounding errors only.
+/// Smallest L_jj² / K_jj of a regular matrix K. Smaller ratios consist of rounding errors only.
 const PIVOT_LIMIT: f64 = 1e-14;
 
-/// Limits for merging neighbouring supernodes: maximum number of merged columns, and maximum share of zeros in the merged block.
+/// Limits for merging adjacent supernodes: largest number of merged columns, and largest share of zeros in the merged
+/// block.
 ///
-/// The overhead of small supernodes costs more time than the additional zeros of merged supernodes.
+/// Merging saves time, because the overhead of small supernodes costs more time than the additional zeros.
 const RELAXATION_LIMITS: [(usize, f64); 4] = [(12, 0.8), (36, 0.25), (144, 0.05), (usize::MAX, 0.01)];
 
-/// Solver for a symmetric positive definite matrix K: a factorisation or an iterative method.
+/// Solver for systems with a symmetric positive definite matrix K: a factorisation or an iterative method.
 pub trait SymmetricSolver: Send + Sync {
     /// Number of rows.
     fn n(&self) -> usize;
@@ -42,7 +45,7 @@ pub trait SymmetricSolver: Send + Sync {
     fn solve_in_place(&self, rhs: &mut [f64], n_rhs: usize) -> Result<()>;
 }
 
-/// Structure of L for a matrix in a given order.
+/// Pattern of L for a matrix in a given order.
 #[derive(Debug)]
 pub struct SymbolicCholesky {
     structure: Structure,
@@ -70,7 +73,7 @@ impl Structure {
         }
     }
 
-    /// Row of the matrix at a position of the elimination order.
+    /// Row of K at the position `place` of the elimination order.
     fn row_at(&self, place: usize) -> usize {
         self.symbolic.perm().map_or(place, |order| order.arrays().0[place])
     }
@@ -98,7 +101,7 @@ fn sparse_view(matrix: &SymmetricSparse) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, offsets, None, rows), values)
 }
 
-/// Parallelism of the dense operations. Their results have the same bits for any number of threads.
+/// Parallelism of the dense operations. The results have the same bits for any number of threads.
 fn parallelism() -> Par {
     if rayon::current_num_threads() == 1 { Par::Seq } else { Par::rayon(0) }
 }
@@ -112,7 +115,8 @@ fn workspace(request: StackReq) -> Result<MemBuffer> {
 }
 
 impl SymbolicCholesky {
-    /// Analyses `matrix` in the elimination order `order` (`order[new] = old`, a permutation of its rows).
+    /// Analyses the pattern of `matrix` in the elimination order `order` (`order[new] = old`, a permutation of the
+    /// rows).
     ///
     /// The last `n_trailing` rows of the order are the rows of [`CholeskyFactor::trailing_inverse`].
     ///
@@ -149,7 +153,7 @@ impl SymbolicCholesky {
 
     /// Number of floating-point operations of the numeric factorisation.
     pub fn flops(&self) -> f64 {
-        // Terms: dense factorisation, triangular solve, symmetric update.
+        // Terms of the sum: dense factorisation, triangular solve, symmetric update.
         let flops = |(n_columns, n_rows): (usize, usize)| {
             let (k, r) = (n_columns as f64, (n_rows - n_columns) as f64);
             k * k * k / 3.0 + r * k * k + r * (r + 1.0) * k
@@ -162,8 +166,8 @@ impl SymbolicCholesky {
         8 * self.n_values() + self.scratch(Par::Seq).unaligned_bytes_required()
     }
 
-    /// Peak memory of [`CholeskyFactor::trailing_inverse`], bytes: two matrices `[n_trailing, n_trailing]`, or three if several
-    /// supernodes share the trailing rows.
+    /// Peak memory of [`CholeskyFactor::trailing_inverse`], bytes. Two matrices `[n_trailing, n_trailing]` are needed,
+    /// or three if several supernodes contain the trailing rows.
     pub fn trailing_inverse_bytes(&self) -> usize {
         let supernodes = self.structure.supernodes();
         let is_within_last = supernodes
@@ -178,8 +182,8 @@ impl SymbolicCholesky {
         self.structure.symbolic.factorize_numeric_llt_scratch::<f64>(par, Spec::default())
     }
 
-    /// Computes L and checks it: the pivots must be larger than rounding, and `K (L Lᵀ)⁻¹ K v` must equal `K v` for a fixed
-    /// pseudo-random vector v.
+    /// Computes L and checks it. The pivots must be larger than rounding errors. `K (L Lᵀ)⁻¹ K v` must equal `K v` for
+    /// a fixed pseudo-random vector v.
     ///
     /// `row_name` describes a row (node, component, body) for messages.
     ///
@@ -212,7 +216,7 @@ impl SymbolicCholesky {
         self.structure.symbolic.len_val()
     }
 
-    /// Restores L from its stored values, see [`CholeskyFactor::values`]. `None` if the residual check of [`Self::factorise`]
+    /// Restores L from stored values ([`CholeskyFactor::values`]). `None` if the residual check of [`Self::factorise`]
     /// fails.
     ///
     /// # Errors
@@ -228,7 +232,7 @@ impl SymbolicCholesky {
         Ok((factor.residual < RESIDUAL_LIMIT).then_some(factor))
     }
 
-    /// Computes L without checks. The inner error is the row of a pivot that is not positive.
+    /// Computes L without checks. If a pivot is not positive, the inner error is the row of this pivot.
     fn factorise_unchecked(
         self,
         matrix: &SymmetricSparse,
@@ -272,7 +276,7 @@ fn random_vector(n: usize) -> Vec<f64> {
 }
 
 impl CholeskyFactor {
-    /// Relative residual of the check of L.
+    /// Relative residual that the check of L found.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -299,7 +303,7 @@ impl CholeskyFactor {
             for j in 0..supernode.val().ncols() {
                 let row = self.structure.row_at(supernode.start() + j);
                 let pivot = supernode.val()[(j, j)];
-                // Comparisons with NaN are false.
+                // A comparison with NaN is false, so NaN needs its own test.
                 if pivot.is_nan() || pivot * pivot <= PIVOT_LIMIT * diagonal[row] {
                     return Err(not_positive(&row_name(row)));
                 }
@@ -321,8 +325,8 @@ impl CholeskyFactor {
         Ok(norm(&back) / scale)
     }
 
-    /// Block of K⁻¹ for the trailing rows in their order, `[n_trailing, n_trailing]`: (L_cc L_ccᵀ)⁻¹, the inverse of the Schur
-    /// complement after elimination of all other rows.
+    /// Block of K⁻¹ for the trailing rows c in their order, `[n_trailing, n_trailing]`: (L_cc L_ccᵀ)⁻¹. The block is
+    /// the inverse of the Schur complement that remains after elimination of all other rows.
     ///
     /// # Errors
     /// If memory does not suffice, or the run is cancelled.
@@ -350,8 +354,8 @@ impl CholeskyFactor {
         Ok(inverse)
     }
 
-    /// Trailing rows and columns of L, `[m, m]`; only the lower triangle is valid. If several supernodes share the trailing rows,
-    /// the entries are copied to `gathered`.
+    /// Trailing rows and columns of L, `[m, m]`; only the lower triangle is valid. If several supernodes contain the
+    /// trailing rows, the entries are copied to `gathered`.
     fn trailing_block<'a>(&'a self, gathered: &'a mut Vec<f64>) -> Result<MatRef<'a, f64>> {
         let m = self.n_trailing;
         let from = self.n() - m;
@@ -418,7 +422,8 @@ mod tests {
     use super::super::sparse::SymmetricTriplets;
     use super::*;
 
-    /// Springs within the cells of a k x k x k node grid, and weak springs from all nodes to the ground.
+    /// Stiffness matrix of springs on a k x k x k node grid. Springs connect the nodes of each cell. Weak springs
+    /// connect all nodes to the ground.
     fn springs(k: usize) -> (SymmetricSparse, NodeGraph) {
         let at = |x: usize, y: usize, z: usize| (x * k + y) * k + z;
         let mut cells: Vec<Vec<usize>> = Vec::new();
@@ -445,8 +450,8 @@ mod tests {
         SymbolicCholesky::new(matrix, &nested_dissection(graph, &nodes, last).unwrap(), last.len()).unwrap()
     }
 
-    /// Truth: factor and trailing inverse have the same bits for any number of threads. The last supernode has several hundred
-    /// columns, so operations on dense blocks use several threads.
+    /// Truth: the factor and the trailing inverse have the same bits for any number of threads. The last supernode has
+    /// several hundred columns, so that dense operations use several threads.
     #[test]
     fn same_bits_for_any_number_of_threads() {
         let (matrix, graph) = springs(22);
@@ -463,8 +468,8 @@ mod tests {
         }
     }
 
-    /// Truth: solutions of K x = e for unit vectors e give the columns of (K⁻¹)_cc. Tolerance 1e-12 relative to the first entry:
-    /// rounding times the condition number 1e4.
+    /// Truth: solutions of K x = e for unit vectors e give the columns of (K⁻¹)_cc. The tolerance is 1e-12 relative to
+    /// the first entry: rounding times the condition number 1e4.
     #[test]
     fn trailing_inverse_is_the_block_of_the_inverse() {
         let (matrix, graph) = springs(7);
@@ -481,8 +486,9 @@ mod tests {
         }
     }
 
-    /// Truth: columns of the trailing inverse are solutions for unit right-hand sides. The inverse for a row with only the diagonal
-    /// entry d is 1 / d. Trailing rows of unconnected parts lie in several supernodes, which needs a third matrix.
+    /// Truth: columns of the trailing inverse are solutions for unit right-hand sides. For a row with only the diagonal
+    /// entry d, the inverse is 1 / d. Trailing rows of unconnected parts lie in several supernodes, which needs a third
+    /// matrix.
     #[test]
     fn trailing_inverse_of_separate_parts() {
         let mut triplets = SymmetricTriplets::new(50);

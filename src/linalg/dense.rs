@@ -1,4 +1,4 @@
-//! Dense symmetric matrices and zero-initialised memory.
+//! Dense symmetric matrices, and allocation of zeros with an error if memory does not suffice.
 
 use super::memory::handling_allocation_failure;
 use crate::error::{Error, Result};
@@ -60,8 +60,8 @@ pub(crate) fn try_zeroed(len: usize) -> Result<Vec<f64>> {
         return Ok(Vec::new());
     }
     let layout = std::alloc::Layout::array::<f64>(len).map_err(|_| error())?;
-    // SAFETY: the layout has a non-zero size. Unlike `Vec::resize`, `alloc_zeroed` can use fresh pages of the system, which are
-    // already zero.
+    // SAFETY: the layout has a non-zero size. `alloc_zeroed` can use fresh pages of the system, which are already zero;
+    // `Vec::resize` would write the zeros.
     let start = handling_allocation_failure(|| unsafe { std::alloc::alloc_zeroed(layout) });
     if start.is_null() {
         return Err(error());

@@ -1,4 +1,4 @@
-//! Dense LU factorisation with row exchanges (by faer). The caller must check the residuals of solutions.
+//! Dense LU factorisation with row exchanges, by the library faer. The caller must check the residuals of solutions.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
@@ -17,9 +17,9 @@ pub struct DenseLu {
     backward: Vec<usize>,
 }
 
-/// Estimate of the buffer bytes that matrix products use in the factorisation of a matrix of `bytes` bytes.
+/// Estimate of the buffer memory, bytes, that matrix products use while a matrix of `bytes` bytes is factorised.
 ///
-/// Measured for large matrices: 15 to 17 MB of the 67 MB that faer requests (docs/memory.md).
+/// faer requests 67 MB for large matrices, but products were measured to use only 15 to 17 MB (docs/memory.md).
 pub(crate) fn product_buffer_bytes(bytes: u128) -> u128 {
     (bytes / 4).min(16_000_000)
 }
@@ -29,10 +29,10 @@ fn out_of_memory() -> Error {
 }
 
 impl DenseLu {
-    /// Factorises a matrix; its memory is reused for the factors.
+    /// Factorises a matrix. The factors are stored in the memory of the matrix.
     ///
-    /// The caller must scale rows and columns to entries of similar size. The matrix counts as singular if its smallest pivot is at
-    /// most the machine epsilon times its largest pivot, or if a pivot is NaN.
+    /// The caller must scale rows and columns so that the entries have similar size. The matrix counts as singular if
+    /// its smallest pivot is at most the machine epsilon times its largest pivot, or if a pivot is NaN.
     ///
     /// # Errors
     /// If memory does not suffice, or the matrix is singular.
@@ -57,8 +57,8 @@ impl DenseLu {
         Ok(Self { factors: matrix, forward, backward })
     }
 
-    /// Solves A X = B in place; `columns` is B on entry and X on return. The bits for a single column depend on the number of threads
-    /// in `par`.
+    /// Solves A X = B in place. `columns` is B on entry and X on return. For a single column, the last bits of X depend
+    /// on the number of threads in `par`.
     ///
     /// # Errors
     /// If memory does not suffice.
@@ -84,8 +84,8 @@ impl DenseLu {
 mod tests {
     use super::*;
 
-    /// Truth: the solution equals the columns that were multiplied by the matrix. Matrices of rank one and of NaN are errors.
-    /// Tolerance of the solution 1e-11: rounding.
+    /// Truth: columns that were multiplied by the matrix are the solutions. A matrix of rank one and a matrix of NaN
+    /// are refused. The tolerance 1e-11 of the solution allows for rounding.
     #[test]
     fn known_columns() {
         let n = 40;

@@ -1,4 +1,5 @@
-//! GMRES with right preconditioning for one or several right-hand sides, A X = B.
+//! Generalised minimal residual method (GMRES) with right preconditioning, for one or several right-hand sides: A X =
+//! B.
 //!
 //! Each right-hand side has its own Krylov space. Each iteration applies A once to all columns.
 //!
@@ -21,14 +22,14 @@ pub trait LinearSystem {
     fn precondition(&mut self, image: &[f64], x: &mut [f64]);
 }
 
-/// Stopping criteria and restart length of [`Gmres::solve`].
+/// Stopping criteria and restart length for [`Gmres::solve`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KrylovOptions {
     /// Relative residual |b - A x| / |b| to reach.
     pub tolerance: f64,
     /// Maximum number of products with A.
     pub max_products: usize,
-    /// Number of basis vectors before a restart.
+    /// Number of basis vectors after which the iteration restarts.
     pub restart: usize,
 }
 
@@ -41,7 +42,7 @@ pub struct KrylovReport {
     pub residual: f64,
 }
 
-/// GMRES solver. The next solve reuses the memory of the basis vectors.
+/// GMRES solver. It keeps the memory of the basis vectors for the next solve.
 #[derive(Debug, Default)]
 pub struct Gmres {
     /// Orthonormal bases of the Krylov spaces; `basis[k]` stores the k-th vectors of all columns.
@@ -61,7 +62,8 @@ impl Hessenberg {
         Self { columns: Vec::new(), rotations: Vec::new(), rhs: vec![norm] }
     }
 
-    /// Appends a column of length k + 2, where k is the number of earlier columns, and returns the new residual norm.
+    /// Appends a column and returns the new residual norm. The column has k + 2 entries, where k is the number of
+    /// earlier columns.
     fn push(&mut self, mut column: Vec<f64>) -> f64 {
         let k = self.columns.len();
         for (i, [c, s]) in self.rotations.iter().enumerate() {
@@ -99,15 +101,15 @@ struct Column {
     range: Range<usize>,
     /// Norm of the right-hand side.
     scale: f64,
-    /// Residual norm to reach.
+    /// Residual norm at which the iteration of this column ends.
     goal: f64,
     report: KrylovReport,
     hessenberg: Hessenberg,
-    /// Norm of the next basis vector before it is normalised.
+    /// Norm of the next basis vector before normalisation.
     length: f64,
-    /// Whether the basis of the restart cycle expands further.
+    /// Whether the restart cycle adds further basis vectors to this column.
     open: bool,
-    /// Whether the residual after the cycle exceeds the goal.
+    /// Whether the residual exceeds the goal at the end of the restart cycle.
     unsolved: bool,
 }
 
@@ -134,13 +136,13 @@ impl Column {
     fn start_cycle(&mut self, residual: &[f64]) {
         self.length = norm4(&residual[self.range.clone()]);
         self.hessenberg = Hessenberg::new(self.length);
-        // A column whose residual is not finite is skipped.
+        // A column is skipped if its residual is not finite.
         self.open = self.length.is_finite() && self.length > self.goal;
         self.unsolved = false;
     }
 
-    /// Orthogonalises `image` against `basis`, and updates the residual. `image` is A times the preconditioned last vector of
-    /// `basis`.
+    /// Orthogonalises `image` against `basis`, and updates the residual. `image` is A times the preconditioned last
+    /// vector of `basis`.
     fn orthogonalise(&mut self, basis: &[Vec<f64>], image: &mut [f64]) {
         let image = &mut image[self.range.clone()];
         let mut entries = Vec::with_capacity(basis.len() + 1);
@@ -194,7 +196,7 @@ impl Gmres {
             let length = options.restart.min(options.max_products - products);
             products += self.expand_bases(system, &mut columns, length, [&mut step, &mut image])?;
             self.combine_bases(&columns, &mut step);
-            // Right preconditioning: the preconditioner acts on the combination of basis vectors.
+            // Right preconditioning: the preconditioner acts on the linear combination of the basis vectors.
             system.precondition(&step, &mut image);
             axpy(x, 1.0, &image);
             if !columns.iter().any(|column| column.unsolved) || products >= options.max_products {
@@ -210,8 +212,8 @@ impl Gmres {
         Ok(columns.into_iter().map(|column| column.report).collect())
     }
 
-    /// Expands the bases of the open columns to at most `length` vectors; overwrites `step` and `image`. Returns the number of
-    /// products with A.
+    /// Expands the bases of the open columns to at most `length` vectors. `step` and `image` are buffers. Returns the
+    /// number of products with A.
     fn expand_bases(
         &mut self,
         system: &mut dyn LinearSystem,
@@ -243,7 +245,8 @@ impl Gmres {
         }
     }
 
-    /// Stores `vectors`, divided by the lengths of the columns, as basis vector `k` of the open columns, and zero for the others.
+    /// Stores `vectors`, divided by the lengths of the columns, as basis vector `k` of the open columns. Columns that
+    /// are not open get zeros.
     fn store_basis_vectors(&mut self, k: usize, vectors: &[f64], columns: &[Column]) -> Result<()> {
         if self.basis.len() <= k {
             self.basis.push(Vec::new());
@@ -284,7 +287,7 @@ mod tests {
         }
     }
 
-    /// Truth: residuals of the solutions, computed with the matrix itself, are at most twice the tolerance, with and without
+    /// Truth: residuals that are computed with the matrix itself are at most twice the tolerance, with and without
     /// restarts. A zero right-hand side has the solution zero. A column that is solved alone has the same solution.
     #[test]
     fn residuals_are_what_the_matrix_says() {
@@ -311,8 +314,8 @@ mod tests {
         }
     }
 
-    /// Truth: a column with NaN reports the residual NaN. The other column is solved, with the exact solution of 3 x + 0.5 y = 6
-    /// and -1.5 x + 4 y = 2.5.
+    /// Truth: a column with NaN reports the residual NaN. The second column is still solved. Its exact solution follows
+    /// from the equations 3 x + 0.5 y = 6 and -1.5 x + 4 y = 2.5.
     #[test]
     fn nonsense_is_told() {
         let options = KrylovOptions { tolerance: 1e-12, max_products: 400, restart: 10 };

@@ -1,14 +1,15 @@
-//! Memory limits of a run, checked before anything is allocated.
+//! Memory limits of a run. The program checks them before it allocates large arrays.
 
 use std::cell::Cell;
 
 use super::cgroup;
 use crate::error::{Error, Result};
 
-/// Default memory limit of a run, percent of the available memory. The rest is a reserve for unforeseen needs and other programs.
+/// Default memory limit of a run, percent of the available memory. The rest is a reserve for other programs and for
+/// memory that estimates omit.
 pub const DEFAULT_SHARE_PERCENT: f64 = 80.0;
 
-/// Limit of the memory of a run, with the part that is already reserved.
+/// Memory limit of a run, and the part of it that is already reserved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MemoryLimit {
     /// Total limit, bytes; `None` if the available memory is unknown.
@@ -19,7 +20,7 @@ pub struct MemoryLimit {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum LimitSource {
-    /// `--max-memory`: a percentage of the available memory, or `None` for a size.
+    /// `--max-memory`: a percentage of the available memory, or `None` if the limit is a number of bytes.
     CommandLine(Option<f64>),
     Scene,
     /// [`DEFAULT_SHARE_PERCENT`] of the available memory.
@@ -50,8 +51,8 @@ impl MemoryLimit {
 
     /// Default limit: [`DEFAULT_SHARE_PERCENT`] of the available memory.
     ///
-    /// Available memory needs no swapping and is within the limits of the process and its control groups (Linux). On other systems,
-    /// the available memory is unknown and there is no limit.
+    /// On Linux, available memory is the memory that the system can provide without swapping, within the limits of the
+    /// process and its control groups. On other systems, the available memory is unknown and there is no limit.
     pub fn of_machine() -> Self {
         Self {
             bytes: share_of_available(DEFAULT_SHARE_PERCENT),
@@ -60,7 +61,7 @@ impl MemoryLimit {
         }
     }
 
-    /// Limit after another `bytes` are reserved.
+    /// Limit after `bytes` more are reserved.
     pub fn after_reserving(self, bytes: usize) -> Self {
         Self { reserved: self.reserved.saturating_add(bytes as u64), ..self }
     }
@@ -76,7 +77,8 @@ impl MemoryLimit {
         self.bytes.map(|bytes| bytes.saturating_sub(self.reserved))
     }
 
-    /// Checks that `bytes` for `what` fit into the remaining memory. `mend` states the remedy for the user.
+    /// Checks that `bytes` for `what` fit into the remaining memory. `mend` is the advice to the user in the error
+    /// message.
     ///
     /// # Errors
     /// If `bytes` do not fit (kind `Resources`).
@@ -91,7 +93,7 @@ impl MemoryLimit {
         )))
     }
 
-    /// Advice on raising the limit beyond `total` bytes. Empty if raising the limit cannot help.
+    /// Advice to raise the limit so that `total` bytes fit. Empty if a higher limit cannot help.
     fn how_to_raise(&self, total: u128) -> String {
         if share_of_available(100.0).is_some_and(|available| total > available.into()) {
             return String::new();
@@ -162,11 +164,11 @@ impl std::fmt::Display for MemoryLimit {
     }
 }
 
-/// Like [`MemoryLimit::ensure_available`], with all memory that is available now as the limit.
+/// Does the same as [`MemoryLimit::ensure_available`]. The limit is all memory that is available now.
 ///
 /// # Errors
-/// If `bytes` exceed the available memory (kind `Resources`). If the available memory is unknown (not Linux), only more than
-/// `isize::MAX` bytes are refused.
+/// If `bytes` exceed the available memory (kind `Resources`). If the available memory is unknown (not Linux), only more
+/// than `isize::MAX` bytes are refused.
 pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
     MemoryLimit { bytes: available(), reserved: 0, source: LimitSource::Machine }
         .ensure_available(bytes, what, mend)
@@ -207,7 +209,8 @@ thread_local! {
     static FAILURE_HANDLED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `work`. Meanwhile, [`allocation_failure_is_handled`] is true on this thread: the caller handles failed allocations.
+/// Runs `work`. During this time, [`allocation_failure_is_handled`] is true on this thread, because the caller handles
+/// failed allocations.
 pub(crate) fn handling_allocation_failure<T>(work: impl FnOnce() -> T) -> T {
     let before = FAILURE_HANDLED.replace(true);
     let done = work();
@@ -261,8 +264,8 @@ mod tests {
         }
     }
 
-    /// Truth: docs/command-line.md. The message names the exceeded limit and how to raise it. The advice is omitted if the limit is
-    /// 100 % of the available memory, or if the machine does not have the memory that is needed.
+    /// Truth: docs/command-line.md. The message names the exceeded limit and how to raise it. The advice is omitted if
+    /// the limit is 100 % of the available memory, or if the machine has too little memory.
     #[test]
     fn refusals_name_the_limit() {
         let refusal = |limit: MemoryLimit, bytes: u128| {
@@ -310,8 +313,8 @@ mod tests {
         assert!(available().is_none() || hopeless.ends_with("take less"), "{hopeless}");
     }
 
-    /// Truth: docs/command-line.md. The limit is 80 % of the available memory, or the percentage that `--max-memory` gives.
-    /// Tolerance 20 % of the limit, because the available memory changes from one moment to the next.
+    /// Truth: docs/command-line.md. The limit is 80 % of the available memory, or the percentage that `--max-memory`
+    /// gives. The tolerance is 20 %, because the available memory changes during the test.
     #[test]
     fn shares_of_what_is_available() {
         let (Some(all), Some(most)) = (available(), MemoryLimit::of_machine().remaining()) else { return };
@@ -320,7 +323,8 @@ mod tests {
         assert!(near(most, 0.8 * all as f64) && near(half, 0.5 * all as f64), "{all} {most} {half}");
     }
 
-    /// Truth: English grammar asks for "1 byte". If more memory is reserved than the limit allows, nothing remains.
+    /// Truth: the singular "1 byte" is correct English. If more memory is reserved than the limit allows, nothing
+    /// remains.
     #[test]
     fn small_limits_are_told_in_words() {
         let error = MemoryLimit::of_scene(1).ensure_available(3 << 20, "a", "b").unwrap_err().to_string();
@@ -335,7 +339,7 @@ mod tests {
         assert_eq!(format_bytes(50 << 10), "50.0 KiB");
     }
 
-    /// Truth: no machine has 2^62 bytes, and every machine that runs this test has one byte of available memory.
+    /// Truth: no machine has 2^62 bytes. Every machine that runs this test has one byte of available memory.
     #[test]
     fn the_machine_has_some() {
         assert!(ensure(1, "a byte", "").is_ok());

@@ -1,8 +1,10 @@
-//! Linear algebra of the solver: dense, sparse and hierarchical matrices, factorisations, iterative solvers, and memory limits.
+//! Linear algebra of the solver: dense, sparse and hierarchical matrices, factorisations, iterative solvers, and memory
+//! limits.
 //!
-//! - Stiffness matrices K, equation K x = f: [`sparse::SymmetricSparse`], solved by a [`cholesky::SymmetricSolver`]. Solvers are
-//!   [`cholesky::CholeskyFactor`] (K = L Lᵀ) and [`two_level::TwoLevelSolver`] (conjugate gradients).
-//! - Dense matrices, stored packed or compressed: [`packed::PackedSymmetric`], [`hierarchical::HierarchicalMatrix`],
+//! - Systems K x = f with a stiffness matrix K: [`sparse::SymmetricSparse`] stores K, a [`cholesky::SymmetricSolver`]
+//!   solves the system. Solvers are [`cholesky::CholeskyFactor`] (K = L Lᵀ) and [`two_level::TwoLevelSolver`]
+//!   (conjugate gradients).
+//! - Dense matrices in packed or compressed storage: [`packed::PackedSymmetric`], [`hierarchical::HierarchicalMatrix`],
 //!   [`hierarchical::CollocationMatrix`].
 //! - Unsymmetric systems: [`dense_lu::DenseLu`], [`sparse_lu::SparseLu`], [`gmres::Gmres`].
 //! - Resources: [`memory::MemoryLimit`] and the file cache [`cache::Cache`].

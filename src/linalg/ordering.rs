@@ -1,7 +1,7 @@
-//! Fill-reducing orderings for sparse Cholesky factorisation: nested dissection of the node graph by METIS, then a postorder of the
-//! elimination tree.
+//! Fill-reducing orderings for sparse Cholesky factorisation: nested dissection of the node graph by METIS, then a
+//! postorder of the elimination tree.
 //!
-//! An order lists old indices in their new sequence: `order[new] = old`.
+//! An order lists the old indices in their new sequence: `order[new] = old`.
 
 use std::sync::Mutex;
 
@@ -9,7 +9,8 @@ use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_PartGraphKway, METIS_SetDefa
 
 use crate::error::{Error, Result};
 
-/// Lock for METIS, which uses the global random numbers of the C library. Concurrent calls would make orders depend on timing.
+/// Lock for METIS, which uses the global random numbers of the C library. With concurrent calls, orders would depend on
+/// timing.
 static METIS_LOCK: Mutex<()> = Mutex::new(());
 
 /// Undirected graph without loops, for example of mesh nodes that share elements.
@@ -20,7 +21,7 @@ pub struct NodeGraph {
 }
 
 impl NodeGraph {
-    /// Graph of `n_nodes` nodes; all nodes of an element are neighbours of each other.
+    /// Graph of `n_nodes` nodes. All nodes of an element are neighbours of each other.
     pub fn from_elements<'a>(n_nodes: usize, elements: impl Iterator<Item = &'a [usize]> + Clone) -> Self {
         let mut start = vec![0usize; n_nodes + 1];
         elements.clone().flatten().for_each(|&node| start[node + 1] += 1);
@@ -53,7 +54,7 @@ impl NodeGraph {
         graph
     }
 
-    /// Graph of `n_nodes` nodes with the edges `pairs`, each given once.
+    /// Graph of `n_nodes` nodes with the edges `pairs`. Each edge must be given once.
     pub(super) fn from_edges(n_nodes: usize, pairs: &[(usize, usize)]) -> Self {
         let mut offsets = vec![0usize; n_nodes + 1];
         pairs.iter().for_each(|&(i, j)| {
@@ -82,7 +83,7 @@ impl NodeGraph {
         &self.neighbours[self.offsets[node]..self.offsets[node + 1]]
     }
 
-    /// Subgraph of `nodes`, renumbered in their order.
+    /// Subgraph of `nodes`. Node `nodes[i]` gets the index i.
     fn subgraph(&self, nodes: &[usize]) -> Self {
         let mut local = vec![usize::MAX; self.n_nodes()];
         nodes.iter().enumerate().for_each(|(i, &node)| local[node] = i);
@@ -96,8 +97,8 @@ impl NodeGraph {
     }
 }
 
-/// Elimination order of `nodes` by nested dissection, postordered. The nodes `last` (a subset) are placed at the end in their given
-/// order.
+/// Elimination order of `nodes` by nested dissection, postordered. `last` is a subset of `nodes`; these nodes are
+/// placed at the end in their given order.
 ///
 /// # Errors
 /// If the graph is too large for METIS's 32-bit indices, or METIS fails.
@@ -113,9 +114,10 @@ pub fn nested_dissection(graph: &NodeGraph, nodes: &[usize], last: &[usize]) -> 
     Ok(order.into_iter().map(|i| first[i]).chain(last.iter().copied()).collect())
 }
 
-/// Divides a graph into at most `n_parts` parts of similar size with few edges between them; returns the part of each node.
+/// Divides a graph into at most `n_parts` parts of similar size with few edges between them. Returns the part of each
+/// node.
 ///
-/// Edges with a large `weight(a, b)` (positive) tend to lie inside a part.
+/// `weight(a, b)` must be positive. Edges with a large weight tend to lie inside a part.
 ///
 /// # Source
 /// Karypis and Kumar (1998), J. Parallel Distrib. Comput. 48.
@@ -136,8 +138,9 @@ pub(super) fn partition(
     let mut options = [0 as idx_t; METIS_NOPTIONS as usize];
     let mut parts = vec![0 as idx_t; n];
     let guard = METIS_LOCK.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    // SAFETY: the arrays have the lengths that METIS requires (n + 1, offsets[n], offsets[n], METIS_NOPTIONS, n). The graph is
-    // symmetric without loops and the weights are positive; null means equal weights of nodes and parts.
+    // SAFETY: the arrays have the lengths that METIS requires (n + 1, offsets[n], offsets[n], METIS_NOPTIONS, n). The
+    // graph is symmetric without loops, and the weights of edges are positive. Null pointers mean equal weights of
+    // nodes and parts.
     let status = unsafe {
         METIS_SetDefaultOptions(options.as_mut_ptr());
         METIS_PartGraphKway(
@@ -162,7 +165,7 @@ pub(super) fn partition(
             "METIS failed to divide a mesh of {n} nodes (status {status})"
         )));
     }
-    // METIS may return parts without nodes.
+    // METIS may return parts without nodes, so the parts with nodes are numbered again.
     let mut number = vec![usize::MAX; n_parts];
     let mut count = 0;
     Ok(parts
@@ -225,7 +228,7 @@ fn metis_node_nd(graph: &NodeGraph) -> Result<Vec<usize>> {
     Ok(order.into_iter().map(|i| i as usize).collect())
 }
 
-/// Parents in the elimination tree of the graph in `order`; `usize::MAX` for roots.
+/// Parent of each node in the elimination tree of the graph in `order`; `usize::MAX` for roots.
 fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
     let n = order.len();
     let mut position = vec![0; n];
@@ -249,7 +252,7 @@ fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
 
 /// Rearranges `order` so that each subtree of its elimination tree is contiguous and ends with its root.
 ///
-/// Columns of one supernode are then adjacent, and the fill does not change.
+/// The columns of a supernode (columns of L with equal pattern) are then adjacent. The fill does not change.
 ///
 /// # Source
 /// Liu (1990), SIAM J. Matrix Anal. Appl. 11.
@@ -283,7 +286,7 @@ fn postorder(graph: &NodeGraph, order: Vec<usize>) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    /// Node graph of a k x k x k grid of nodes; each element has 2 x 2 x 2 nodes.
+    /// Node graph of a k x k x k grid of nodes. Each element has 2 x 2 x 2 nodes.
     fn grid(k: usize) -> NodeGraph {
         let at = |x: usize, y: usize, z: usize| (x * k + y) * k + z;
         let mut elements: Vec<Vec<usize>> = Vec::new();
@@ -297,7 +300,7 @@ mod tests {
         NodeGraph::from_elements(k * k * k, elements.iter().map(Vec::as_slice))
     }
 
-    /// Number of entries of L, counted by row subtrees of the elimination tree.
+    /// Number of entries of the Cholesky factor L, counted by row subtrees of the elimination tree.
     fn fill(graph: &NodeGraph, order: &[usize]) -> usize {
         let n = order.len();
         let parent = elimination_tree(graph, order);
@@ -319,8 +322,8 @@ mod tests {
         count
     }
 
-    /// Truth: the fill of an n-node 3D grid is O(n^(4/3)) for nested dissection and O(n^(5/3)) for the natural (banded) order
-    /// (George 1973). Postordering an elimination tree does not change the fill (Liu 1990).
+    /// Truth: the fill of a 3D grid with n nodes is O(n^(4/3)) for nested dissection and O(n^(5/3)) for the natural
+    /// (banded) order (George 1973). Postordering an elimination tree does not change the fill (Liu 1990).
     #[test]
     fn nested_dissection_fills_less_than_the_natural_order() {
         let graph = grid(14);

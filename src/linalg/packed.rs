@@ -9,14 +9,15 @@ use rayon::prelude::*;
 use super::memory::handling_allocation_failure;
 use crate::error::{Error, Result};
 
-/// Number of row ranges (stripes) of a parallel product, fixed so that results have the same bits for any number of threads.
+/// Number of row ranges (stripes) of a parallel product. It is fixed, so that results have the same bits for any number
+/// of threads.
 const N_STRIPES: usize = 16;
 const ROWS_PER_BLOCK: usize = 4;
 const COLUMNS_PER_BLOCK: usize = 4;
 /// Length of the chunks of x that are tested for zeros; a multiple of [`COLUMNS_PER_BLOCK`].
 const ZERO_SCAN_LEN: usize = 16;
 
-/// Dense symmetric matrix `[n, n]` in packed storage: its lower triangle row by row.
+/// Dense symmetric matrix `[n, n]` in packed storage: the lower triangle, row by row.
 pub struct PackedSymmetric {
     n: usize,
     lower: Vec<f64>,
@@ -27,11 +28,11 @@ pub struct PackedSymmetric {
 struct Scratch {
     /// Partial results, one vector per stripe.
     parts: Vec<f64>,
-    /// Ascending ranges of the vector that may contain non-zeros, in whole chunks.
+    /// Ascending ranges of x that may contain non-zeros, in whole chunks.
     filled: Vec<Range<usize>>,
 }
 
-/// Position of the first entry of row `i` in the packed triangle.
+/// Index of the first entry of row `i` in the packed triangle.
 fn start(i: usize) -> usize {
     i * (i + 1) / 2
 }
@@ -78,9 +79,10 @@ impl PackedSymmetric {
         if i > j { block } else { block.transpose() }
     }
 
-    /// Computes `y = A x`; overwrites `y`. The bits are the same for any number of threads. Does not allocate.
+    /// Computes `y = A x`; overwrites `y`. The bits are the same for any number of threads. The product does not
+    /// allocate memory.
     ///
-    /// Entries are skipped where x vanishes on a block of rows and a block of columns.
+    /// A block of the matrix is skipped if x vanishes on its rows and on its columns.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         if self.n == 0 {
             return;
@@ -98,7 +100,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Contribution of the stored rows `rows` and of their transposes to the product, in `part[..rows.end]`.
+    /// Writes the contribution of the stored rows `rows` and of the mirrored columns to `part[..rows.end]`.
     fn multiply_stripe(&self, rows: Range<usize>, x: &[f64], filled: &[Range<usize>], part: &mut [f64]) {
         part[..rows.end].fill(0.0);
         let mut i = rows.start;
@@ -115,7 +117,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Multiplies rows i..i + [`ROWS_PER_BLOCK`] and their transposes.
+    /// Adds the products of rows i..i + [`ROWS_PER_BLOCK`] and of the mirrored columns to `part`.
     fn multiply_rows(&self, i: usize, x: &[f64], part: &mut [f64]) {
         let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
@@ -144,8 +146,8 @@ impl PackedSymmetric {
         }
     }
 
-    /// As [`Self::multiply_rows`], if x vanishes on these rows, so that their transposes contribute nothing. The order of
-    /// summation is the same, so the bits are the same.
+    /// Does the same as [`Self::multiply_rows`] if x vanishes on these rows. The mirrored columns then contribute
+    /// nothing. The order of summation is the same, so the bits are the same.
     fn dot_rows(&self, i: usize, x: &[f64], filled: &[Range<usize>], part: &mut [f64]) {
         let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
         let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
@@ -168,7 +170,7 @@ impl PackedSymmetric {
         }
     }
 
-    /// Multiplies columns `from`..=i of row i and their transposes.
+    /// Adds the products of columns `from`..=i of row i and of the mirrored column to `part`.
     fn multiply_tail(&self, i: usize, from: usize, x: &[f64], part: &mut [f64]) {
         let row = &self.lower[start(i)..start(i + 1)];
         let mut sum = row[i] * x[i];
@@ -207,7 +209,8 @@ fn stripes(n: usize) -> Vec<Range<usize>> {
 mod tests {
     use super::*;
 
-    /// Truth: y_i = Σ_j a_ij x_j, summed row by row. Tolerance 1e-13: rounding of sums of up to 150 terms of order 1.
+    /// Truth: y_i = Σ_j a_ij x_j, summed row by row. Tolerance 1e-13 for the rounding of sums of up to 150 terms of
+    /// order 1.
     #[test]
     fn product_is_the_sum_over_columns() {
         for n in [0, 1, 2, 5, 17, 64, 150] {
@@ -224,7 +227,8 @@ mod tests {
         }
     }
 
-    /// Truth: y_i = Σ_j a_ij x_j. A product of rows has the same bits whether it skips the zeros of x or not.
+    /// Truth: y_i = Σ_j a_ij x_j. The product of a block of rows has the same bits whether or not it skips the zeros of
+    /// x.
     #[test]
     fn zeros_are_left_out() {
         let n = 150;

@@ -1,7 +1,7 @@
-//! Least-squares solutions by the singular value decomposition (by faer), for matrices of any rank.
+//! Least-squares solutions by the singular value decomposition of the library faer, for matrices of any rank.
 //!
-//! The decomposition of nalgebra is not used, because it loses ten decimal digits for some well-conditioned matrices (compare issue
-//! 1172 of dimforge/nalgebra).
+//! The decomposition of nalgebra is not used, because it loses ten decimal digits for some well-conditioned matrices
+//! (see issue 1172 of dimforge/nalgebra).
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::svd::{self, ComputeSvdVectors};
@@ -10,9 +10,10 @@ use nalgebra::DMatrix;
 
 use crate::error::{Error, Result};
 
-/// Moore-Penrose inverse A⁺ of A, `[n_columns, n_rows]`: A⁺ b is the least-squares solution of A x = b with the smallest norm.
+/// Moore-Penrose inverse A⁺ of A, `[n_columns, n_rows]`. A⁺ b is the least-squares solution of A x = b with the
+/// smallest norm.
 ///
-/// Singular values up to `tolerance` times the largest count as zero.
+/// Singular values up to `tolerance` times the largest singular value count as zero.
 ///
 /// # Errors
 /// If the singular values do not converge, for example because an entry of the matrix is not finite.
@@ -54,13 +55,13 @@ pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>, tolerance: f64) -> Result<DM
 mod tests {
     use super::*;
 
-    /// Truth: A A⁺ A = A and A⁺ A A⁺ = A⁺ (Penrose 1955). Cases: tall, wide and singular matrices, some with equal singular values,
-    /// and a matrix without rows. Tolerance: rounding.
+    /// Truth: A A⁺ A = A and A⁺ A A⁺ = A⁺ (Penrose 1955). The cases are tall, wide and singular matrices, some with
+    /// equal singular values, and a matrix without rows. The tolerances allow for rounding.
     #[test]
     fn penrose_conditions() {
         let number = |k: usize| (k as f64 * 0.618_033_988_75).fract() - 0.5;
         let full = |m: usize, n: usize| DMatrix::from_fn(m, n, |i, j| number(7 * i + 3 * j + i * j + 1));
-        // Many equal singular values.
+        // This matrix has many equal singular values.
         let monomials = DMatrix::from_fn(27, 10, |i, j| {
             let [x, y, z] = [i % 3, i / 3 % 3, i / 9].map(|k| k as f64 - 1.0);
             [1.0, x, y, z, x * x, y * y, z * z, y * z, x * z, x * y][j]

@@ -1,7 +1,7 @@
-//! Macro that compiles a function also for wider vector registers (AVX2) and chooses the version at run time.
+//! Macro that compiles a function twice, once for wider vector registers (AVX2), and chooses the version at run time.
 
-/// Calls an `#[inline(always)]` function, compiled for AVX2 if the processor supports it. The bits of the results are the same in
-/// both cases.
+/// Calls an `#[inline(always)]` function. If the processor supports AVX2, the version for AVX2 is called. The bits of
+/// the results are the same for both versions.
 ///
 /// The function may have one const generic parameter.
 macro_rules! wide {

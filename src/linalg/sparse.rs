@@ -2,15 +2,16 @@
 
 use nalgebra_sparse::CscMatrix;
 
-/// Sparse symmetric matrix `[n, n]`; its lower triangle is stored by columns (CSC, ascending rows).
+/// Sparse symmetric matrix `[n, n]`. The lower triangle is stored by columns (compressed sparse columns, ascending
+/// rows).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SymmetricSparse {
     lower: CscMatrix<f64>,
 }
 
-/// Triplets (column, row, value) of a small symmetric matrix that are summed up by [`Self::build`].
+/// Triplets (column, row, value) of a small symmetric matrix. [`Self::build`] sums triplets with equal indices.
 ///
-/// For a large matrix, [`SymmetricSparse::from_pattern`] needs about a third of the memory, or less if entries repeat.
+/// For a large matrix, [`SymmetricSparse::from_pattern`] needs at most about a third of the memory.
 #[derive(Debug, Clone)]
 pub struct SymmetricTriplets {
     n: usize,
@@ -23,8 +24,8 @@ impl SymmetricTriplets {
         Self { n, entries: Vec::new() }
     }
 
-    /// Adds `value` to the entry (i, j) and its mirror image (j, i). Add each contribution for one order of the indices
-    /// only, (i, j) or (j, i).
+    /// Adds `value` to the entry (i, j) and to its mirror image (j, i). Add each contribution only once, as (i, j) or
+    /// as (j, i).
     ///
     /// # Panics
     /// If an index is out of range.
@@ -35,7 +36,7 @@ impl SymmetricTriplets {
 
     /// Builds the matrix. Values of the same entry are summed in the order in which they were added.
     pub fn build(mut self) -> SymmetricSparse {
-        // The sort is stable.
+        // The sort is stable, which keeps the order of equal entries.
         self.entries.sort_by_key(|&(column, row, _)| (column, row));
         let mut pattern: Vec<(usize, usize)> = self.entries.iter().map(|&(j, i, _)| (j, i)).collect();
         pattern.dedup();
@@ -87,7 +88,7 @@ impl SymmetricSparse {
         self.lower.csc_data()
     }
 
-    /// Iterates over the entries (row, column, value) of both triangles, each once.
+    /// Iterates over the entries (row, column, value) of both triangles. Each entry occurs once.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         self.lower.triplet_iter().flat_map(|(i, j, &v)| {
             let mirrored = (i != j).then_some((j, i, v));
@@ -111,7 +112,7 @@ impl SymmetricSparse {
             .collect()
     }
 
-    /// `y = A x`, both `[n]`; overwrites `y`.
+    /// Computes `y = A x`, both `[n]`; overwrites `y`.
     ///
     /// # Panics
     /// If the lengths differ from n.
@@ -137,7 +138,8 @@ impl SymmetricSparse {
 mod tests {
     use super::*;
 
-    /// Truth: 1 + 1 + 1e16 - 1e16 = 2 if the sum follows the order of addition. A 1 that is added after 1e16 is lost to rounding.
+    /// Truth: 1 + 1 + 1e16 - 1e16 = 2 if the sum follows the order of addition. Rounding removes a 1 that is added
+    /// after 1e16.
     #[test]
     fn equal_entries_are_summed_in_their_order() {
         let n = 60;

@@ -1,4 +1,5 @@
-//! Sparse LU factorisation of unsymmetric matrices (by faer, columns in COLAMD order), with a check of its residual.
+//! Sparse LU factorisation of unsymmetric matrices by the library faer, with a check of its residual. The columns are
+//! ordered by COLAMD (column approximate minimum degree).
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::LuError;
@@ -10,9 +11,9 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 use super::vector::norm;
 use crate::error::{Error, Result};
 
-/// Maximum relative residual of a correct factorisation.
+/// Largest relative residual at which a factorisation counts as correct.
 const RESIDUAL_LIMIT: f64 = 1e-8;
-/// Maximum number of right-hand sides per solve.
+/// Largest number of right-hand sides per solve.
 pub const MAX_RHS: usize = 32;
 
 /// LU factorisation A = Pᵀ L U Qᵀ of a square sparse matrix with row and column permutations P and Q.
@@ -39,9 +40,9 @@ fn out_of_memory() -> Error {
 }
 
 impl SparseLu {
-    /// Factorises the matrix with the entries (row, column, value); repeated entries are summed.
+    /// Factorises the matrix with the entries (row, column, value). Repeated entries are summed.
     ///
-    /// The matrix must be regular: faer terminates the program at a pivot of exactly zero.
+    /// The matrix must be regular, because faer terminates the program at a pivot of exactly zero.
     ///
     /// # Errors
     /// If memory does not suffice, if the pattern makes the matrix singular, or if the check of the residual fails.
@@ -86,7 +87,7 @@ impl SparseLu {
         MemBuffer::try_new(request).map(LuWorkspace).map_err(|_| out_of_memory())
     }
 
-    /// Solves A x = rhs in place for right-hand sides `[n_rhs, n]`, at most [`MAX_RHS`].
+    /// Solves A x = rhs in place for up to [`MAX_RHS`] right-hand sides `[n_rhs, n]`.
     ///
     /// # Panics
     /// If the length of `rhs` is not a multiple of n, or if there are more than [`MAX_RHS`] right-hand sides.
@@ -102,7 +103,7 @@ impl SparseLu {
         );
     }
 
-    /// Checks the relative residual of the solution x of A x = A v, where v is a fixed vector without regular pattern.
+    /// Checks the relative residual of the solution x of A x = A v, where v is a fixed vector with irregular entries.
     fn check(&self, matrix: &CscMatrix<f64>) -> Result<()> {
         let n = self.n();
         let known: Vec<f64> = (0..n).map(|i| (i as f64 * 12.9898 + 1.0).sin()).collect();
@@ -129,7 +130,8 @@ impl SparseLu {
 mod tests {
     use super::*;
 
-    /// Truth: a matrix of 20 rows with an empty row or column is singular. The error kind is `Numerical`, not `Resources`.
+    /// Truth: a matrix of 20 rows with an empty row or column is singular. The error has the kind `Numerical`, not
+    /// `Resources`.
     #[test]
     fn empty_rows_are_no_lack_of_memory() {
         let n = 20_usize;
@@ -148,7 +150,7 @@ mod tests {
         }
     }
 
-    /// Truth: A x = b for each solution x of an unsymmetric band matrix A. Tolerance 1e-12: rounding.
+    /// Truth: the solutions x of an unsymmetric band matrix A satisfy A x = b. The tolerance 1e-12 allows for rounding.
     #[test]
     fn solutions_satisfy_the_equations() {
         let n = 70_usize;

@@ -20,7 +20,7 @@ pub(crate) fn dot4(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Scalar product aᵀ b in eight partial sums. The order of summation depends only on the length.
+/// Scalar product aᵀ b in eight partial sums. The order of summation depends only on the length of the vectors.
 #[inline]
 pub(crate) fn dot8<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
@@ -56,7 +56,7 @@ pub(crate) fn axpy<T: Copy + Into<f64>>(y: &mut [f64], factor: f64, x: &[T]) {
 mod tests {
     use super::*;
 
-    /// Truth: the maximum of several numbers is NaN if one of them is NaN, wherever the NaN stands.
+    /// Truth: the maximum of several numbers is NaN if one of them is NaN, at any position.
     #[test]
     fn maximum_keeps_nan() {
         for values in [[f64::NAN, 1.0, 2.0], [1.0, f64::NAN, 2.0], [1.0, 2.0, f64::NAN]] {

@@ -40,13 +40,14 @@ fn legendre(n: usize, x: f64) -> (f64, f64) {
     (current, n as f64 * (x * current - previous) / (x * x - 1.0))
 }
 
-/// The `n` x `n` Gauss rule on the square [-1, 1]^2, exact to degree 2n - 1 along each axis; weights sum to 4.
+/// `n` x `n` Gauss rule on the square [-1, 1]^2. It is exact to degree 2n - 1 along each axis; the weights sum to 4.
 pub fn quadrilateral(n: usize) -> Vec<RulePoint<2>> {
     let line = gauss_legendre(n);
     line.iter().flat_map(|&(x, u)| line.iter().map(move |&(y, v)| ([x, y], u * v))).collect()
 }
 
-/// The `n` x `n` x `n` Gauss rule on the cube [-1, 1]^3, exact to degree 2n - 1 along each axis; weights sum to 8.
+/// `n` x `n` x `n` Gauss rule on the cube [-1, 1]^3. It is exact to degree 2n - 1 along each axis; the weights sum
+/// to 8.
 pub fn hexahedron(n: usize) -> Vec<RulePoint<3>> {
     let line = gauss_legendre(n);
     quadrilateral(n)
@@ -59,8 +60,8 @@ pub fn hexahedron(n: usize) -> Vec<RulePoint<3>> {
 mod tests {
     use super::*;
 
-    /// Truth: the rule is exact for x^k with k <= 2n - 1. For n < 10, the test also requires an error for k = 2n. Tolerance 1e-14:
-    /// rounding.
+    /// Truth: the rule is exact for x^k with k <= 2n - 1. For n < 10, the test also requires an error for k = 2n. The
+    /// tolerance 1e-14 allows for rounding.
     #[test]
     fn exact_to_degree_2n_minus_1() {
         for n in 1..=20 {

@@ -8,5 +8,5 @@ pub use gauss::{gauss_legendre, hexahedron, quadrilateral};
 pub use simplex::{tetrahedron, triangle};
 pub use wedge_pyramid::{pyramid, wedge};
 
-/// A point of a rule: reference coordinates and weight.
+/// Point of a quadrature rule: reference coordinates and weight.
 pub type RulePoint<const D: usize> = ([f64; D], f64);

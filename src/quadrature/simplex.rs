@@ -1,4 +1,5 @@
-//! Rules on the reference triangle (0,0), (1,0), (0,1) and the reference tetrahedron. All weights are positive.
+//! Quadrature rules on the reference triangle (0,0), (1,0), (0,1) and on the reference tetrahedron. All weights are
+//! positive.
 
 use super::RulePoint;
 use super::gauss::gauss_legendre;
@@ -8,17 +9,17 @@ fn unit_line(n: usize) -> Vec<(f64, f64)> {
     gauss_legendre(n).into_iter().map(|(x, w)| (0.5 * (1.0 + x), 0.5 * w)).collect()
 }
 
-/// Rule on the reference triangle, exact to `degree`; weights sum to 1/2.
+/// Rule on the reference triangle, exact to `degree`. The weights sum to 1/2.
 ///
-/// Degrees 0 and 1 use the centroid, degree 2 the three-point rule of Strang and Fix (1973). Higher degrees use a Gauss rule on the
-/// square, which is collapsed to the triangle.
+/// Degrees 0 and 1 use the centroid, degree 2 the three-point rule of Strang and Fix (1973). Higher degrees map a Gauss
+/// rule on the square to the triangle; one side of the square collapses to a corner.
 pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
     const SIXTH: f64 = 1.0 / 6.0;
     match degree {
         0 | 1 => vec![([1.0 / 3.0, 1.0 / 3.0], 0.5)],
         2 => [[SIXTH, SIXTH], [4.0 * SIXTH, SIXTH], [SIXTH, 4.0 * SIXTH]].map(|x| (x, SIXTH)).to_vec(),
         _ => {
-            // The Jacobian 1 - u of the collapse adds one degree in u.
+            // The Jacobian determinant 1 - u of this map adds one degree in u.
             let line = unit_line(degree / 2 + 1 + degree % 2);
             line.iter()
                 .flat_map(|&(u, a)| line.iter().map(move |&(v, b)| ([u, v * (1.0 - u)], a * b * (1.0 - u))))
@@ -27,10 +28,11 @@ pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
     }
 }
 
-/// Rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
+/// Rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`. The weights sum to 1/6.
 ///
-/// Degrees 0 and 1 use the centroid, degree 2 the four-point rule of Hammer, Marlowe and Stroud (1956), degree 3 a rule of eight
-/// points. Higher degrees use a Gauss rule on the cube, which is collapsed to the tetrahedron.
+/// Degrees 0 and 1 use the centroid, degree 2 the four-point rule of Hammer, Marlowe and Stroud (1956), degree 3 a rule
+/// of eight points. Higher degrees map a Gauss rule on the cube to the tetrahedron; faces of the cube collapse to edges
+/// and corners.
 pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     if degree <= 1 {
         return vec![([0.25; 3], 1.0 / 6.0)];
@@ -43,7 +45,7 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     if degree == 3 {
         return eight_points();
     }
-    // The Jacobian (1 - u)^2 (1 - v) adds two degrees in u.
+    // The Jacobian determinant (1 - u)^2 (1 - v) of the map adds two degrees in u.
     let line = unit_line((degree + 4) / 2);
     let mut rule = Vec::with_capacity(line.len().pow(3));
     for &(u, a) in &line {
@@ -57,11 +59,12 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     rule
 }
 
-/// Rule of degree 3 with eight points of equal weight. Four points lie at the fraction t of the way from the centroid to the
-/// corners, four at the fraction u.
+/// Rule of degree 3 with eight points of equal weight. Each point lies on the line through the centroid and a corner.
+/// Its distance from the centroid, as a fraction of the distance to the corner, is t for four points and u for four
+/// points. A negative fraction is on the side opposite to the corner.
 ///
-/// Degree 2 requires t² + u² = 2/5, and degree 3 requires t³ + u³ = 2/15. So s = t + u solves s³ - 6/5 s + 4/15 = 0. Viète's
-/// formula gives the root with all points inside.
+/// Degree 2 requires t² + u² = 2/5, and degree 3 requires t³ + u³ = 2/15. Therefore s = t + u solves s³ - 6/5 s +
+/// 4/15 = 0. Viète's formula gives the root for which all points lie inside.
 fn eight_points() -> Vec<RulePoint<3>> {
     let radius = 2.0 * 0.4f64.sqrt();
     let angle = (-(4.0 / 15.0) / (2.0 * 0.4f64.powf(1.5))).acos() / 3.0;
@@ -102,7 +105,8 @@ mod tests {
         }
     }
 
-    /// Truth: n³ points with the smallest n for which 2n - 1 is at least degree + 2, since the collapse adds two degrees.
+    /// Truth: the rule has n³ points. n is the smallest number for which 2n - 1 is at least degree + 2, because the
+    /// collapse adds two degrees.
     #[test]
     fn no_more_points_than_the_degree_takes() {
         for degree in 4..12 {

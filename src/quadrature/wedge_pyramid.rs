@@ -2,8 +2,8 @@ use super::RulePoint;
 use super::gauss::{gauss_legendre, quadrilateral};
 use super::simplex::triangle;
 
-/// Product of the triangle rule of `degree` and the `n`-point Gauss rule on the wedge (triangle (0,0), (1,0), (0,1) times [-1, 1]);
-/// weights sum to 1.
+/// Rule on the wedge, which is the triangle (0,0), (1,0), (0,1) times [-1, 1]. It is the product of the triangle rule
+/// of `degree` and the `n`-point Gauss rule. The weights sum to 1.
 pub fn wedge(degree: usize, n: usize) -> Vec<RulePoint<3>> {
     let line = gauss_legendre(n);
     triangle(degree)
@@ -12,11 +12,11 @@ pub fn wedge(degree: usize, n: usize) -> Vec<RulePoint<3>> {
         .collect()
 }
 
-/// Rule on the pyramid with the base [-1, 1]^2 at z = 0 and the apex (0, 0, 1), exact to degree 2n - 1; weights sum to 4/3. It has
-/// `n` x `n` Gauss points on each of `n + 1` sections.
+/// Rule on the pyramid with the base [-1, 1]^2 at z = 0 and the apex (0, 0, 1), exact to degree 2n - 1. It has `n` x
+/// `n` Gauss points on each of `n + 1` horizontal sections. The weights sum to 4/3.
 pub fn pyramid(n: usize) -> Vec<RulePoint<3>> {
     let square = quadrilateral(n);
-    // The area of a section adds two degrees along z.
+    // The area of a section is quadratic in z, so one more point along z is needed.
     gauss_legendre(n + 1)
         .into_iter()
         .flat_map(|(z, v)| {
@@ -30,8 +30,9 @@ pub fn pyramid(n: usize) -> Vec<RulePoint<3>> {
 mod tests {
     use super::*;
 
-    /// Truth: for even i and j, x^i y^j z^k has the integral 4 B(i + j + 3, k + 1) / ((i + 1) (j + 1)) over the pyramid, otherwise
-    /// 0 (beta function B). Over the wedge, the integral is the product of the integrals over triangle and line.
+    /// Truth: for even i and j, the integral of x^i y^j z^k over the pyramid is 4 B(i + j + 3, k + 1) / ((i + 1) (j +
+    /// 1)), with the beta function B. For odd i or j the integral is 0. Over the wedge, the integral is the product of
+    /// the integrals over the triangle and the line.
     #[test]
     fn moments() {
         let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();

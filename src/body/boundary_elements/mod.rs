@@ -1,9 +1,10 @@
-//! Finite bodies of boundary elements ([`BeBody`]), condensed to the nodes under the frame.
+//! Finite bodies with boundary elements ([`BeBody`]), condensed to the nodes under the frame.
 //!
-//! The collocation equations give the displacement u = U t of the nodes under the frame due to tractions t at these nodes. The
-//! operator on the frame is S = I F Iᵀ A with F = U M⁻¹. I averages nodal values over the cells, A contains the cell areas, M the
-//! nodal areas. Iᵀ A converts tractions on the cells to nodal forces, M⁻¹ nodal forces to nodal tractions. The exact F is
-//! symmetric, but collocation gives a symmetric F only in the limit of small elements. `symmetrize.rs` therefore makes F symmetric.
+//! The collocation equations give the displacement u = U t of the nodes under the frame. t are the tractions at these
+//! nodes. The operator on the frame is S = I F Iᵀ A with F = U M⁻¹. I averages nodal values over the cells, A contains
+//! the cell areas, M the nodal areas. Iᵀ A converts tractions on the cells to nodal forces. M⁻¹ converts nodal forces
+//! to nodal tractions. The exact F is symmetric, but collocation gives a symmetric F only in the limit of small
+//! elements. `symmetrize.rs` therefore makes F symmetric.
 
 mod spec;
 mod stress;
@@ -39,12 +40,12 @@ use crate::mesh::faces::outer_faces;
 
 pub use self::spec::{BeSpec, FrameFit};
 
-/// Boundary-element body, tied to a frame through the faces of one physical group.
+/// Boundary-element body, mapped to a frame through the faces of one physical group of the mesh.
 pub struct BeBody {
     side: Side,
     surface: MeshedSurface,
     elements: BoundaryElements,
-    /// Particular solution for the body force and the thermal strain of each load.
+    /// Particular solution for the body force and the thermal strain of each load; `None` if the load has neither.
     weights: Vec<Option<BodyForceSolution>>,
     map: FaceMap,
     solution: BoundarySolution,
@@ -60,17 +61,19 @@ pub struct BeBody {
 }
 
 impl BeBody {
-    /// Advice on how to reduce the memory of a body.
+    /// Advice to the user on how to reduce the memory of a body.
     pub const MEMORY_ADVICE: &'static str =
         "use larger elements away from the contact, or elements of lower order (`element`)";
 
-    /// Solves the body for its loads and for unit tractions at all nodes under the frame, within the available memory. Each of
-    /// `cases` has the loads of `spec` that share an amplitude; without cases, all loads share one.
+    /// Solves the body for its loads and for unit tractions at all nodes under the frame, within the available memory.
+    /// Each of `cases` contains the loads of `spec` that share an amplitude. Without cases, all loads share one
+    /// amplitude.
     ///
     /// # Errors
-    /// If a group or the frame does not fit, or faces of the contact group intersect. If supports contradict one another or fix
-    /// faces under the frame. If a diagonal entry of the flexibility is not positive, or memory does not suffice. If the equations
-    /// cannot be solved, or the run is cancelled.
+    /// - A group or the frame does not fit, or faces of the contact group intersect.
+    /// - Supports contradict one another or fix faces under the frame.
+    /// - A diagonal entry of the flexibility is not positive.
+    /// - The equations cannot be solved, memory does not suffice, or the run is cancelled.
     pub fn new(
         spec: &BeSpec,
         cases: &[(LoadCase, BeSpec)],
@@ -141,7 +144,8 @@ impl BeBody {
         build().context(|| spec.name.clone())
     }
 
-    /// Computes the gaps of the loads, and the unconstrained modes. Refuses a preload that is not in balance.
+    /// Computes the change of the gap by each load, and the unconstrained rigid-body modes. Refuses a preload that is
+    /// not in equilibrium.
     fn add_loads(
         &mut self,
         conditions: &[(LoadCase, NodalConditions)],
@@ -220,13 +224,14 @@ impl BeBody {
         self.elements.interpolation()
     }
 
-    /// Asymmetry |W - Wᵀ| / (2 |W|) of the works W that constant and linear tractions over the frame do on each other's
-    /// displacements. The asymmetry measures the discretisation error.
+    /// Asymmetry |W - Wᵀ| / (2 |W|) of the works W of traction fields over the frame. W_ij is the work of field i on
+    /// the displacement due to field j. The fields are constant or linear. The asymmetry measures the discretisation
+    /// error.
     pub fn asymmetry(&self) -> f64 {
         self.asymmetry
     }
 
-    /// Residual of the equations that are recomputed after the solution, relative to the magnitude of their terms.
+    /// Residual of some equations that are recomputed after the solution, relative to the magnitude of their terms.
     pub fn residual(&self) -> f64 {
         self.solution.residual()
     }
@@ -241,7 +246,7 @@ impl BeBody {
         self.kernel_error
     }
 
-    /// Warning about the cache.
+    /// Warning of the cache of tabulated kernels, if any.
     pub fn cache_warning(&self) -> Option<&str> {
         self.cache_warning.as_deref()
     }
@@ -251,7 +256,8 @@ impl BeBody {
         self.solution.bytes() + 9 * 4 * self.areas.len().pow(2)
     }
 
-    /// Tractions on this body at the nodes under the frame, `[3 n_loaded]`, MPa, for the cell `tractions` on body 2.
+    /// Tractions on this body at the nodes under the frame, `[3 n_loaded]`, MPa. `tractions` are the tractions of the
+    /// cells on body 2.
     fn nodal_tractions(&self, tractions: &[f64]) -> Vec<f64> {
         let mut nodal = vec![0.0; 3 * self.areas.len()];
         self.map.apply_transpose(tractions, &mut nodal);
@@ -261,7 +267,7 @@ impl BeBody {
         nodal
     }
 
-    /// Particular solutions for body forces and thermal strains, and their amplitudes.
+    /// Particular solutions for the body forces and thermal strains of the loads, each with its amplitude.
     fn weights<'a>(&'a self, loading: Loading<'a>) -> impl Iterator<Item = (&'a BodyForceSolution, f64)> {
         let of_load = move |(k, weight): (usize, &'a Option<BodyForceSolution>)| {
             Some((weight.as_ref()?, loading.amplitude(k)))
@@ -269,7 +275,7 @@ impl BeBody {
         self.weights.iter().enumerate().filter_map(of_load)
     }
 
-    /// Displacement by body forces and thermal strains.
+    /// Displacement at `x` of the particular solutions for body forces and thermal strains.
     fn displacement_by_weight(&self, x: &Point, loading: Loading) -> Point {
         self.weights(loading).map(|(weight, amplitude)| amplitude * weight.displacement(x)).sum()
     }
@@ -278,7 +284,7 @@ impl BeBody {
         self.solution.state(loading.amplitudes, &self.nodal_tractions(loading.tractions))
     }
 
-    /// Displacement of the points of the mesh in `state`.
+    /// Displacement of the mesh points in `state`: the mean over the adjacent elements, plus the particular solutions.
     fn at_points(&self, state: &SurfaceState, loading: Loading) -> Vec<[f64; 3]> {
         let mut sums = vec![(Point::zeros(), 0.0); self.surface.mesh.n_points()];
         for (i, face) in outer_faces(&self.surface.mesh).iter().enumerate() {
@@ -302,7 +308,8 @@ impl BeBody {
     }
 }
 
-/// Elements that are far too large, or an invalid surface, cause diagonal entries that are not positive.
+/// Refuses a flexibility with a diagonal entry that is not positive. Far too large elements or an invalid surface cause
+/// such an entry.
 fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()> {
     if (0..n).all(|i| entry(i, i) > 0.0) {
         return Ok(());

@@ -23,15 +23,16 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::mesh::self_intersection::find_intersecting_faces;
 use crate::mesh::{CellRef, Mesh};
 
-/// Accuracy of the integrals, relative to their largest values. It is far below the discretisation error.
+/// Accuracy of the integrals, relative to their largest values. The discretisation error is far larger.
 const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
-/// Largest absolute weight of a node in the mean over a cell that counts as a rounding error.
+/// Largest absolute weight of a node in a cell average that counts as a rounding error.
 const MIN_SHAPE_WEIGHT: f64 = 1e-9;
 
 const POINTS_PER_CANCEL_CHECK: usize = 1024;
 
-/// Elements in the order of the mesh's outer faces, the element number of each face, the kernel error, and a cache warning.
+/// Elements in the order of the mesh's outer faces, the element number of each face, the error of the tabulated
+/// kernels, and a cache warning.
 pub(super) type NumberedElements = (BoundaryElements, HashMap<CellRef, usize>, (f64, Option<String>));
 
 /// Definition of a boundary-element body.
@@ -57,23 +58,24 @@ pub struct BeSpec {
     pub thermal_strain: Matrix3<f64>,
 }
 
-/// Fit of a body's mesh to a frame.
+/// How a body's mesh fits a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameFit {
     /// Number of element nodes under the frame.
     pub n_nodes: usize,
-    /// Whether each cell lies on a single element.
+    /// Whether each cell lies within a single element.
     pub cells_within_elements: bool,
-    /// Index (among the outer faces) of the element with the largest ratio of node spacing to the thickness behind it, and this
-    /// ratio.
+    /// Element with the largest ratio of node spacing to the thickness of the body behind it: its index among the outer
+    /// faces, and this ratio.
     pub thinnest_element: Option<(usize, f64)>,
 }
 
-/// Supports and loads at the nodes.
+/// Supports and loads at the nodes of the boundary elements.
 pub(super) struct NodalConditions {
     /// Whether the displacement is prescribed, by dof.
     pub(super) held: Vec<bool>,
-    /// Displacement (mm) of fixed dofs and traction (MPa) of the other dofs, less the contribution of `weight`.
+    /// Displacement (mm) of prescribed dofs and traction (MPa) of the other dofs, minus the contribution of the
+    /// particular solution `weight`.
     pub(super) values: Vec<f64>,
     /// Particular solution for the body force and the thermal strain.
     pub(super) weight: Option<BodyForceSolution>,
@@ -84,7 +86,7 @@ impl NodalConditions {
         self.weight.is_none() && self.values.iter().all(|value| *value == 0.0)
     }
 
-    /// Values on the boundary for the body with the unconstrained modes `free`.
+    /// Boundary values of the equations for a body with the unconstrained modes `free`.
     pub(super) fn boundary_values(
         &self,
         free: Option<&RigidBodyModes>,
@@ -94,12 +96,13 @@ impl NodalConditions {
         BoundaryValues { at_dofs: self.values.clone(), mean_displacement }
     }
 
-    /// Given traction components, with their dofs.
+    /// Prescribed traction components: dof and value.
     pub(super) fn tractions(&self) -> impl Iterator<Item = (usize, f64)> {
         self.values.iter().copied().enumerate().filter(|(dof, _)| !self.held[*dof])
     }
 
-    /// Negative mean of u·m over the surface, for the particular solution u and each unconstrained mode m. Prescribed dofs do not
+    /// Mean displacement that the boundary solution must have along each unconstrained mode m. It is minus the mean of
+    /// u·m over the surface, where u is the particular solution; the total mean is then zero. Prescribed dofs do not
     /// contribute. Empty without a particular solution.
     fn counter_mean(&self, free: &RigidBodyModes, elements: &BoundaryElements) -> Vec<f64> {
         let Some(weight) = &self.weight else { return Vec::new() };
@@ -195,7 +198,8 @@ impl BeSpec {
         Ok(NodalConditions { held: held.iter().map(Option::is_some).collect(), values, weight })
     }
 
-    /// Load cases of the body with the conditions of each at amplitude 1. Without `cases`, all loads of the body form one.
+    /// Load cases of the body, and the boundary conditions of each case at amplitude 1. Without `cases`, all loads of
+    /// the body form one case.
     pub(super) fn load_conditions(
         &self,
         cases: &[(LoadCase, Self)],
@@ -227,7 +231,7 @@ impl BeSpec {
         outer_faces(&self.mesh).iter().map(of_face).sum()
     }
 
-    /// Checks the body against a frame without solving its equations, and returns how it fits the frame.
+    /// Checks the body against a frame without solving its equations. Returns how the mesh fits the frame.
     ///
     /// # Errors
     /// As [`BeBody::new`](super::BeBody::new), except that the flexibility and the memory are not checked.
@@ -272,7 +276,7 @@ impl BeSpec {
         Ok(None)
     }
 
-    /// This body with an isotropic material, whose kernels need no table.
+    /// This body with an isotropic material. The kernels of isotropic materials need no table.
     fn with_unit_material(&self) -> Result<Self> {
         Ok(Self { stiffness: Stiffness::isotropic(1.0, 0.0)?, ..self.clone() })
     }
@@ -308,7 +312,7 @@ pub(super) fn build_face_map(
     side: Side,
     faces: &[SurfaceFace],
 ) -> Result<FaceMap> {
-    // Elements of higher order than their faces have additional points.
+    // Elements of higher order than their faces need additional mesh points.
     let mut mesh = Mesh { points: spec.mesh.points.clone(), ..Mesh::default() };
     let raised = |face: &SurfaceFace| {
         let panel = elements.panel(number[&face.owner]);

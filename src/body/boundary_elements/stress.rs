@@ -1,4 +1,4 @@
-//! Stress on the surface of a boundary-element body, displacement and stress at interior points.
+//! Stress on the surface of a boundary-element body; displacement and stress at interior points.
 
 use std::sync::Arc;
 
@@ -16,8 +16,8 @@ use crate::mesh::faces::outer_faces;
 const POINTS_PER_CANCEL_CHECK: usize = 64;
 
 impl BeBody {
-    /// Stress at the points of the surface mesh due to contact tractions and loads. A point has one value for each smooth part of
-    /// the surface around it: the mean over the elements of this part.
+    /// Stress at the points of the surface mesh due to contact tractions and loads. An edge between smooth parts of the
+    /// surface has one value for each part. The value is the mean over the adjacent elements of this part.
     pub(super) fn surface_stress(&self, loading: Loading) -> StressField {
         let nodal = self.nodal_tractions(loading.tractions);
         let state = self.solution.state(loading.amplitudes, &nodal);
@@ -54,7 +54,8 @@ impl BeBody {
                 let sample = FaceContribution { area, weight, gradient, stiffness, own_traction };
                 whole.add(point, &sample);
                 if touches {
-                    // The traction of the sample leaves out the contact tractions.
+                    // The stress at contact points is completed later with the contact tractions, so this sample
+                    // excludes them.
                     let load = own_traction - field.interpolate(&of_contact, i, *xi);
                     contact.add(point, &FaceContribution { own_traction: load, ..sample });
                 }

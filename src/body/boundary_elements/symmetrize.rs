@@ -1,19 +1,20 @@
 //! Makes a nearly symmetric flexibility symmetric, with little change of its response to constant and linear tractions.
 //!
-//! Let D be the antisymmetric part of the flexibility F, and V the nodal forces of constant and linear tractions over the frame.
-//! With nodal tractions W such that Wᵀ V = 1,
+//! Let D = (F - Fᵀ) / 2 be the antisymmetric part of the flexibility F. The columns of V are the nodal forces of
+//! constant and linear tractions over the frame. W contains nodal tractions with Wᵀ V = 1. The matrix
 //!
 //! F' = (F + Fᵀ) / 2 + D V Wᵀ + W (D V)ᵀ
 //!
-//! is symmetric and F' V = F V - W Vᵀ D V. Only the last term changes the response to V. Vᵀ D V is the antisymmetric part of the
-//! works Vᵀ F V, and measures the discretisation error.
+//! is symmetric, and F' V = F V - W Vᵀ D V. Only the last term changes the response to V. Vᵀ D V is the antisymmetric
+//! part of the works Vᵀ F V, and measures the discretisation error.
 
 use nalgebra::DMatrix;
 
 use crate::frame::{ContactFrame, FaceMap};
 use crate::linalg::vector::dot;
 
-/// Norm after orthogonalisation, divided by the norm before, up to which a force vector counts as linearly dependent.
+/// Tolerance for linear dependence: the norm of a force vector after orthogonalisation, divided by its norm before.
+/// Vectors with a smaller ratio are omitted.
 const DEPENDENCE_TOLERANCE: f64 = 1e-9;
 
 pub(super) struct Symmetrization {
@@ -26,7 +27,8 @@ pub(super) struct Symmetrization {
 }
 
 impl Symmetrization {
-    /// Symmetrization of the flexibility `entry` of the nodes of `map`. `areas` are the areas of these nodes.
+    /// Computes the correction terms for the flexibility `entry(i, j)` of the dofs i, j of the nodes of `map`. `areas`
+    /// contains the areas of these nodes.
     pub fn new(
         map: &FaceMap,
         frame: &ContactFrame,
@@ -48,7 +50,7 @@ impl Symmetrization {
                 force.iter().enumerate().map(|(dof, f)| f / areas[dof / 3]).collect()
             };
             let whole = dot(&force, &over_areas(&force)).sqrt();
-            // Two passes suffice for orthogonality to rounding.
+            // The second pass removes the rounding errors of the first pass.
             for _ in 0..2 {
                 for (v, w) in forces.iter().zip(&tractions) {
                     let along = dot(&force, w);
@@ -96,8 +98,8 @@ mod tests {
     use crate::mesh::faces::group_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: the corrected matrix is symmetric. Its response to uniform tractions changes only by displacements of constant and
-    /// linear shape. The asymmetry of a symmetric matrix is 0.
+    /// Truth: the corrected matrix is symmetric. Its response to uniform tractions changes only by displacements that
+    /// are constant or linear over the frame. The asymmetry of a symmetric matrix is 0.
     #[test]
     fn uniform_tractions_keep_their_response() {
         let mesh = GradedBlock::uniform([1.0; 2], 1.0, [4, 4, 2]).mesh().unwrap();

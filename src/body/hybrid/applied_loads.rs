@@ -1,20 +1,25 @@
-//! Displacement of a body's surface under the frame due to its loads, prescribed displacements and weight.
+//! Displacement of a body's surface under the frame due to its own surface loads, body force and prescribed
+//! displacements.
 //!
-//! Let g = G + u_c be the body's displacement under a unit force at x on the patch: half-space field G plus correction u_c. Betti's
-//! theorem gives the surface displacement w due to tractions t, weight b and prescribed displacements ū,
+//! Let g = G + u_c be the body's displacement due to a unit force at x on the patch: half-space field G plus correction
+//! u_c. Betti's theorem gives the surface displacement w due to surface tractions t, the body force b and prescribed
+//! displacements ū,
 //!
 //! w(x) = ∫ t·g dS + ∫ b·g dV - ū·R(g),
 //!
-//! where R(g) are the support forces under the unit force. The error of w is of the order of the product of two mesh errors: the
-//! error of g, and the error of the stress due to the body's own loads. The displacement u_p = -z²/2 T⁻¹ b with T = C(e3, e3)
-//! balances b and leaves the surface free of traction. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over the boundary outside the plane
-//! of the patch. t_G and t_p are the tractions of G and u_p.
+//! where R(g) are the support forces under the unit force. Two mesh errors determine the error of w: the error of g,
+//! and the error of the stress due to the body's own loads. The error of w is of the order of their product.
 //!
-//! On fixed faces u_c equals -G only at the nodes. Between the nodes, the support tractions do the work ∫ (σ n)·g dS. σ is the
-//! recovered stress of the body's own loads, n the normal.
+//! Let T = C(e3, e3) be the matrix C_i3k3 of the stiffness C. The displacement u_p = -z²/2 T⁻¹ b balances b and leaves
+//! the surface free of traction. Hence ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over the boundary outside the plane of the
+//! patch. t_G and t_p are the tractions of G and u_p.
 //!
-//! Loads in the plane of the patch act on the half-space. Exact integrals over the loaded faces give their displacement: at the
-//! cells for loads on or near the patch, at the nodes of the polynomials for other loads.
+//! On fixed faces, u_c equals -G only at the nodes. Between the nodes, the support tractions do the work ∫ (σ n)·g dS.
+//! σ is the recovered stress due to the body's own loads, n the normal.
+//!
+//! Loads in the plane of the patch act on the half-space. Exact integrals over the loaded faces give their
+//! displacement. For loads on or near the patch, the integrals are evaluated at the cells. For other loads they are
+//! evaluated at the nodes of the polynomials.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -42,7 +47,7 @@ use crate::mesh::faces::{SurfaceFace, outer_faces};
 /// Largest ratio of the size of a face part to its distance from the forces.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.35;
 
-/// Distance from the patch within which loads in its plane count as near, divided by the longer half-side of the patch.
+/// Distance from the patch up to which loads in its plane count as near, divided by the longer half-side of the patch.
 const NEAR_LOAD_DISTANCE: f64 = 1.0;
 
 const FACES_PER_BATCH: usize = 64;
@@ -51,45 +56,47 @@ const CELLS_PER_CANCEL_CHECK: usize = 4096;
 
 /// Loaded faces in the plane of a patch that have the same traction.
 struct PatchLoad {
-    /// Closed polygons around the faces, coordinates of the patch, mm.
+    /// Closed polygons around the faces, axes of the patch, relative to its centre, mm.
     outline: Vec<Vec<[f64; 2]>>,
     /// Traction, axes of the patch, MPa.
     traction: Point,
 }
 
 pub(super) struct AppliedLoadDisplacement {
-    /// Displacement at the nodes of the polynomials, axes of the patch, mm; component j at node i has index 3 i + j.
+    /// Displacement at the nodes of the polynomials without near loads, axes of the patch, mm. Component j at node i
+    /// has index 3 i + j.
     at_nodes: Vec<f64>,
-    /// Part of `at_nodes` due to the work of the support tractions between the mesh nodes.
+    /// Part of `at_nodes` due to the work of the support tractions between the nodes of the mesh.
     support_work: Vec<f64>,
     near_loads: Vec<PatchLoad>,
 }
 
-/// Response to a body's own loads and prescribed displacements.
+/// Response of a body to its own loads and prescribed displacements.
 pub(super) struct AppliedLoadResponse {
     pub loads: AppliedLoads,
     /// Displacement of all nodes, global axes, mm, `[n_points]`.
     pub displacement: Vec<[f64; 3]>,
-    /// Work of the loads and the prescribed displacements on u_c of each unit force, N mm per N, axes of the patch, `[3 n]`.
+    /// Work of the loads and the prescribed displacements on u_c, N mm per N, `[3 n]`. u_c is the correction due to
+    /// each unit force; the forces act along the axes of the patch.
     pub work: Vec<f64>,
     pub prescribed_motion: PrescribedMotion,
 }
 
-/// Actions at a point of a face, axes of the patch.
+/// Traction and displacement that act at a point of a face, axes of the patch.
 struct FaceAction {
     /// Traction, MPa.
     traction: Point,
-    /// Displacement on which the tractions of G do work, mm.
+    /// Displacement whose product with the tractions of the half-space field G enters the work, mm.
     displacement: Point,
 }
 
 struct FaceLoads<'a> {
     model: &'a FeModel,
     forces: &'a PatchForces<'a>,
-    /// Loads of faces: pressure against the outward normal, and traction in global axes.
+    /// Loads on faces: pressure (positive into the body), and traction in global axes.
     loads: HashMap<FaceId, (f64, Point)>,
     supports: HashMap<usize, f64>,
-    /// T⁻¹ b of the weight b, axes of the patch.
+    /// T⁻¹ b of the body force b, axes of the patch.
     weight: Point,
     points: &'a RecoveryPoints,
     /// Stress at `points` due to the body's own loads, global axes, MPa.
@@ -98,7 +105,7 @@ struct FaceLoads<'a> {
 }
 
 impl AppliedLoadDisplacement {
-    /// Surface displacement from the response `own` of a body and its recovered `stress` at `points`.
+    /// Computes the surface displacement from the response `own` of a body and its recovered `stress` at `points`.
     pub fn new(
         model: &FeModel,
         forces: &PatchForces,
@@ -114,7 +121,7 @@ impl AppliedLoadDisplacement {
             let in_plane = own_faces(&face);
             if let Some(load) = on_faces.loads.get(&face.id()).filter(|_| in_plane) {
                 let traction = forces.patch.axes.to_local(&load.1) - Point::z() * load.0;
-                // Adding zero removes negative zeros, which would count as another traction.
+                // Adding zero replaces -0 by 0, so that equal tractions have equal bits.
                 loaded.push((face.clone(), traction + Point::zeros()));
             }
             others.push((face, in_plane));
@@ -141,12 +148,13 @@ impl AppliedLoadDisplacement {
         Ok(Self { at_nodes, support_work, near_loads: near })
     }
 
-    /// Part due to the work of the support tractions between the mesh nodes, mm.
+    /// Part of the displacement due to the work of the support tractions between the nodes of the mesh, mm.
     pub fn support_work(&self) -> &[f64] {
         &self.support_work
     }
 
-    /// Contribution to the gap of the cells, axes of the frame, mm: all x components, then all y and all n components.
+    /// Change of the gap of the cells due to the loads, axes of the frame, mm: all x components, then all y and all n
+    /// components.
     pub fn gap(
         &self,
         far: &FarField,
@@ -204,7 +212,7 @@ impl PatchLoad {
         lines.sum::<Matrix3<f64>>() * self.traction
     }
 
-    /// Whether the load is so close to the patch that polynomials do not represent its displacement there.
+    /// Whether the load is so close to the patch that polynomials cannot represent its displacement on the patch.
     fn is_near(&self, patch: &ContactPatch) -> bool {
         let reach = patch.half_width.map(|half| half + NEAR_LOAD_DISTANCE * patch.size());
         (0..2).all(|axis| {
@@ -237,18 +245,19 @@ impl<'a> FaceLoads<'a> {
         Self { model, forces, loads, supports, weight, points, stress, rules: FaceRules::new() }
     }
 
-    /// Work per unit force, N mm per N, axes of the patch: first of the [`FaceAction`] with the field G, then of the support
-    /// tractions on G + u_c.
+    /// Work per unit force over a face, N mm per N, axes of the patch. The first result is the work of the
+    /// [`FaceAction`] with the half-space field G. The second result is the work of the support tractions on G + u_c.
     fn work(&self, (face, in_plane): &(SurfaceFace, bool)) -> [Vec<Point>; 2] {
         let forces = self.forces;
         let none = Point::zeros();
         let [mut work, mut rest] = [0, 1].map(|_| vec![none; forces.points.len()]);
         let (mesh, patch) = (self.model.mesh(), &forces.patch);
-        // Components prescribed at all nodes of the face. The tractions of G along the other components are loads of u_c.
+        // Components that are prescribed at all nodes of the face. Along the other components, the tractions of G are
+        // loads of u_c.
         let held = [0, 1, 2]
             .map(|c| face.nodes.iter().all(|&node| self.model.prescribed_displacement(node, c).is_some()));
         let is_held = held.contains(&true);
-        // On faces in the plane of the patch G has no traction, and the loads are patch loads.
+        // On faces in the plane of the patch, G has no traction, and each load is a [`PatchLoad`].
         let load = self.loads.get(&face.id()).filter(|_| !in_plane);
         let moves: Vec<Point> =
             face.nodes.iter().map(|&node| self.prescribed_displacement(node, held)).collect();
@@ -293,8 +302,8 @@ impl<'a> FaceLoads<'a> {
         Point::from([0, 1, 2].map(along))
     }
 
-    /// Actions at the point `local` of a face with the unit `normal` and the prescribed displacement `moved`. All three have the
-    /// axes of the patch; `load` has global axes.
+    /// Traction and displacement at the point `local` of a face with the unit `normal` and the prescribed displacement
+    /// `moved`. These three arguments are in the axes of the patch; `load` is in global axes.
     fn acting(
         &self,
         load: Option<&(f64, Point)>,
@@ -307,7 +316,8 @@ impl<'a> FaceLoads<'a> {
         if let Some((pressure, traction)) = load {
             acting.traction += self.forces.patch.axes.to_local(traction) - normal * *pressure;
         }
-        // The traction of G on the fixed face is a part of the support force R(g), which enters w with a minus sign.
+        // The traction of G on the fixed face is a part of the support force R(g). The term with R(g) has a minus sign
+        // in w.
         acting.displacement -= moved;
         if self.weight != Point::zeros() {
             let none = Point::zeros();
@@ -342,8 +352,8 @@ impl<'a> FaceLoads<'a> {
 }
 
 struct FixedFaceNode {
-    /// Stress, global axes, MPa.
+    /// Stress due to the body's own loads, global axes, MPa.
     stress: Matrix3<f64>,
-    /// Half-space displacement due to each force, axes of the patch.
+    /// Half-space displacement per unit force, one matrix for each position of a force, axes of the patch, mm/N.
     fields: Vec<Matrix3<f64>>,
 }

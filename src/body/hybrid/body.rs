@@ -1,4 +1,5 @@
-//! Finite body with the near field of a half-space, corrected by finite elements.
+//! Finite body with the near field of a half-space. Finite elements compute the correction for the finite size of the
+//! body.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -34,7 +35,7 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 /// Finite-element body with the near field of a half-space.
 pub struct HybridBody {
     side: Side,
-    /// Surface Green's function, axes of the frame.
+    /// Surface Green's function of the half-space, axes of the frame.
     green: SurfaceGreen,
     far_field: FarField,
     correction: Correction,
@@ -48,18 +49,19 @@ pub struct HybridBody {
     cache_warning: Option<String>,
     model: FeModel,
     recovery: StressRecovery,
-    /// Strengths of the materials by name, for the exposures.
+    /// Strengths by material name, from which the exposures are computed.
     pub limits: BTreeMap<String, MaterialStrength>,
     surface: MeshedSurface,
     loads: Vec<BodyLoad>,
     applied_load_error: Option<AppliedLoadError>,
-    /// Whether each mesh node lies on the plane of the patch, or on a curved face that counts as part of this plane.
+    /// Whether each mesh node lies in the plane of the patch, or on a curved face that is treated as part of this
+    /// plane.
     on_surface: Vec<bool>,
 }
 
 impl HybridBody {
-    /// Body of `spec` with the half-space of `site`, which was found for the same `frame`. Each of `cases` has the loads of `spec`
-    /// that share an amplitude; without cases, all loads share one.
+    /// Builds the body of `spec` with the half-space `site`, which must have been found for the same `frame`. Each of
+    /// `cases` contains the loads of `spec` that share an amplitude. Without cases, all loads share one amplitude.
     ///
     /// # Errors
     /// If the group or the frame do not fit, or the body cannot be assembled or solved.
@@ -139,17 +141,18 @@ impl HybridBody {
         &self.indicators
     }
 
-    /// Warning about the cache of the field.
+    /// Warning of the cache of the point-force field, if any.
     pub fn cache_warning(&self) -> Option<&str> {
         self.cache_warning.as_deref()
     }
 
-    /// Estimated errors of the displacement under the frame due to applied loads and prescribed displacements; `None` without them.
+    /// Estimated errors of the displacement under the frame due to loads and prescribed displacements of the body;
+    /// `None` for a body without them.
     pub fn applied_load_error(&self) -> Option<AppliedLoadError> {
         self.applied_load_error
     }
 
-    /// Correction of the half-space.
+    /// Correction of the half-space between the nodes of the patch, with its fields in the mesh.
     pub fn correction(&self) -> &Correction {
         &self.correction
     }
@@ -164,7 +167,7 @@ impl HybridBody {
         build_corrected_flexibility(&self.green, far, &self.grid, self.grid_indices.as_deref(), cross)
     }
 
-    /// Square root of twice the strain energy under the `tractions` on body 2 alone.
+    /// Square root of twice the strain energy due to the `tractions` on body 2, without other loads.
     fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
         let operator = self.flexibility(CrossBlocks::Keep)?;
         let mut gap = vec![0.0; tractions.len()];
@@ -174,7 +177,8 @@ impl HybridBody {
         Ok((area * work).max(0.0).sqrt())
     }
 
-    /// Displacement of all nodes, less the half-space displacement due to the tractions on body 2.
+    /// Displacement of all nodes due to tractions on body 2 and loads, minus the half-space displacement due to the
+    /// tractions.
     fn corrections(&self, loading: Loading) -> Vec<[f64; 3]> {
         let mut displacement = vec![[0.0; 3]; self.model.mesh().n_points()];
         for (k, load) in self.correction.applied_loads.iter().enumerate() {
@@ -207,7 +211,7 @@ impl HybridBody {
         TractionTree::new(cells, self.grid.spacing, &own)
     }
 
-    /// Position of a mesh node in the half-space; nodes of its surface get exactly zero depth.
+    /// Position of a mesh node in the half-space. Nodes on the half-space surface get exactly zero depth.
     fn distribution_point(&self, node: usize) -> Point {
         let local = self.patch.local(&Point::from(self.model.mesh().points[node]));
         Point::new(local.x, local.y, if self.on_surface[node] { 0.0 } else { local.z.min(0.0) })
@@ -273,8 +277,8 @@ impl ElasticBody for HybridBody {
         Ok(BodyField { displacement, stress: None })
     }
 
-    /// Stress of the half-space at the nodes, plus the finite-element stress of the correction. The estimated error is the error of
-    /// the second part.
+    /// Recovers the half-space stress at the nodes plus the finite-element stress of the correction. The estimated
+    /// error is the error of the correction stress.
     fn recover_stress(
         &self,
         loading: Loading,
@@ -287,7 +291,7 @@ impl ElasticBody for HybridBody {
         let error = match estimate {
             ErrorEstimation::Estimate => {
                 let mut error = recovery.estimate_error(&self.model, &correction, &stress)?;
-                // The error refers to the stress of the whole body, not of the correction.
+                // The error is related to the stress of the whole body, not to the stress of the correction.
                 error.stress_norm = error.stress_norm.max(self.energy_norm(loading.tractions)?);
                 Some(error)
             }

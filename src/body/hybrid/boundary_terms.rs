@@ -1,4 +1,5 @@
-//! Loads and work of the half-space tractions on the boundary of a body.
+//! Nodal loads and work of the half-space tractions on the boundary of a body. The half-space carries point forces on
+//! the patch.
 
 use std::collections::HashMap;
 
@@ -16,7 +17,7 @@ use crate::linalg::dense_matrix::DenseMatrix;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
-/// Faces evaluated in parallel; limits the memory of their contributions.
+/// Number of faces evaluated in parallel. It limits the memory of their contributions.
 const FACES_PER_BATCH: usize = 64;
 
 pub(super) struct BoundaryFace {
@@ -27,14 +28,15 @@ pub(super) struct BoundaryFace {
 }
 
 pub(super) struct BoundaryTerms {
-    /// Nodal forces -∫ N_a t dS over the free boundary, N per unit force, `[3 n_points, n_columns]`. N_a are the shape functions, t
-    /// the half-space tractions.
+    /// Nodal forces -∫ N_a t dS over the free boundary, N per unit force, `[3 n_points, n_columns]`. N_a are the shape
+    /// functions, t the half-space tractions. Each column belongs to one unit force.
     pub loads: DenseMatrix,
-    /// Work -∫ u·t over the free boundary plus ∫ t·u over the fixed boundary, mm/N, `[n_columns, n_columns]`. The first factor of
-    /// each product is due to the force of the row.
+    /// Work -∫ u_i·t_j dS over the free boundary plus ∫ t_i·u_j dS over the fixed boundary, mm/N,
+    /// `[n_columns, n_columns]`. u_i and t_i are the half-space displacements and tractions due to unit force i. Row i
+    /// and column j belong to the unit forces i and j.
     pub work: DenseMatrix,
-    /// Largest component of the sum of a unit force and the resultant of its half-space tractions, among all forces. It is zero for
-    /// exact quadrature.
+    /// Quadrature error: the sum of a unit force and the resultant of its half-space tractions. The value is the
+    /// largest component among all forces. It is zero for exact quadrature.
     pub imbalance: f64,
 }
 
@@ -56,8 +58,8 @@ impl BoundaryFaces {
         Self(faces.collect())
     }
 
-    /// Imbalance as in [`BoundaryTerms::imbalance`], among `forces`. Faces are divided until the size of a part is at most `ratio`
-    /// times its distance from the forces.
+    /// Computes [`BoundaryTerms::imbalance`] for `forces`. Faces are divided until the size of a part is at most
+    /// `ratio` times its distance from the forces.
     pub fn imbalance(&self, mesh: &Mesh, forces: &PatchForces, ratio: f64) -> f64 {
         let rules = FaceRules::new();
         let fluxes: Vec<Vec<Matrix3<f64>>> = self
@@ -83,8 +85,8 @@ impl BoundaryFaces {
 }
 
 impl BoundaryTerms {
-    /// Integrates over the boundary. Faces are divided until the size of a part is at most `ratio` times its distance from the
-    /// forces.
+    /// Integrates the loads and the work over the boundary. Faces are divided until the size of a part is at most
+    /// `ratio` times its distance from the forces.
     pub fn new(model: &FeModel, forces: &PatchForces, faces: &BoundaryFaces, ratio: f64) -> Result<Self> {
         let n = forces.n_columns();
         let n_rows = 3 * model.mesh().n_points();
@@ -111,7 +113,7 @@ impl BoundaryTerms {
         self.add_share(&face.nodes, &share.loads, &share.work);
     }
 
-    /// Adds loads on the given nodes, `[n_columns][3 n_nodes]`, and work.
+    /// Adds `work`, and `loads` on the given nodes, `[n_columns][3 n_nodes]`.
     pub fn add_share(&mut self, nodes: &[usize], loads: &[f64], work: &DenseMatrix) {
         self.work.add_scaled(1.0, work);
         let n_rows = self.loads.n_rows();
@@ -125,10 +127,10 @@ impl BoundaryTerms {
 }
 
 struct FaceContribution {
-    /// Shape `[n_columns][3 n_nodes]`.
+    /// Nodal loads of one face, `[n_columns][3 n_nodes]`.
     loads: Vec<f64>,
     work: DenseMatrix,
-    /// Resultant of the tractions due to each force, axes of the patch, `[n]`.
+    /// Resultant of the half-space tractions due to each force, axes of the patch, `[n]`.
     flux: Vec<Matrix3<f64>>,
 }
 
@@ -211,7 +213,7 @@ impl Fields {
         }
     }
 
-    /// Work -∫ u·t of the free components plus ∫ t·u of the `held` components.
+    /// Work -∫ u·t dS of the free components plus ∫ t·u dS of the fixed components. `held` marks the fixed components.
     fn work(&self, held: [bool; 3]) -> Result<DenseMatrix> {
         let (n_rows, n) = (self.tractions.n_rows(), self.tractions.n_columns());
         let mut work = DenseMatrix::zeros(n, n)?;

@@ -11,7 +11,7 @@ pub(super) struct Chebyshev {
 }
 
 impl Chebyshev {
-    /// `m` nodes on [-half, half].
+    /// Creates `m` nodes on the interval [-half, half].
     pub fn new(m: usize, half: f64) -> Self {
         let angle = |k: usize| (2 * k + 1) as f64 * PI / (2 * m) as f64;
         let nodes = (0..m).map(|k| half * angle(k).cos()).collect();
@@ -23,7 +23,7 @@ impl Chebyshev {
         &self.nodes
     }
 
-    /// Values at `x` of the Lagrange polynomials, `[m]`.
+    /// Writes the values of the m Lagrange polynomials at `x` to `values`, `[m]`.
     pub fn lagrange(&self, x: f64, values: &mut [f64]) {
         if let Some(at) = self.nodes.iter().position(|node| *node == x) {
             values.fill(0.0);
@@ -37,7 +37,7 @@ impl Chebyshev {
         values.iter_mut().for_each(|value| *value /= sum);
     }
 
-    /// Chebyshev coefficients of each Lagrange polynomial, `[degree][node]`.
+    /// Chebyshev coefficients of the Lagrange polynomials through m nodes, `[degree][node]`.
     pub fn coefficients(m: usize) -> Vec<Vec<f64>> {
         let row = |degree: usize| {
             let scale = if degree == 0 { 1.0 } else { 2.0 } / m as f64;

@@ -1,4 +1,4 @@
-//! Operator of finite bodies on a grid: half-space operator plus far fields.
+//! Operator of finite bodies on a grid: half-space operator plus the far fields of the bodies.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
@@ -13,27 +13,28 @@ use crate::flexibility::per_cell::PerCell;
 use crate::flexibility::subset::SubsetFlexibility;
 use crate::frame::Grid;
 
-/// S = S_hs + Σ Φ Ĉ Φᵀ A on a whole grid: half-space operator plus the far fields of all bodies. Φ are the cell means of the
-/// polynomials, A the cell areas.
+/// S = S_hs + Σ Φ Ĉ Φᵀ A on a whole grid: half-space operator plus the far fields of all bodies. Φ contains the cell
+/// means of the polynomials, Ĉ the correction matrix of a body, A the cell areas.
 pub struct CorrectedFlexibility {
     near: Arc<dyn Flexibility>,
     far: Arc<Vec<FarField>>,
     on_grid: Vec<FarFieldOnGrid>,
     spacing: [f64; 2],
-    /// Start of the first cell relative to the patch centre, mm.
+    /// Corner of the first cell relative to the patch centre, mm.
     first: [f64; 2],
     work: Mutex<Vec<FarFieldScratch>>,
 }
 
 impl CorrectedFlexibility {
-    /// Adds the far fields `far` of bodies to the operator `near` on all cells of `grid`, whose rectangle is the patch of the
-    /// bodies.
+    /// Adds the far fields `far` of bodies to the operator `near` on all cells of `grid`. The rectangle of `grid` is
+    /// the patch of all bodies.
     pub fn new(near: Arc<dyn Flexibility>, far: Vec<FarField>, grid: &Grid) -> Self {
         let first = grid.half_width().map(|half| -half);
         Self::on_cells(near, Arc::new(far), grid.cells, grid.spacing, first)
     }
 
-    /// Adds the far fields to `near` on `cells` with the sides `spacing`, from `first` relative to the patch centre, mm.
+    /// Adds the far fields to `near` on `cells`, the numbers of cells along x and y. The cells have the sides `spacing`
+    /// and start at `first` relative to the patch centre, mm.
     fn on_cells(
         near: Arc<dyn Flexibility>,
         far: Arc<Vec<FarField>>,
@@ -78,7 +79,7 @@ impl Flexibility for CorrectedFlexibility {
         PerCell::Each(blocks)
     }
 
-    /// Preconditions by the half-space operator alone.
+    /// Uses the preconditioner of the half-space operator, without the far fields.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.near.precondition_normal(normal_gap, pressure)
     }
@@ -115,7 +116,8 @@ impl Flexibility for CorrectedFlexibility {
         self.near.grid()
     }
 
-    /// Restriction of the half-space operator alone. [`Self::restriction_at`] adds the far field, which depends on position.
+    /// Restricts only the half-space operator. [`Self::restriction_at`] adds the far field, which depends on the
+    /// position of the smaller grid.
     fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
         self.near.restrict(at_least, factor)
     }
@@ -133,8 +135,8 @@ impl Flexibility for CorrectedFlexibility {
     }
 }
 
-/// Operator on `grid`, or on its cells `places`, of bodies with the far fields `far`. `green` is the sum of the Green's functions
-/// of their half-spaces.
+/// Builds the operator of bodies with the far fields `far`, on all cells of `grid` or on its cells `places`. `green` is
+/// the sum of the Green's functions of their half-spaces.
 ///
 /// # Errors
 /// If memory does not suffice.

@@ -1,17 +1,19 @@
 //! Correction of a half-space for a finite body: the matrix between point forces and displacements on the patch.
 //!
-//! A force on the patch causes the displacement u = u_hs + u_c, half-space displacement plus correction. The correction u_c solves
-//! the body's own equations with loads -t_hs on the free boundary and displacements -u_hs on the fixed boundary. t_hs are the
-//! half-space tractions. On the patch u_c is smooth, so that a few Chebyshev nodes represent it.
+//! A force on the patch causes the displacement u = u_hs + u_c, half-space displacement plus correction. The correction
+//! u_c solves the equations of the finite body with loads -t_hs on the free boundary and displacements -u_hs on the
+//! fixed boundary. t_hs are the half-space tractions. On the patch u_c is smooth, so that polynomials through a few
+//! Chebyshev nodes represent it.
 //!
 //! # Source
-//! docs/theory-hybrid.md. The matrix follows from Betti's theorem with the half-space field of the target point,
+//! docs/theory-hybrid.md. Let u_x and t_x be the half-space displacements and tractions due to a unit force at the
+//! patch point x. Betti's theorem gives the correction at x due to a unit force at y,
 //!
 //! Ĉ(x, y) = -∫_free u_x·t_y dS + ∫_fixed t_x·u_y dS + r_xᵀ K⁻¹ r_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
 //!
-//! where r = f_f - K_fb g. K is the stiffness matrix, f are the nodal loads, g = -u_hs the prescribed displacements; indices f and
-//! b mark free and prescribed dofs. Ĉ is symmetric, and its order of convergence is that of the strain energy, twice the order of
-//! the energy norm.
+//! where r = f_f - K_fb g. K is the stiffness matrix; K⁻¹ is the inverse of its free part. f are the nodal loads, and
+//! g = -u_hs are the prescribed displacements. Indices f and b mark free and prescribed dofs. Ĉ is symmetric. Its order
+//! of convergence is the order of the strain energy, twice the order of the energy norm.
 
 use super::applied_loads::AppliedLoadResponse;
 use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
@@ -25,21 +27,23 @@ use crate::geometry::Point;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::dot;
 
-/// Imbalance of half-space tractions and unit force above which faces are subdivided further.
+/// Imbalance ([`Correction::imbalance`]) above which faces are subdivided further.
 pub const TARGET_IMBALANCE: f64 = 1e-4;
 
-/// First ratio of the size of face parts to their distance from the forces, and ratio at which the subdivision ends.
+/// Ratio of the size of face parts to their distance from the forces. The subdivision starts with the first value and
+/// ends at the second value.
 const FACE_RATIO_RANGE: [f64; 2] = [1.0, 1.0 / 16.0];
 
 const FACE_RATIO_FACTOR: f64 = 0.7;
 
-/// Share of the target imbalance that the outermost forces may have.
+/// Largest imbalance of the outermost forces, as a fraction of [`TARGET_IMBALANCE`].
 const OUTER_IMBALANCE_SHARE: f64 = 0.3;
 
-/// Ratio of the size of face parts to their distance from the forces, for bodies with a curved contact surface.
+/// Fixed ratio of the size of face parts to their distance from the forces, for bodies with a curved contact surface.
 const CURVED_FACE_RATIO: f64 = 0.35;
 
-/// Correction u_c of unit forces on a patch: the matrix between the points of the forces, and the fields at all nodes.
+/// Correction u_c due to unit forces on a patch: its values at the positions of the forces, and its fields at all mesh
+/// nodes.
 pub struct Correction {
     /// Ĉ by Betti's theorem, symmetrised, axes of the patch, mm/N, `[3 n, 3 n]`; component j of force i has index 3 i + j.
     pub matrix: DenseMatrix,
@@ -49,7 +53,7 @@ pub struct Correction {
     pub imbalance: f64,
     /// Asymmetry of the boundary terms, divided by the norm of the matrix.
     pub asymmetry: f64,
-    /// Response to each load.
+    /// Response of the body to each of its loads.
     pub(super) applied_loads: Vec<AppliedLoadResponse>,
 }
 
@@ -66,12 +70,12 @@ impl Correction {
     ) -> Result<Self> {
         let faces = BoundaryFaces::new(model, forces);
         let mut ratio = FACE_RATIO_RANGE[0];
-        // Tractions on the curved surface are missing from the balance, so that the imbalance cannot control the subdivision.
+        // Tractions on curved faces are missing from the balance, so the imbalance cannot control the subdivision.
         let curved = !forces.curved_faces.is_empty();
         if curved {
             ratio = CURVED_FACE_RATIO;
         } else {
-            // The outermost forces are nearest to the boundary. Forces between them may have a larger imbalance.
+            // The outermost forces are closest to the boundary. The loop below this block checks all forces.
             let outermost = forces.outermost();
             while faces.imbalance(model.mesh(), &outermost, ratio) > OUTER_IMBALANCE_SHARE * TARGET_IMBALANCE
                 && ratio > FACE_RATIO_RANGE[1]
@@ -91,8 +95,8 @@ impl Correction {
         Ok(found)
     }
 
-    /// Correction without symmetrisation. Face parts are no larger than `ratio` times their distance from the forces. The rows of
-    /// forces outside the body are meaningless.
+    /// Computes the correction without symmetrisation. Face parts are no larger than `ratio` times their distance from
+    /// the forces. The rows of forces outside the body have no meaning.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -157,12 +161,12 @@ impl Correction {
         Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, applied_loads })
     }
 
-    /// Peak memory of `columns` fields of a model, bytes; a quarter of it is kept.
+    /// Peak memory of `columns` correction fields of a model, bytes. A quarter of this memory is kept.
     pub fn bytes(model: &FeModel, columns: usize) -> usize {
         4 * 8 * 3 * model.mesh().n_points() * columns
     }
 
-    /// Number of quadrature points in elements of another material than under the patch of `site`.
+    /// Number of quadrature points in elements whose material differs from the material under the patch of `site`.
     pub fn inclusion_points(model: &FeModel, site: &HalfSpaceFit) -> usize {
         inclusions::n_points(model, site.stiffness.voigt(), &site.patch)
     }
@@ -174,8 +178,8 @@ impl Correction {
         }
     }
 
-    /// Mesh displacement u_c at the points of `at` due to each force of this correction, axes of the patch, mm/N. For quadratic
-    /// elements, this matrix converges more slowly than `matrix`.
+    /// Mesh displacement u_c at the points of `at` due to each force of this correction, axes of the patch, mm/N. For
+    /// quadratic elements, this matrix converges more slowly than [`Self::matrix`].
     ///
     /// # Errors
     /// If a point of `at` lies on no face of the mesh.
@@ -197,7 +201,7 @@ impl Correction {
     }
 }
 
-/// -u_hs at the prescribed dofs, `[n_prescribed, n_columns]`.
+/// Prescribed values -u_hs of the correction at the prescribed dofs, `[n_prescribed, n_columns]`.
 fn held_displacements(model: &FeModel, forces: &PatchForces, prescribed: &[usize]) -> Result<DenseMatrix> {
     let mut held = DenseMatrix::zeros(prescribed.len(), forces.n_columns())?;
     let mut at_node = DenseMatrix::zeros(3, forces.n_columns())?;
@@ -214,8 +218,8 @@ fn held_displacements(model: &FeModel, forces: &PatchForces, prescribed: &[usize
     Ok(held)
 }
 
-/// Corrections of all forces: `free` at the free dofs, `held` at the prescribed dofs. `held_loads` are their nodal loads on the
-/// prescribed dofs.
+/// Correction fields of all forces: `free` at the free dofs, `held` at the prescribed dofs. `held_loads` contains the
+/// nodal loads of the half-space tractions on the prescribed dofs.
 struct WorksOfFields<'a> {
     free: &'a DenseMatrix,
     held: &'a DenseMatrix,
@@ -223,7 +227,8 @@ struct WorksOfFields<'a> {
 }
 
 impl WorksOfFields<'_> {
-    /// Work of `loads`, with the prescribed displacements `supports` at the dofs `prescribed`, on the correction of each force.
+    /// Work of `loads` on the correction field of each force. `supports` contains the prescribed displacements at the
+    /// dofs `prescribed`.
     fn of_loads(
         &self,
         model: &FeModel,
@@ -270,7 +275,7 @@ fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(
     Ok((free, held))
 }
 
-/// Displacement of all dofs: `free` at the free dofs, `held` at the dofs `prescribed`, zero at nodes that belong to no solid.
+/// Displacement of all dofs: `free` at the free dofs, `held` at the dofs `prescribed`, zero at nodes without elements.
 fn expand_to_all_dofs(
     model: &FeModel,
     prescribed: &[usize],

@@ -1,4 +1,4 @@
-//! Outlines of faces in the plane of a patch.
+//! Outlines of groups of faces in the plane of a patch.
 
 use std::collections::BTreeMap;
 
@@ -10,14 +10,14 @@ use crate::mesh::faces::SurfaceFace;
 /// Sine of the angle below which a corner counts as straight.
 const COLLINEAR_TOLERANCE: f64 = 1e-9;
 
-/// Closed polygons around `faces` in the plane of `patch`. Seen against the normal, each polygon has the faces on its left. A
-/// curved edge becomes two straight edges.
+/// Closed polygons around `faces` in the plane of `patch`. Seen against the normal, the faces lie to the left of each
+/// polygon. A curved edge becomes two straight edges.
 pub(super) fn outline_loops<'a>(
     mesh: &Mesh,
     faces: impl Iterator<Item = &'a SurfaceFace>,
     patch: &ContactPatch,
 ) -> Vec<Vec<[f64; 2]>> {
-    // Start and middle of each edge, by its end nodes.
+    // Positions of the start and the middle of each edge. The key contains the end nodes of the edge.
     let mut edges: BTreeMap<[usize; 2], [[f64; 2]; 2]> = BTreeMap::new();
     for face in faces {
         let n = face.kind.n_corners();
@@ -31,7 +31,7 @@ pub(super) fn outline_loops<'a>(
         for k in 0..n {
             let (a, b) = (corners[k], corners[(k + 1) % n]);
             let [from, to] = [face.nodes[k], face.nodes[(k + 1) % n]];
-            // An edge and its reverse cancel.
+            // An edge between two faces occurs in both directions, and is not part of the outline.
             if edges.remove(&[to, from]).is_none() {
                 let middle = [0, 1].map(|c| 0.5 * (a[c] + b[c]));
                 edges.insert([from, to], [at(a), at(middle)]);
@@ -75,8 +75,8 @@ mod tests {
     use crate::mesh::faces::outer_faces;
     use crate::mesh::structured::GradedBlock;
 
-    /// Truth: the outline of a rectangle has four corners, and the two outlines of a ring have four each. The polygons enclose the
-    /// known areas.
+    /// Truth: the outline of a rectangle has four corners. A ring has two outlines with four corners each. The polygons
+    /// enclose the known areas.
     #[test]
     fn rectangle_and_ring() {
         let mesh = GradedBlock::uniform([2.0, 3.0], 1.0, [6, 6, 2]).mesh().unwrap();

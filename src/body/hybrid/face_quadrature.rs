@@ -1,5 +1,5 @@
-//! Quadrature over the boundary of a body for fields of point forces on a patch. Faces are subdivided until their parts are small
-//! relative to their distance from the forces.
+//! Quadrature over the boundary of a body for fields of point forces on a patch. Faces are subdivided until their parts
+//! are small relative to their distance from the forces.
 
 use crate::element::{ElementKind, MAX_FACE_NODES};
 use crate::geometry::Point;
@@ -13,13 +13,13 @@ const MAX_SUBDIVISIONS: usize = 8;
 pub(super) struct FacePoint {
     /// Position, global, mm.
     pub at: Point,
-    /// Outward normal times the weight, mm2.
+    /// Outward normal times the quadrature weight, mm2.
     pub area: Point,
     /// Shape functions of the face at the point.
     pub values: [f64; MAX_FACE_NODES],
 }
 
-/// Rules on the reference triangle and square, in increasing order of accuracy.
+/// Quadrature rules on the reference triangle and the reference square, in increasing order of accuracy.
 pub(super) struct FaceRules {
     triangles: [Vec<RulePoint<2>>; 3],
     squares: [Vec<RulePoint<2>>; 3],
@@ -30,8 +30,9 @@ impl FaceRules {
         Self { triangles: [2, 4, 6].map(triangle), squares: [2, 3, 4].map(quadrilateral) }
     }
 
-    /// Quadrature points on `face` for a field with the length scale `distance(x)` at x. Each part of the face is at most `ratio`
-    /// times this scale, within the limit of subdivisions.
+    /// Quadrature points on `face` for a field whose length scale at a point x is `distance(x)`. The face is divided
+    /// until the size of each part is at most `ratio` times this scale. [`MAX_SUBDIVISIONS`] limits the number of
+    /// divisions.
     pub fn points(
         &self,
         mesh: &Mesh,
@@ -63,7 +64,7 @@ impl FaceRules {
             return;
         }
         let quadratic = part.kind.n_nodes() > part.kind.n_corners();
-        // Quadratic shape functions alone have degree 2, so that the lowest order does not suffice even far away.
+        // Quadratic shape functions have degree 2, so that even far from the forces the lowest order does not suffice.
         let order = match size / reach {
             share if share > 0.5 => 2,
             share if share > 0.2 || quadratic => 1,
@@ -116,7 +117,7 @@ impl FacePart<'_> {
         parts
     }
 
-    /// Maps a point of a rule into the part; parts of the square are parallelograms in the reference face.
+    /// Maps a point of a rule into the part. Each part is a triangle or a parallelogram in the reference face.
     fn point(&self, &(xi, weight): &RulePoint<2>) -> FacePoint {
         let [a, b, last] = [self.corners[0], self.corners[1], self.corners[self.corners.len() - 1]];
         let along = |axis: usize| ([b[axis] - a[axis], last[axis] - a[axis]], a[axis]);

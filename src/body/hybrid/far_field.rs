@@ -1,4 +1,5 @@
-//! Correction of the half-space operator on the frame: a polynomial in the positions of force and displacement.
+//! Correction of the half-space operator on the frame. It is a polynomial in the positions of the force and of the
+//! displacement.
 
 use super::chebyshev::Chebyshev;
 use super::patch::ContactPatch;
@@ -7,24 +8,25 @@ use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::simd::wide;
 use crate::quadrature::gauss_legendre;
 
-/// Correction of the gap at (x, y) due to a force at (x', y'), Σ L_a(x) L_b(y) Ĉ_ab,cd L_c(x') L_d(y'), axes of the frame. L are
-/// the Lagrange polynomials through the Chebyshev nodes.
+/// Correction of the gap at (x, y) due to a unit force at (x', y'): Σ L_a(x) L_b(y) Ĉ_ab,cd L_c(x') L_d(y'), axes of
+/// the frame. L are the Lagrange polynomials through the Chebyshev nodes, Ĉ is the correction between these nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FarField {
     nodes: [Chebyshev; 2],
-    /// Whether y of the patch is -y of the frame.
+    /// Whether the y axis of the patch is opposite to the y axis of the frame.
     y_flipped: bool,
-    /// Gap per force at the nodes, mm/N, `[3 m_x m_y]²`: component c at node (a, b) has index (c m_x + a) m_y + b.
+    /// Gap per force at the nodes, mm/N, `[3 m_x m_y]²`. Component i at node (a, b) has index (i m_x + a) m_y + b.
     matrix: Vec<f64>,
 }
 
-/// Polynomials of a far field, averaged over the cells of a grid.
+/// Polynomials of a far field, averaged over the cells of a grid. m_x and m_y are the numbers of polynomial nodes along
+/// x and y.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FarFieldOnGrid {
     pub cells: [usize; 2],
-    /// Cell means of the polynomials in x, `[cells, m_x]`.
+    /// Cell means of the polynomials in x, `[cells along x, m_x]`.
     x: Vec<f64>,
-    /// Cell means of the polynomials in y, `[m_y, cells]`.
+    /// Cell means of the polynomials in y, `[m_y, cells along y]`.
     y: Vec<f64>,
     nodes_per_side: [usize; 2],
     pub area: f64,
@@ -37,21 +39,21 @@ pub(super) struct FarFieldScratch {
 }
 
 impl FarField {
-    /// Far field of the body at `side` from the correction `matrix`, axes of the patch, between forces at `m` = [m_x, m_y] nodes.
-    /// Force i = a m_y + b acts at node a along x and b along y.
+    /// Far field of the body at `side`. `matrix` is the correction between forces at `m` = [m_x, m_y] nodes, in axes of
+    /// the patch. Force i = a m_y + b acts at node a along x and node b along y.
     pub(super) fn new(matrix: &DenseMatrix, m: [usize; 2], patch: &ContactPatch, side: Side) -> Self {
         let nodes = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
         let matrix = by_planes(matrix, side);
         Self { nodes, y_flipped: side == Side::Upper, matrix }
     }
 
-    /// Number of nodes along x and y.
+    /// Number of polynomial nodes along x and y.
     pub fn nodes_per_side(&self) -> [usize; 2] {
         [0, 1].map(|axis| self.nodes[axis].nodes().len())
     }
 
-    /// Averages the polynomials over `cells` of a grid. The first cell begins at `first` relative to the patch centre, axes of the
-    /// frame.
+    /// Averages the polynomials over `cells` of a grid. The first cell begins at `first` relative to the patch centre,
+    /// axes of the frame.
     pub(super) fn on_grid(&self, cells: [usize; 2], spacing: [f64; 2], first: [f64; 2]) -> FarFieldOnGrid {
         let nodes_per_side = self.nodes_per_side();
         let [x, y] = [0, 1].map(|axis| {
@@ -81,8 +83,8 @@ impl FarField {
         }
     }
 
-    /// Forces at the nodes of the patch, axes of the patch, for tractions in the cells `places` of `grid`. Component c at node (a,
-    /// b) has index 3 (a m_y + b) + c.
+    /// Forces at the nodes of the patch that replace the `tractions` in the cells `places` of `grid`, axes of the
+    /// patch. Component i at node (a, b) has index 3 (a m_y + b) + i.
     pub(super) fn forces(
         &self,
         grid: &crate::frame::Grid,
@@ -111,8 +113,8 @@ impl FarField {
         forces
     }
 
-    /// Means over the cells `places` of a displacement at the nodes, axes of the frame, component by component. The nodal values
-    /// are in axes of the patch, as in [`Self::forces`].
+    /// Means over the cells `places` of an interpolated displacement, axes of the frame, component by component. The
+    /// nodal values `at_nodes` are in axes of the patch, with the indices of [`Self::forces`].
     pub(super) fn cell_means(
         &self,
         grid: &crate::frame::Grid,
@@ -142,8 +144,8 @@ impl FarField {
     }
 }
 
-/// Transforms the matrix from axes of the patch to axes of the frame, and sorts rows and columns by component instead of by node.
-/// The result is stored row by row.
+/// Transforms the matrix from axes of the patch to axes of the frame. Sorts rows and columns by component instead of by
+/// node. The result is stored row by row.
 fn by_planes(matrix: &DenseMatrix, side: Side) -> Vec<f64> {
     // The patch axes of body 2 are the axes of the frame, rotated by half a turn about x.
     let sign = |c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
@@ -160,7 +162,8 @@ fn by_planes(matrix: &DenseMatrix, side: Side) -> Vec<f64> {
 }
 
 impl Chebyshev {
-    /// Means of the Lagrange polynomials over consecutive cells, `[cells, m]`. With `turned`, the polynomials are evaluated at -x.
+    /// Means of the Lagrange polynomials over consecutive cells, `[cells, m]`. If `turned` is set, the polynomials are
+    /// evaluated at -x instead of x.
     pub(super) fn means(&self, cells: usize, spacing: f64, first: f64, turned: bool) -> Vec<f64> {
         let m = self.nodes().len();
         let rule = gauss_legendre(m / 2 + 1);
@@ -189,7 +192,8 @@ impl FarFieldScratch {
 }
 
 impl FarFieldOnGrid {
-    /// Adds the cell gaps due to the cell tractions, for the components in the range `planes`.
+    /// Adds the far-field gap of the cells due to the cell tractions to `gap`, for the components in the range
+    /// `planes`.
     pub fn add_product(
         &self,
         field: &FarField,
@@ -220,7 +224,7 @@ impl FarFieldOnGrid {
         }
     }
 
-    /// Adds the cell means of the interpolated nodal gaps of one component to `plane`.
+    /// Interpolates the nodal gaps of one component, and adds their cell means to `plane`.
     pub fn scatter(&self, gaps: &[f64], rows: &mut [f64], plane: &mut [f64]) {
         let [mx, my] = self.nodes_per_side;
         for (row, x) in rows.chunks_exact_mut(my).zip(self.x.chunks_exact(mx)) {
@@ -232,14 +236,15 @@ impl FarFieldOnGrid {
         add_rows(rows, &self.y, my, plane);
     }
 
-    /// Means of the polynomials over a cell, node by node, `[m_x m_y]`.
+    /// Means of the polynomials of all nodes over one cell, `[m_x m_y]`.
     pub fn cell_weights(&self, cell: usize) -> Vec<f64> {
         let ([mx, my], ny) = (self.nodes_per_side, self.cells[1]);
         let (ix, iy) = (cell / ny, cell % ny);
         (0..mx * my).map(|k| self.x[ix * mx + k / my] * self.y[(k % my) * ny + iy]).collect()
     }
 
-    /// Gap of one cell due to the traction on another, from the [`Self::cell_weights`] of both cells.
+    /// Gap of one cell due to the traction on another cell. `to` and `from` are the [`Self::cell_weights`] of these two
+    /// cells.
     pub fn block(&self, field: &FarField, to: &[f64], from: &[f64]) -> nalgebra::Matrix3<f64> {
         nalgebra::Matrix3::from_fn(|a, b| {
             let row =
@@ -275,12 +280,12 @@ impl FarFieldOnGrid {
     }
 }
 
-/// Scalar products of the rows of `plane` with each of the `m` rows of `y`, `[n_rows, m]`.
+/// Scalar products of each row of `plane` with each of the `m` rows of `y`, `[n_rows, m]`.
 fn sum_rows(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     wide!(sum_rows_in(plane => plane: &[f64], y => y: &[f64], m => m: usize, sums => sums: &mut [f64]));
 }
 
-/// Eight lanes are added in a fixed order.
+/// Adds in eight partial sums with a fixed order, so that the result is reproducible.
 #[inline(always)]
 fn sum_rows_in(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     const LANES: usize = 8;
@@ -298,7 +303,7 @@ fn sum_rows_in(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     }
 }
 
-/// Adds the `m` rows of `y`, multiplied by `weights`, `[n_rows, m]`, to each row of `plane`.
+/// Adds to each row of `plane` the `m` rows of `y` times the `weights` of this row, `[n_rows, m]`.
 fn add_rows(weights: &[f64], y: &[f64], m: usize, plane: &mut [f64]) {
     wide!(add_rows_in(weights => weights: &[f64], y => y: &[f64], m => m: usize, plane => plane: &mut [f64]));
 }

@@ -1,4 +1,4 @@
-//! Field of a half-space under tractions on its surface.
+//! Displacement field of a half-space under tractions on its surface.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -6,19 +6,19 @@ use crate::bem::half_space::{PatchIntegrator, PointForceField, SurfaceGreen};
 use crate::error::{Error, Result};
 use crate::material::Stiffness;
 
-/// Field inside and on the surface of a half-space under surface tractions, axes of the patch.
+/// Displacement field inside and on the surface of a half-space under surface tractions, axes of the patch.
 pub(super) struct HalfSpaceField {
     pub point_force: PointForceField,
-    /// Surface displacement under uniform tractions on polygons.
+    /// Integrates the surface displacement due to uniform tractions on polygons.
     pub patch_integrals: PatchIntegrator,
-    /// Contractions C(e3, e_a)_ik = C_i3ka for a = x, y, MPa.
+    /// Matrices C(e3, e_a)_ik = C_i3ka of the stiffness C for a = x, y, MPa.
     tangential: [Matrix3<f64>; 2],
     /// T⁻¹ = C(e3, e3)⁻¹, 1/MPa.
     inverse_normal: Matrix3<f64>,
 }
 
 impl HalfSpaceField {
-    /// Combines the field of a point force and the Green's function of the surface of a material.
+    /// Combines the field of a point force with the surface Green's function `green` of the same material.
     pub fn new(stiffness: &Stiffness, point_force: PointForceField, green: &SurfaceGreen) -> Result<Self> {
         let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
         let inverse_normal = contract(2).try_inverse();
@@ -31,12 +31,14 @@ impl HalfSpaceField {
         })
     }
 
-    /// Normal derivative ∂u/∂z = T⁻¹ t of a displacement that does not vary along the surface and has the traction t there.
+    /// Normal derivative ∂u/∂z = T⁻¹ t at the surface traction t, for a displacement u that does not vary along the
+    /// surface.
     pub fn normal_derivative(&self, traction: &Vector3<f64>) -> Vector3<f64> {
         self.inverse_normal * traction
     }
 
-    /// Displacement gradient on the surface from tangential derivatives and traction: T ∂u/∂z = t - Σ C(e3, e_a) ∂u/∂a.
+    /// Displacement gradient on the surface from the tangential derivatives `along` = ∂u/∂a and the traction t: T
+    /// ∂u/∂z = t - Σ C(e3, e_a) ∂u/∂a.
     pub fn gradient_from_traction(&self, along: [Vector3<f64>; 2], traction: &Vector3<f64>) -> Matrix3<f64> {
         let [x, y] = along;
         let rest = traction - self.tangential[0] * x - self.tangential[1] * y;

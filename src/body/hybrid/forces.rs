@@ -1,4 +1,4 @@
-//! Point forces on the patch of a body, and the half-space that carries them.
+//! Point forces on the patch of a body, and the half-space on which they act.
 
 use std::collections::HashSet;
 
@@ -12,13 +12,13 @@ use crate::material::Stiffness;
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
 
-/// Distance from the plane of the patch, divided by the patch size, up to which a node lies in the plane.
+/// Distance from the plane of the patch up to which a node counts as in the plane, divided by the patch size.
 pub(super) const PLANE_TOLERANCE: f64 = 1e-6;
 
-/// Face of a mesh: its solid, and its index among the faces of the solid.
+/// Face of a solid element: the element, and the index of the face in the element.
 pub type FaceId = (CellRef, usize);
 
-/// Point forces on a patch, and the half-space that carries them.
+/// Point forces on a patch, and the half-space on which they act.
 pub struct PatchForces<'a> {
     /// Patch on which the forces act.
     pub patch: ContactPatch,
@@ -28,12 +28,12 @@ pub struct PatchForces<'a> {
     pub field: &'a PointForceField,
     /// Positions of the forces in the patch, `[n]`, mm. At each position, unit forces act along x, y and z of the patch.
     pub points: Vec<[f64; 2]>,
-    /// Faces of a curved contact surface around the patch, which are treated as part of its plane.
+    /// Faces of a curved contact surface around the patch. They are treated as part of the patch plane.
     pub curved_faces: &'a [FaceId],
 }
 
 impl PatchForces<'_> {
-    /// Forces at the outermost point of each quadrant and at the centre.
+    /// The same half-space with forces only at the outermost point of each quadrant and at the centre.
     pub(super) fn outermost(&self) -> Self {
         let extreme = |sign: [f64; 2]| {
             let along = |point: &&[f64; 2]| sign[0] * point[0] + sign[1] * point[1];
@@ -44,7 +44,8 @@ impl PatchForces<'_> {
         Self { points, ..*self }
     }
 
-    /// Vector from force `i` to the point `local`, both in axes of the patch.
+    /// Vector from the position of force `i` to the point `local`. The point and the vector are in the axes of the
+    /// patch.
     pub(super) fn vector_from(&self, i: usize, local: &Point) -> Point {
         let [x, y] = self.points[i];
         Point::new(local.x - x, local.y - y, local.z)
@@ -60,7 +61,8 @@ impl PatchForces<'_> {
         (0..self.points.len()).map(|i| self.vector_from(i, &local).norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether a face counts as part of the half-space surface, which is free of tractions apart from the point forces.
+    /// Returns a test whether a face counts as part of the half-space surface. This surface has no tractions apart from
+    /// the point forces.
     pub(super) fn own_faces<'m>(&'m self, mesh: &'m Mesh) -> impl Fn(&SurfaceFace) -> bool + 'm {
         let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
         move |face| in_plane(mesh, face, &self.patch) || surface.contains(&face.id())
@@ -70,7 +72,7 @@ impl PatchForces<'_> {
         3 * self.points.len()
     }
 
-    /// Writes the global displacement at `x` due to each unit force to rows `3 row` to `3 row + 2` of `out`.
+    /// Writes the displacement at `x` due to each unit force to rows `3 row` to `3 row + 2` of `out`, in global axes.
     pub(super) fn displacements(&self, x: &Point, row: usize, out: &mut DenseMatrix) {
         let local = self.patch.local(x);
         for i in 0..self.points.len() {

@@ -1,4 +1,4 @@
-//! Checks whether a half-space represents a body under the frame, and determines its plane and stiffness.
+//! Checks whether a half-space can represent a body under the frame, and determines its plane and stiffness.
 
 use std::collections::HashSet;
 
@@ -17,21 +17,22 @@ use crate::material::Stiffness;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::mesh::{CellRef, Mesh};
 
-/// Smallest distance from the patch to edges and supports, divided by the shorter half-side. Closer edges cause a peak of the
-/// correction that a few polynomials do not resolve.
+/// Smallest distance from the patch to edges and supports, divided by the shorter half-side. Closer edges cause a peak
+/// of the correction that a few polynomials do not resolve.
 const MIN_EDGE_DISTANCE: f64 = 0.3;
 
-/// Smallest distance to another material, divided by the shorter half-side. Below it, ten polynomials along each side do not
-/// resolve a material ten times softer or three times stiffer.
+/// Smallest distance to another material, divided by the shorter half-side. At smaller distances, ten polynomials along
+/// each side do not resolve the effect of a material ten times softer or three times stiffer.
 const MIN_MATERIAL_DISTANCE: f64 = 0.4;
 
-/// Largest rise of a curved surface under the frame, divided by the longer half-side.
+/// Largest height difference of a curved surface under the frame, divided by the longer half-side.
 pub const MAX_RISE: f64 = 0.05;
 
-/// Largest angle, radians, between the patch normal and the normal of a face that continues the curved contact surface.
+/// Largest angle between the patch normal and the normal of a face that counts as part of the curved contact surface,
+/// radians.
 const MAX_SLOPE_RAD: f64 = 0.2;
 
-/// Smallest advised frame, as a fraction of the present frame.
+/// Half-widths of the smallest frame that messages propose, divided by the present half-widths.
 const MIN_ADVISED_FACTOR: f64 = 0.05;
 
 const MIN_SAMPLE_STEPS: usize = 8;
@@ -40,28 +41,28 @@ const MAX_SAMPLE_STEPS: usize = 64;
 /// Half-space that represents a body under the frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HalfSpaceFit {
-    /// Rectangle of the frame on the body.
+    /// Rectangle of the frame on the surface of the body.
     pub patch: ContactPatch,
     /// Stiffness in global axes.
     pub stiffness: Stiffness,
     /// Whether the stiffness is isotropic.
     pub isotropic: bool,
-    /// Smaller of the distances from the patch to edges or supports, and to another material, mm.
+    /// Smallest distance from the patch to an edge, a support or another material, mm.
     pub distance: f64,
-    /// Whether another material, not the boundary, is nearest to the patch.
+    /// Whether the smallest distance is the distance to another material.
     pub limited_by_material: bool,
     /// Height difference of the surface under the frame, divided by the longer half-side.
     pub rise: f64,
-    /// Faces of a curved surface around the patch, which count as part of its tangent plane.
+    /// Faces of a curved surface around the patch. They are treated as part of the patch plane.
     pub curved_faces: Vec<FaceId>,
 }
 
-/// Reason why no half-space represents a body.
+/// Reason why no half-space can represent a body.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unsuitable(pub String);
 
 impl HalfSpaceFit {
-    /// Fits a half-space to the body with the contact group `contact`, or returns why none fits.
+    /// Fits a half-space to the body with the contact group `contact`. Returns the reason if no half-space fits.
     ///
     /// # Errors
     /// If a group is missing, or the body is invalid.
@@ -124,7 +125,8 @@ impl HalfSpaceFit {
         }))
     }
 
-    /// Initial number of polynomial nodes along x and y of the patch.
+    /// Initial number of polynomial nodes along x and y of the patch. It increases as edges or other materials come
+    /// closer.
     pub fn first_nodes(&self) -> [usize; 2] {
         self.patch.half_width.map(|half| {
             let nodes = match self.distance / half {
@@ -133,7 +135,7 @@ impl HalfSpaceFit {
                 distance if distance >= 1.0 => 6,
                 _ => 7,
             };
-            // Near another material the correction is less smooth than at the same distance from an edge.
+            // At the same distance, the correction is less smooth near another material than near an edge.
             let more = if self.limited_by_material && self.distance < half { 2 } else { 0 };
             nodes + usize::from(!self.isotropic) + more
         })
@@ -144,12 +146,13 @@ struct PatchSurface {
     patch: ContactPatch,
     rise: f64,
     curved_faces: Vec<FaceId>,
-    /// Solid that owns a face under the frame.
+    /// Solid element behind a face under the frame.
     owner: CellRef,
 }
 
 impl PatchSurface {
-    /// Finds the plane of the contact `faces` under the rectangle `level` at z = 0, their rise, and the faces of a curved surface.
+    /// Finds the patch on the contact `faces` under the rectangle `level`, which lies at z = 0. Also finds the rise of
+    /// the faces, and the faces of a curved surface.
     fn find(
         mesh: &Mesh,
         faces: &[SurfaceFace],
@@ -174,7 +177,7 @@ impl PatchSurface {
         let patch = ContactPatch { center: Point::new(level.center.x, level.center.y, height), ..level };
         let curved_faces =
             if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, faces, &patch, rise) };
-        // Mesh points outside all solids, such as circle centres, do not belong to the body.
+        // Only nodes of solid elements count: other mesh points, such as circle centres, do not belong to the body.
         let mut nodes = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell));
         if nodes.any(|&node| patch.local(&Point::from(mesh.points[node])).z > tolerance) {
             return Err(Unsuitable("the body extends above its contact plane".to_owned()));
@@ -186,7 +189,7 @@ impl PatchSurface {
 fn flatter_frame_advice(mesh: &Mesh, faces: &[&SurfaceFace], level: &ContactPatch, rise: f64) -> String {
     let (mut factor, mut rise) = (1.0, rise);
     while rise > MAX_RISE && factor >= MIN_ADVISED_FACTOR {
-        // The rise of a paraboloid, divided by the half-side, is proportional to the half-side.
+        // For a paraboloid, the ratio of rise to half-side is proportional to the half-side.
         factor *= 0.95 * MAX_RISE / rise;
         let half_width = level.half_width.map(|half| round_down(factor * half));
         let narrow = ContactPatch { half_width, ..*level };
@@ -218,8 +221,8 @@ fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> bool {
     })
 }
 
-/// Sample points on a face, including its edges. Along the edges they are at most `apart` apart, unless [`MAX_SAMPLE_STEPS`] is
-/// reached.
+/// Sample points on a face, including its edges. The distance of adjacent points along the edges is at most `apart`,
+/// unless [`MAX_SAMPLE_STEPS`] is reached.
 fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
     let n = face.kind.n_corners();
     let at = |k: usize| Point::from(mesh.points[face.nodes[k % n]]);
@@ -236,7 +239,7 @@ fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
     points.collect()
 }
 
-/// Global z coordinates of sampled points of a face under the rectangle.
+/// Global z coordinates of sample points of a face under the rectangle of `patch`.
 fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f64> {
     let nodes: Vec<Point> = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())).collect();
     let step = |k: usize, axis: usize| {
@@ -256,10 +259,11 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f
     own.chain(pairs.filter_map(height)).collect()
 }
 
-/// Outer faces near the patch that belong to the contact group, or whose slope and depth against the patch are small.
+/// Outer faces near the patch that count as part of its curved surface. These are faces of the contact group, and faces
+/// with a small slope and depth relative to the patch plane.
 fn curved_surface_faces(mesh: &Mesh, faces: &[SurfaceFace], patch: &ContactPatch, rise: f64) -> Vec<FaceId> {
     let group: HashSet<FaceId> = faces.iter().map(SurfaceFace::id).collect();
-    // A parabola falls nine times as far over three times the length.
+    // A paraboloid is nine times as deep at three times the distance from its apex.
     let deepest = -9.0 * rise * patch.size();
     let goes_on = |face: &SurfaceFace| {
         let area = face.area_vector(mesh);
@@ -277,7 +281,7 @@ fn curved_surface_faces(mesh: &Mesh, faces: &[SurfaceFace], patch: &ContactPatch
     outer.iter().filter(near).filter(on_surface).map(SurfaceFace::id).collect()
 }
 
-/// Features near the patch that a half-space does not have.
+/// Body around the patch, searched for edges, supports and other materials that a half-space does not have.
 struct Surroundings<'a> {
     spec: &'a FeSpec,
     regions: &'a ElementMaterials,
@@ -303,11 +307,12 @@ impl Surroundings<'_> {
         ))))
     }
 
-    /// Advice: half-widths of a smaller frame that is `share` times its shorter half-side away from edges or other materials. The
-    /// present frame is `distance` away.
+    /// Phrase of a message that proposes half-widths of a smaller frame. The distance of the smaller frame from edges,
+    /// supports and other materials is at least `share` times its shorter half-side. The present frame has the distance
+    /// `distance`, mm.
     fn smaller_frame_advice(&self, patch: &ContactPatch, distance: f64, share: f64) -> Result<String> {
         let shorter = patch.half_width[0].min(patch.half_width[1]);
-        // A smaller frame is farther from features next to it, but not from features below it.
+        // A smaller frame is farther from features beside the frame, but not from features below the frame.
         let beside = (distance + shorter) / ((1.0 + share) * shorter);
         let narrow = ContactPatch { half_width: patch.half_width.map(|half| beside * half), ..*patch };
         let least = self.distance_to_others(&narrow).min(self.distance_to_edges(&narrow)?);
@@ -320,7 +325,8 @@ impl Surroundings<'_> {
         Ok(format!("; frame.half_width up to [{x}, {y}] is allowed"))
     }
 
-    /// Distance from the patch to supported nodes, and to outer faces that are neither in its plane nor among `curved_faces`, mm.
+    /// Distance from the patch to supported nodes and to outer faces, mm. Faces in the patch plane and faces among
+    /// `curved_faces` do not count.
     fn distance_to_edges(&self, patch: &ContactPatch) -> Result<f64> {
         let mesh = &self.spec.mesh;
         let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
@@ -339,8 +345,8 @@ impl Surroundings<'_> {
         Ok(least)
     }
 
-    /// Distance from the patch to elements of another material, taken as boxes in the axes of the patch, mm; infinite if there are
-    /// none.
+    /// Distance from the patch to elements of another material, mm; infinite without such elements. Each element is
+    /// replaced by its bounding box in the axes of the patch.
     fn distance_to_others(&self, patch: &ContactPatch) -> f64 {
         let (mesh, regions) = (&self.spec.mesh, self.regions);
         let other = |&i: &usize| !is_same_stiffness(&regions.stiffness(i), &self.stiffness);

@@ -1,4 +1,4 @@
-//! Loads and work of elements whose stiffness differs from the stiffness of the half-space.
+//! Nodal loads and work of elements whose stiffness differs from the stiffness of the half-space.
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
 use rayon::prelude::*;
@@ -17,10 +17,11 @@ use crate::quadrature::gauss_legendre;
 
 const ELEMENTS_PER_BATCH: usize = 64;
 
-/// Number of Gauss points along an edge of an element part: in general, and along a short edge of a hexahedral part.
+/// Numbers of Gauss points along an edge of an element part. The second number applies to short edges of hexahedral
+/// parts, the first to all other edges.
 const GAUSS_POINTS: [usize; 2] = [3, 2];
 
-/// Length below which an edge of a hexahedral part counts as short, divided by the largest size of an undivided part.
+/// Length below which an edge of a hexahedral part counts as short, divided by the largest admissible size of a part.
 const COARSE_RULE_EDGE: f64 = 0.5;
 
 const POINTS_PER_BATCH: usize = 64;
@@ -30,14 +31,15 @@ const MAX_SIZE_TO_DISTANCE: f64 = 0.5;
 
 const MAX_SUBDIVISIONS: usize = 8;
 
-/// Largest difference between stiffnesses that count as equal, relative to the largest entry.
+/// Largest difference of two stiffnesses that count as equal, divided by the largest entry.
 const STIFFNESS_TOLERANCE: f64 = 1e-9;
 
 pub(super) fn is_same_stiffness(a: &Matrix6<f64>, b: &Matrix6<f64>) -> bool {
     (a - b).amax() <= STIFFNESS_TOLERANCE * b.amax()
 }
 
-/// Maps a point of the unit cube to the reference cell by collapsing faces. Returns the image and the Jacobian determinant.
+/// Maps a point of the unit cube to the reference element. For other elements than hexahedra, faces of the cube
+/// collapse to edges or points. Returns the image and the Jacobian determinant.
 fn collapsed_cube(kind: ElementKind, [u, v, w]: [f64; 3]) -> ([f64; 3], f64) {
     match kind.n_corners() {
         4 => {
@@ -57,13 +59,13 @@ struct Inclusion<'a> {
     kind: ElementKind,
     nodes: &'a [usize],
     points: Vec<Point>,
-    /// C - C0, stiffness of the element less stiffness of the half-space, global axes, MPa.
+    /// C - C0: stiffness of the element minus stiffness of the half-space, global axes, MPa.
     stiffness_difference: Matrix6<f64>,
 }
 
 struct Rule<'a> {
     distance: &'a dyn Fn(&Point) -> f64,
-    /// Gauss points and weights on [0, 1], for each number of [`GAUSS_POINTS`].
+    /// Gauss points and weights on [0, 1], one rule for each number in [`GAUSS_POINTS`].
     lines: [Vec<(f64, f64)>; 2],
 }
 
@@ -79,7 +81,7 @@ impl Inclusion<'_> {
         self.kind.shape_values(xi).iter().zip(&self.points).map(|(value, x)| x * *value).sum()
     }
 
-    /// Quadrature points for a field with the length scale `distance(x)` at x.
+    /// Quadrature points of the element for a field whose length scale at a point x is `distance(x)`.
     fn quadrature(&self, distance: &dyn Fn(&Point) -> f64) -> Vec<VolumePoint> {
         let line =
             |n| gauss_legendre(n).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
@@ -89,8 +91,8 @@ impl Inclusion<'_> {
         points
     }
 
-    /// Adds the quadrature points in the box of the unit cube with the corner `first` and the given `sides`. A subdivision halves
-    /// only edges longer than half the longest edge.
+    /// Adds the quadrature points in a box of the unit cube to `points`. The box has the corner `first` and the given
+    /// `sides`. A subdivision halves only edges that are longer than half the longest edge.
     fn divide(
         &self,
         first: [f64; 3],
@@ -118,7 +120,8 @@ impl Inclusion<'_> {
             }
             return;
         }
-        // Other element kinds are collapsed cubes with variable weights, and keep the finer rule.
+        // Other elements than hexahedra always use the finer rule, because the Jacobian determinant of the collapsed
+        // cube varies.
         let lines = edges.map(|edge| {
             &rule.lines[usize::from(self.kind.n_corners() == 8 && edge < COARSE_RULE_EDGE * reach)]
         });
@@ -149,13 +152,14 @@ impl Inclusion<'_> {
 }
 
 struct InclusionContribution {
-    /// Shape `[n_columns][3 n_nodes]`.
+    /// Nodal loads of one element, `[n_columns][3 n_nodes]`.
     loads: Vec<f64>,
     work: DenseMatrix,
 }
 
-/// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of all elements whose stiffness C differs from the
-/// stiffness C0 under the patch. N are the shape functions, u the half-space displacements.
+/// Adds loads and work of all elements whose stiffness C differs from the stiffness C0 under the patch. The loads are
+/// -∫ ∇N : (C - C0) : ∇u dV, the work is -∫ ∇u : (C - C0) : ∇u dV. N are the shape functions, u the half-space
+/// displacements.
 pub(super) fn add_inclusions(model: &FeModel, forces: &PatchForces, terms: &mut BoundaryTerms) -> Result<()> {
     let own = *forces.stiffness.rotated(&forces.patch.axes.0).voigt();
     for batch in elements(model, &own).chunks(ELEMENTS_PER_BATCH) {
@@ -170,7 +174,8 @@ pub(super) fn add_inclusions(model: &FeModel, forces: &PatchForces, terms: &mut 
     Ok(())
 }
 
-/// Number of quadrature points in elements whose stiffness differs from `own` (global axes), for forces spread over `patch`.
+/// Number of quadrature points in elements whose stiffness differs from `own` (global axes). The forces are assumed to
+/// be spread over `patch`.
 pub(super) fn n_points(model: &FeModel, own: &Matrix6<f64>, patch: &ContactPatch) -> usize {
     let distance = |x: &Point| patch.distance(&patch.local(x));
     elements(model, own).par_iter().map(|element| element.quadrature(&distance).len()).sum()
@@ -217,7 +222,7 @@ impl InclusionContribution {
     }
 }
 
-/// Strain at `x` due to each column of forces, global axes.
+/// Strain at `x` due to each unit force, global axes. Each item contains the column of the force and the strain.
 fn strains_at(forces: &PatchForces, x: &Point) -> impl Iterator<Item = (usize, Vector6<f64>)> {
     let axes = forces.patch.axes.0;
     let local = forces.patch.local(x);
@@ -234,8 +239,8 @@ fn strains_at(forces: &PatchForces, x: &Point) -> impl Iterator<Item = (usize, V
 mod tests {
     use super::*;
 
-    /// Truth: the weights of the quadrature points sum to the volume of the element. The mean gradient of an interpolated linear
-    /// field is its slope.
+    /// Truth: the weights of the quadrature points sum to the volume of the element. The mean gradient of an
+    /// interpolated linear field is the gradient of the linear field.
     #[test]
     fn volumes_of_all_kinds() {
         let volumes = [

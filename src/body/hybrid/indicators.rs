@@ -1,4 +1,4 @@
-//! Quality indicators of a correction.
+//! Quality indicators of a correction, which decide whether it may be used.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,25 +14,25 @@ use crate::linalg::dense_matrix::DenseMatrix;
 
 const COMPARISON_CELLS: usize = 24;
 
-/// Largest imbalance with which the correction of a body with a plane surface is used.
+/// Largest imbalance at which the correction is used, for a plane contact surface.
 pub const MAX_IMBALANCE: f64 = 1e-4;
-/// Largest asymmetry of the boundary terms with which the correction of a body with a plane surface is used.
+/// Largest asymmetry of the boundary terms at which the correction is used, for a plane contact surface.
 pub const MAX_ASYMMETRY: f64 = 1e-3;
-/// Amount, per unit of [`Indicators::rise`], by which imbalance and asymmetry may exceed their limits on a curved surface.
-/// Tractions on curved faces are missing from the balance.
+/// Increase of the limits of imbalance and asymmetry on a curved surface, per unit of [`Indicators::rise`]. The
+/// increase is needed because tractions on curved faces are missing from the balance.
 pub const ALLOWANCE_PER_RISE: f64 = 5.0;
-/// Largest [`Indicators::direct_difference`] with which a correction is used.
+/// Largest [`Indicators::direct_difference`] at which a correction is used.
 pub const MAX_DIRECT_DIFFERENCE: f64 = 0.1;
-/// Largest [`Indicators::mesh_error`] with which a correction is used.
+/// Largest [`Indicators::mesh_error`] at which a correction is used.
 pub const MAX_MESH_ERROR: f64 = 0.1;
-/// Value of [`Indicators::mesh_error`] above which a warning is given. If [`Indicators::share`] exceeds 1, the value is divided by
-/// the square root of this share.
+/// Value of [`Indicators::mesh_error`] above which the program warns. If [`Indicators::share`] exceeds 1, the value is
+/// divided by the square root of `share`.
 pub const MESH_ERROR_WARNING: f64 = 0.02;
-/// Largest [`Indicators::field_error`] with which a correction is used.
+/// Largest [`Indicators::field_error`] at which a correction is used.
 pub const MAX_FIELD_ERROR: f64 = 1e-3;
-/// Largest [`Indicators::tail`] with which a correction is used.
+/// Largest [`Indicators::tail`] at which a correction is used.
 pub const MAX_TAIL: f64 = 1e-2;
-/// Value of [`Indicators::tail`] above which more nodes are used.
+/// Value of [`Indicators::tail`] above which the correction is computed again with more nodes.
 pub const TARGET_TAIL: f64 = 2e-3;
 
 /// Quality of a correction, judged without a reference solution.
@@ -42,38 +42,41 @@ pub struct Indicators {
     pub nodes: [usize; 2],
     /// Height difference of the surface under the frame, divided by the longer half-side.
     pub rise: f64,
-    /// Largest error in the table of point forces, relative to the largest entry; 0 for isotropic bodies.
+    /// Largest error of the tabulated point-force field, relative to the largest entry; 0 for isotropic bodies.
     pub field_error: f64,
     /// Largest component, among all forces, of the sum of a unit force and the resultant of its half-space tractions.
     pub imbalance: f64,
-    /// Asymmetry of the boundary terms.
+    /// Asymmetry of the boundary terms, divided by the norm of the correction matrix.
     pub asymmetry: f64,
-    /// Largest relative change of the mean displacement under uniform tractions if the correction is read from the displacement of
-    /// the mesh. The change shows mesh errors near the patch.
+    /// Difference between two evaluations of the correction, by Betti's theorem and by the mesh displacement on the
+    /// patch. It is the largest relative change of the mean displacement under uniform tractions. Large values indicate
+    /// mesh errors near the patch.
     pub direct_difference: f64,
-    /// Largest estimated relative error of the mean displacement under uniform tractions, from finite-element and recovered stress.
+    /// Largest estimated relative error of the mean displacement under uniform tractions. The estimate compares the
+    /// finite-element stress with the recovered stress.
     pub mesh_error: f64,
-    /// `share` × |a_highest| / |a|, where a are the Chebyshev coefficients of the correction. a_highest are the coefficients of the
-    /// highest degree in any variable.
+    /// Weight of the highest polynomials, `share` × |a_highest| / |a|. a are the Chebyshev coefficients of the
+    /// correction. a_highest are the coefficients of the highest degree in any variable.
     pub tail: f64,
     /// Norm of the correction divided by the norm of the half-space operator.
     pub share: f64,
-    /// Smallest eigenvalue of the corrected operator relative to the half-space operator; must be positive.
+    /// Smallest eigenvalue of the corrected operator relative to the half-space operator. It must be positive.
     pub least_eigenvalue: f64,
 }
 
 pub(super) struct PatchCorrection<'a> {
     pub matrix: &'a DenseMatrix,
-    /// Correction matrix, read from the displacement of the mesh.
+    /// Correction matrix, interpolated from the displacement of the mesh.
     pub direct: &'a DenseMatrix,
     pub imbalance: f64,
     pub asymmetry: f64,
-    /// Square of the estimated error, in the energy norm, under forces on the patch.
+    /// Estimates the squared error, in the energy norm, of the correction for given forces on the patch.
     pub squared_error: &'a dyn Fn(&[f64]) -> Result<f64>,
 }
 
 impl Indicators {
-    /// Computes the indicators of a patch with `m` nodes along x and y; `green` is given in the axes of the patch.
+    /// Computes the indicators of the correction `judged` with `m` nodes along x and y of the patch. `green` is given
+    /// in the axes of the patch.
     pub(super) fn new(
         judged: PatchCorrection,
         site: &HalfSpaceFit,
@@ -100,7 +103,7 @@ impl Indicators {
         let share = far.norm() / near.norm();
         let mut mesh_error: f64 = 0.0;
         for c in 0..3 {
-            // The error of the work of uniform tractions is the squared energy norm of the stress error.
+            // The work of uniform tractions has an error equal to the squared energy norm of the stress error.
             let at_nodes = &mass * uniform(c);
             let nodes = n / 3;
             let forces: Vec<f64> = (0..n).map(|k| at_nodes[k % 3 * nodes + k / 3]).collect();
@@ -151,8 +154,8 @@ impl Indicators {
     }
 }
 
-/// Galerkin matrix Φᵀ A S Φ of the half-space operator S, and mass matrix Φᵀ A Φ. Φ are the cell means of the polynomials, A the
-/// cell areas.
+/// Galerkin matrix Φᵀ A S Φ of the half-space operator S, and mass matrix Φᵀ A Φ. Φ contains the cell means of the
+/// polynomials, A the cell areas.
 fn on_polynomials(
     operator: &FftFlexibility,
     patch: &ContactPatch,
@@ -192,7 +195,8 @@ fn on_polynomials(
     ((&near + near.transpose()) * 0.5, mass)
 }
 
-/// Norm of the Chebyshev coefficients of the highest degree in any of the four variables, divided by the norm of all coefficients.
+/// Norm of the Chebyshev coefficients of highest degree, divided by the norm of all coefficients. A coefficient counts
+/// if its degree is the highest in at least one of the four variables.
 fn tail(matrix: &DMatrix<f64>, m: [usize; 2]) -> f64 {
     let [x, y] = m.map(Chebyshev::coefficients);
     let nodes = m[0] * m[1];
@@ -216,7 +220,7 @@ fn tail(matrix: &DMatrix<f64>, m: [usize; 2]) -> f64 {
     (last / all).sqrt()
 }
 
-/// Smallest λ with (near + far) v = λ near v.
+/// Smallest eigenvalue λ of (near + far) v = λ near v.
 fn least_eigenvalue(near: DMatrix<f64>, far: &DMatrix<f64>) -> f64 {
     let Some(cholesky) = near.cholesky() else { return f64::NAN };
     let lower = cholesky.l();

@@ -9,7 +9,7 @@ use crate::mesh::faces::{SurfaceFace, outer_faces};
 
 const MAX_NEWTON_STEPS: usize = 30;
 
-/// Largest last Newton step, in reference coordinates, that counts as converged.
+/// Largest size of the last Newton step at which the iteration counts as converged, in reference coordinates.
 const CONVERGED_STEP: f64 = 1e-9;
 
 /// Distance outside a face, in reference coordinates, up to which a point counts as on the face.
@@ -28,7 +28,7 @@ impl<'a> PatchFaceLocator<'a> {
         Self { mesh, patch: &forces.patch, faces }
     }
 
-    /// Nodes and weights that interpolate the displacement at a point of the patch.
+    /// Nodes and weights that interpolate the mesh displacement at the point `at` of the patch.
     ///
     /// # Errors
     /// If no face lies at the point.
@@ -60,8 +60,8 @@ impl<'a> PatchFaceLocator<'a> {
     }
 }
 
-/// Reference coordinates of the point `at` on a face, projected along the patch normal; `None` if the point is not on the face. The
-/// `nodes` of the face are given in axes of the patch.
+/// Reference coordinates of the point on a face whose projection along the patch normal is `at`. `None` if the face has
+/// no such point. `nodes` contains the nodes of the face in the axes of the patch.
 pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
     let triangle = face.kind.n_corners() == 3;
     let mut xi = if triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
@@ -87,7 +87,7 @@ pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> 
             break;
         }
     }
-    // For points outside the face, Newton's method may diverge, or end inside the face without convergence.
+    // If `at` lies outside the face, Newton's method may diverge, or end inside the face without convergence.
     if last_step > CONVERGED_STEP {
         return None;
     }
@@ -107,8 +107,8 @@ mod tests {
     use crate::element::ElementKind;
     use crate::mesh::CellRef;
 
-    /// Truth: the reference coordinates map back to the point. The face x = s + 2 s², y = t is folded at x = -1/8; points with
-    /// smaller x are not on the face.
+    /// Truth: the reference coordinates map back to the point. The face x = s + 2 s², y = t is folded at x = -1/8.
+    /// Points with smaller x are not on the face.
     #[test]
     fn points_beside_a_folded_face_are_not_on_it() {
         let nodes = (0..9).collect();

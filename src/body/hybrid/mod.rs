@@ -1,5 +1,6 @@
-//! Finite bodies with a half-space near field ([`HybridBody`]). The half-space operator S_hs resolves the contact. Finite elements
-//! add the correction for the finite body: S = S_hs + Σ Φ Ĉ Φᵀ A. Φ are the cell means of a few polynomials, A the cell areas.
+//! Finite bodies whose near field is the response of a half-space ([`HybridBody`]). The half-space operator S_hs
+//! resolves the contact. Finite elements add the correction for the finite body: S = S_hs + Σ Φ Ĉ Φᵀ A, with one term
+//! per body. Φ contains the cell means of a few polynomials, Ĉ the correction matrix, A the cell areas.
 
 mod applied_loads;
 mod body;

@@ -1,4 +1,4 @@
-//! Correction with an adaptive number of nodes on the patch.
+//! Correction whose number of polynomial nodes on the patch adapts to the solution.
 
 use super::chebyshev::Chebyshev;
 use super::correction::Correction;
@@ -15,7 +15,7 @@ use crate::material::Stiffness;
 
 const MAX_NODES_PER_SIDE: usize = 10;
 
-/// Half-space of a patch, in the axes of the patch.
+/// Half-space that represents the body under the patch, in the axes of the patch.
 pub(super) struct PatchHalfSpace<'a> {
     pub fit: &'a HalfSpaceFit,
     pub stiffness: Stiffness,
@@ -24,7 +24,7 @@ pub(super) struct PatchHalfSpace<'a> {
 }
 
 impl<'a> PatchHalfSpace<'a> {
-    /// Half-space of a fit, and a warning about the cache of its field, if any.
+    /// Creates the half-space of a fit. Also returns a warning about the cache of the point-force field, if any.
     pub fn new(fit: &'a HalfSpaceFit, resources: &CondensationResources) -> Result<(Self, Option<String>)> {
         let stiffness = fit.stiffness.rotated(&fit.patch.axes.0.transpose());
         let (points, note) = PointForceField::load_or_compute(&stiffness, resources.cache)?;
@@ -33,7 +33,7 @@ impl<'a> PatchHalfSpace<'a> {
         Ok((Self { fit, stiffness, field, green }, note))
     }
 
-    /// Forces at `m` nodes of the patch, with consecutive indices along y.
+    /// Unit forces at `m` = [m_x, m_y] nodes of the patch. The index runs first along y.
     pub fn forces(&self, m: [usize; 2]) -> PatchForces<'_> {
         let patch = self.fit.patch;
         let [x, y] = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
@@ -48,8 +48,8 @@ impl<'a> PatchHalfSpace<'a> {
     }
 }
 
-/// Correction of the half-space `near` with the responses to `loads`, and its quality indicators. Nodes are added while the highest polynomials are significant
-/// and memory suffices, up to [`MAX_NODES_PER_SIDE`].
+/// Correction of the half-space `near` with the responses to `loads`, and its quality indicators. Nodes are added while
+/// the polynomials of highest degree are significant and memory suffices, up to [`MAX_NODES_PER_SIDE`].
 pub(super) fn adaptive_correction(
     model: &FeModel,
     recovery: &StressRecovery,
@@ -83,13 +83,13 @@ pub(super) fn adaptive_correction(
     }
 }
 
-/// Estimated errors of the displacement that the body's own loads cause on a patch.
+/// Estimated errors of the displacement on the patch due to the body's own loads.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct AppliedLoadError {
     /// Largest error of a component of the mean displacement, mm.
     pub mean: f64,
-    /// Error of tilt and curvature of the normal displacement over the patch, mm. It remains if body 2 can move freely along the
-    /// normal.
+    /// Largest error of the normal displacement in the form of a tilt or a curvature over the patch, mm. A rigid
+    /// displacement of body 2 along the normal does not remove this error.
     pub shape: f64,
 }
 
@@ -100,8 +100,10 @@ impl AppliedLoadError {
     }
 }
 
-/// Product of the energy-norm errors of two fields: of the body's own loads (`by_own`), and of forces on the patch. The relative
-/// stress error of the first field times the support work `remainder` is added.
+/// Estimates the error of the patch displacement due to the body's own loads. The estimate is a product of two
+/// energy-norm errors. One is the error of the field due to the own loads (`by_own`). The second is the error of the
+/// field due to forces on the patch. The relative stress error of the first field times the support work `remainder` is
+/// added.
 pub(super) fn applied_load_error(
     model: &FeModel,
     recovery: &StressRecovery,

@@ -1,10 +1,13 @@
-//! Displacement and its gradient in a half-space under tractions on a grid, by a tree of point forces.
+//! Displacement and its gradient in a half-space under tractions on a grid. A tree of rectangles accelerates the sums
+//! over the cells.
 //!
-//! Rectangles of cells are halved down to single cells. Forces at a few Chebyshev nodes replace a rectangle at points that are far
-//! away relative to its longer side. For points near a cell, the cell is subdivided.
+//! Rectangles of cells are halved down to single cells. For points that are far away relative to the longer side of a
+//! rectangle, point forces at a few Chebyshev nodes replace its tractions. For points inside the half-space near a
+//! cell, the cell is subdivided.
 //!
-//! On the surface, nearby cells are integrated exactly. Tangential derivatives are differences of these integrals between two
-//! points one cell apart, as for tractions that vary linearly from cell to cell. The normal derivative follows from the traction.
+//! For points on the surface, nearby cells are integrated exactly. The difference of these integrals between two points
+//! one cell apart gives the tangential derivatives. This equals the derivative under tractions that vary linearly from
+//! cell to cell. The normal derivative follows from the traction.
 
 use std::sync::LazyLock;
 
@@ -20,7 +23,7 @@ const NODES_PER_SIDE: usize = 5;
 
 static UNIT_NODES: LazyLock<Chebyshev> = LazyLock::new(|| Chebyshev::new(NODES_PER_SIDE, 1.0));
 
-/// Largest ratio of a rectangle's longer side to its distance at which nodal forces replace the rectangle.
+/// Largest ratio of a rectangle's longer side to its distance from a point at which point forces replace the tractions.
 const MAX_SIZE_TO_DISTANCE: f64 = 0.7;
 
 const MAX_CELL_SUBDIVISIONS: usize = 6;
@@ -28,12 +31,12 @@ const MAX_CELL_SUBDIVISIONS: usize = 6;
 struct CellCluster {
     middle: [f64; 2],
     half: [f64; 2],
-    /// Forces at the Chebyshev nodes, axes of the patch, N.
+    /// Point forces at the Chebyshev nodes that replace the tractions of the cluster, axes of the patch, N.
     forces: Vec<Vector3<f64>>,
     children: Vec<CellCluster>,
 }
 
-/// Tractions on the cells of a grid, axes of the patch.
+/// Tractions on the cells of a grid, stored as a tree of cell clusters, axes of the patch.
 pub(super) struct TractionTree {
     root: Option<CellCluster>,
     /// Sides of a cell, mm.
@@ -43,7 +46,7 @@ pub(super) struct TractionTree {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LocalDisplacement {
     pub displacement: Vector3<f64>,
-    /// Column k: derivative along axis k.
+    /// Displacement gradient. Column k is the derivative along axis k.
     pub gradient: Matrix3<f64>,
 }
 
@@ -55,7 +58,8 @@ struct Layout<'a> {
 }
 
 impl TractionTree {
-    /// Builds the tree of the tractions `traction(ix, iy)` (MPa) on `cells` with sides `spacing` (mm), centred on the patch.
+    /// Builds the tree of the tractions `traction(ix, iy)` (MPa) on `cells` along x and y. The cells have the sides
+    /// `spacing` (mm), and the grid is centred on the patch.
     pub fn new(
         cells: [usize; 2],
         spacing: [f64; 2],
@@ -66,8 +70,8 @@ impl TractionTree {
         Self { root, spacing }
     }
 
-    /// Displacement and gradient at a point of the half-space, axes of the patch. Between the surface and a depth of half the
-    /// shorter cell side, the gradient is interpolated linearly.
+    /// Displacement and gradient at the point `x` of the half-space, axes of the patch. Between the surface and a depth
+    /// of half the shorter cell side, the gradient is interpolated linearly.
     pub fn at(&self, x: &Point, field: &HalfSpaceField) -> LocalDisplacement {
         let mut sum = LocalDisplacement::default();
         let Some(root) = &self.root else { return sum };
@@ -199,7 +203,8 @@ impl CellCluster {
         Self { middle, half, forces, children }
     }
 
-    /// Calls `with(G, force)` for each point force that represents the cluster as seen from `x`, with the Green's tensor G.
+    /// Calls `with(G, force)` for each point force that replaces the tractions of the cluster for an evaluation at `x`.
+    /// G is the Green's tensor from the position of the force to `x`.
     fn for_each_force(
         &self,
         x: &Point,
@@ -216,7 +221,8 @@ impl CellCluster {
         }
     }
 
-    /// As [`Self::for_each_force`] at the surface, but passes nearby cells to `with` without subdivision.
+    /// Calls `with` for each source of the cluster for an evaluation at the surface point `x`. Far clusters are sources
+    /// of point forces. Nearby cells are sources with a uniform traction.
     fn on_surface(&self, x: &Point, field: &HalfSpaceField, with: &mut dyn FnMut(SurfaceSource)) {
         if self.is_far(x) {
             self.for_each_own_force(x, &field.point_force, &mut |point, force| {
@@ -291,8 +297,8 @@ mod tests {
         (stiffness.voigt() * crate::material::strain_of_gradient(gradient)).into()
     }
 
-    /// Truth: the surface stress under Hertz's pressure on an isotropic half-space (Johnson, Contact Mechanics, eqs. 3.42 and
-    /// 3.43). At the edge of the contact, the error is proportional to the square root of the cell size.
+    /// Truth: the surface stress under Hertzian pressure on an isotropic half-space (Johnson, Contact Mechanics, eqs.
+    /// 3.42 and 3.43). At the edge of the contact, the error is proportional to the square root of the cell size.
     #[test]
     fn surface_under_hertz_pressure() {
         let nu = 0.3;
@@ -337,8 +343,8 @@ mod tests {
         }
     }
 
-    /// Truth: the surface gradient equals the extrapolation of gradients at small depths. The surface stresses xz, yz and zz equal
-    /// the given tractions.
+    /// Truth: the surface gradient equals the extrapolation of gradients at small depths. The surface stresses xz, yz
+    /// and zz equal the prescribed tractions.
     #[test]
     fn surface_of_an_anisotropic_body() {
         let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), 0.5);
@@ -364,7 +370,8 @@ mod tests {
         }
     }
 
-    /// Truth: on the surface, exact integrals over the cells; at depth, sums over many point forces in each cell.
+    /// Truth: the displacement on the surface equals the sum of exact integrals over the cells. At depth, displacement
+    /// and gradient equal sums over many point forces in each cell.
     #[test]
     fn sums_of_point_forces() {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();

@@ -1,25 +1,26 @@
-//! Partition of a matrix into blocks, each for a pair of clusters of a cluster tree.
+//! Partition of a matrix into blocks. Each block belongs to a pair of clusters of a cluster tree.
 
 use super::cluster_tree::{Cluster, ClusterTree};
 
-/// Block of a matrix: the rows of one cluster and the columns of another or the same cluster.
+/// Block of a matrix: its rows belong to one cluster, its columns to another cluster or to the same cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ClusterPair {
     /// Index of the row cluster in the tree.
     pub rows: usize,
     /// Index of the column cluster in the tree. With [`MirrorBlocks::One`], the column range does not start before the row range.
     pub columns: usize,
-    /// Whether the clusters are so far apart that a low-rank block approximates the kernel.
+    /// Whether the clusters are so far apart that a low-rank block can approximate the kernel.
     pub is_admissible: bool,
 }
 
-/// Whether a partition contains one or both of two mirrored blocks. Mirrored blocks have exchanged row and column clusters.
+/// Whether a partition contains one or both of two mirrored blocks. The row cluster of a block is the column cluster of
+/// its mirrored block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MirrorBlocks {
-    /// One block of each mirrored pair. Outside the diagonal blocks, each pair of points i, j is covered in one order, (i, j) or
-    /// (j, i). Diagonal blocks cover both orders.
+    /// One block of each mirrored pair. Diagonal blocks cover each pair of their points in both orders, (i, j) and (j,
+    /// i). All other pairs are covered in one order.
     One,
-    /// Both blocks. The blocks cover each ordered pair of points once.
+    /// Both blocks. The blocks cover each pair of points in both orders, each order once.
     Both,
 }
 
@@ -45,7 +46,7 @@ pub fn partition<const D: usize>(
                 }
                 waiting.extend([(first, second), (first, first)]);
             }
-            // The larger cluster is divided.
+            // The cluster with the larger diameter is divided.
             (false, Some([first, second]), _) if rows_first => {
                 waiting.extend([(second, columns), (first, columns)]);
             }
@@ -68,8 +69,8 @@ mod tests {
     use super::super::cluster_tree::{BoundingBox, ClusterTree};
     use super::*;
 
-    /// Truth: the blocks, and the mirror images of blocks off the diagonal, cover each ordered pair of points once. Admissible
-    /// blocks satisfy the distance condition of [`partition`].
+    /// Truth: the blocks and the mirror images of blocks off the diagonal cover each ordered pair of points once.
+    /// Admissible blocks satisfy the distance condition of [`partition`].
     #[test]
     fn blocks_hold_every_pair_once() {
         let points: Vec<[f64; 2]> = (0..300).map(|k| [(k % 20) as f64, (k / 20) as f64]).collect();

@@ -1,5 +1,5 @@
-//! Binary cluster tree of points in the plane or in space. A cluster is divided at the middle of the longest side of the box that
-//! encloses its points.
+//! Binary cluster tree of points in the plane or in space. A cluster is divided at the middle of the longest side of
+//! the bounding box of its points.
 
 use std::ops::Range;
 
@@ -8,12 +8,12 @@ use crate::geometry::bounds;
 /// Axis-aligned rectangle or box: smallest and largest coordinates, mm.
 pub type BoundingBox<const D: usize = 2> = [[f64; D]; 2];
 
-/// Cluster of neighbouring points.
+/// Cluster of neighbouring points. Each point may represent an object with an extent, for example an element.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cluster<const D: usize = 2> {
-    /// Range of the cluster's points in the order of the tree.
+    /// Positions of the cluster's points in the order of the tree.
     pub range: Range<usize>,
-    /// Bounding box of the extents of the cluster's points.
+    /// Bounding box of the objects at the cluster's points.
     pub extent: BoundingBox<D>,
     /// Indices of the two child clusters; `None` for a leaf.
     pub children: Option<[usize; 2]>,
@@ -40,7 +40,7 @@ fn length<const D: usize>(along: impl Fn(usize) -> f64) -> f64 {
     (0..D).fold(0.0, |length: f64, axis| length.hypot(along(axis)))
 }
 
-/// Cluster tree and the order of the points in which each cluster is a contiguous range.
+/// Cluster tree, and the order of the points. In this order, each cluster is a contiguous range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClusterTree<const D: usize = 2> {
     /// All clusters; the root is first, and children have larger indices than their parent.
@@ -52,7 +52,8 @@ pub struct ClusterTree<const D: usize = 2> {
 impl<const D: usize> ClusterTree<D> {
     /// Builds the tree. Leaves have at most `leaf` points, unless the points coincide.
     ///
-    /// `points` `[N]` determine the division. `extents` `[N]` are the bounding boxes of the objects at the points.
+    /// `points`, `[N]`, determine how clusters are divided. `extents`, `[N]`, are the bounding boxes of the objects at
+    /// the points.
     pub fn new(points: &[[f64; D]], extents: &[BoundingBox<D>], leaf: usize) -> Self {
         let mut order: Vec<usize> = (0..points.len()).collect();
         let mut clusters = vec![cluster(&order, extents, 0..points.len())];
@@ -73,7 +74,8 @@ impl<const D: usize> ClusterTree<D> {
         Self { clusters, order }
     }
 
-    /// Ascending ranges of the largest clusters with at most `size` points, or of larger leaves.
+    /// Ranges of the largest clusters with at most `size` points, ascending. The ranges cover all points. A leaf may
+    /// have more points.
     pub fn clusters_of_size(&self, size: usize) -> Vec<Range<usize>> {
         let (mut parts, mut waiting) = (Vec::new(), vec![0]);
         while let Some(index) = waiting.pop() {
@@ -96,7 +98,7 @@ fn cluster<const D: usize>(order: &[usize], extents: &[BoundingBox<D>], range: R
     Cluster { range, extent, children: None }
 }
 
-/// Reorders points so that the points on the lower side of the cut are first; returns their number.
+/// Reorders points so that the points on the lower side of the cut come first. Returns the number of these points.
 ///
 /// `None` if all points coincide.
 fn cut<const D: usize>(points: &[[f64; D]], order: &mut [usize]) -> Option<usize> {
@@ -125,8 +127,8 @@ mod tests {
         (0..n).map(at).collect()
     }
 
-    /// Truth: in a cluster tree, two children make up their parent, each point has one position, and extents contain the extents of
-    /// their points.
+    /// Truth: in a cluster tree, two children together contain the points of their parent. Each point has one position.
+    /// Extents contain the extents of their points.
     #[test]
     fn halves_make_up_the_whole() {
         let points = spiral(500);
@@ -158,7 +160,7 @@ mod tests {
         assert!(parts.iter().cloned().flatten().eq(0..500));
     }
 
-    /// Truth: distances of rectangles computed by hand. Coinciding points cannot be divided.
+    /// Truth: distances of rectangles, computed by hand. Coinciding points cannot be divided.
     #[test]
     fn distances_and_points_in_one_place() {
         let of = |low: [f64; 2], high: [f64; 2]| Cluster { range: 0..1, extent: [low, high], children: None };

@@ -1,4 +1,5 @@
-//! Two-level preconditioner for [`CollocationMatrix`]: dense inverses of diagonal blocks, and a coarse correction by rigid motions.
+//! Two-level preconditioner for [`CollocationMatrix`]: dense inverses of diagonal blocks, and a coarse correction by
+//! rigid motions of node groups.
 
 use std::ops::Range;
 
@@ -14,46 +15,49 @@ use crate::linalg::dense_lu::DenseLu;
 use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::vector::norm;
 
-/// Maximum number of nodes of a diagonal block, unless it is a larger leaf of the cluster tree.
+/// Largest number of nodes of a diagonal block. Leaves of the cluster tree may be larger.
 const MAX_BLOCK_NODES: usize = 160;
 
-/// Maximum number of nodes of a rigid group, unless the number of nodes divided by [`MAX_GROUPS`] is larger.
+/// Largest number of nodes of a rigid group, or the number of nodes divided by [`MAX_GROUPS`] if this quotient is
+/// larger.
 const NODES_PER_GROUP: usize = 16;
 const MAX_GROUPS: usize = 500;
 
-/// A motion counts as linearly dependent on earlier motions if orthogonalisation reduces its norm to at most this share.
+/// Threshold of linear dependence. A motion is omitted if orthogonalisation against earlier motions reduces its norm to
+/// at most this share.
 const DEPENDENCE_TOLERANCE: f64 = 1e-3;
 
-/// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b) of A x = b, where A is a collocation matrix with a
+/// Preconditioner x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b) of A x = b. A is a collocation matrix with a
 /// [`DiagonalAndBorder`].
 ///
-/// The columns of P are orthonormal motions of node groups. D contains the dense diagonal blocks of A for another division of the
-/// nodes into groups.
+/// The columns of P are orthonormal motions of node groups. D contains dense diagonal blocks of A. The blocks of D
+/// belong to other groups of nodes than the motions.
 pub struct CoarseBlockJacobi {
     n: usize,
     block_inverses: Vec<(Range<usize>, Vec<f32>)>,
     groups: Vec<RigidGroup>,
-    /// Inverse of the coarse matrix: Pᵀ A P, bordered by Pᵀ times the border columns and by the border rows times P. The corner of
-    /// the coarse matrix is zero.
+    /// Inverse of the coarse matrix, which is Pᵀ A P with a border. The border columns are Pᵀ C and the border rows are
+    /// R P. C and R are the border columns and rows of A. The corner of the coarse matrix is zero.
     coarse_inverse: DenseMatrix,
 }
 
-/// Additions to a collocation matrix `[n, n]`: 3 x 3 blocks on the diagonal, and `border` further rows and columns.
+/// Additions to a collocation matrix `[n, n]`: 3 x 3 blocks on the diagonal, and a border of additional rows and
+/// columns.
 pub struct DiagonalAndBorder<'a> {
-    /// Additional 3 x 3 block of each node i, in the rows and columns 3 i to 3 i + 2.
+    /// 3 x 3 block of each node i, which is added in the rows and columns 3 i to 3 i + 2.
     pub blocks: &'a [Matrix3<f64>],
-    /// Border columns, with the corner in the last rows, `[n + border, border]`.
+    /// Border columns, `[n + border, border]`. The last `border` rows are the corner.
     pub columns: &'a DenseMatrix,
-    /// Border rows, stored as columns `[n, border]`.
+    /// Border rows, stored as columns, `[n, border]`.
     pub rows: &'a DenseMatrix,
 }
 
-/// Positions of the nodes of a collocation matrix, and kinds of its unknowns (traction or displacement).
+/// Positions of the nodes of a collocation matrix, and the kind of each unknown (traction or displacement).
 #[derive(Clone, Copy)]
 pub struct CollocationUnknowns<'a> {
     /// Positions of the nodes, mm.
     pub positions: &'a [Vector3<f64>],
-    /// Whether each unknown is a traction. Otherwise it is a displacement, which takes part in rigid rotations.
+    /// Whether each unknown is a traction. All other unknowns are displacements, which take part in rigid rotations.
     pub is_traction: &'a [bool],
 }
 
@@ -95,7 +99,8 @@ impl RigidGroup {
         self.motions.len() / self.places.len()
     }
 
-    /// Entries of the motions in the rows `places`, a part of the rows of the group, `[places, motions]`.
+    /// Entries of the motions in the rows `places`, `[places, motions]`. `places` must be a part of the rows of the
+    /// group.
     pub fn motions_at(&self, places: &Range<usize>) -> MatRef<'_, f64> {
         MatRef::from_column_major_slice(&self.motions, self.places.len(), self.n_motions())
             .subrows(places.start - self.places.start, places.len())
@@ -161,9 +166,9 @@ impl CoarseBlockJacobi {
         Ok(Self { n, block_inverses, groups, coarse_inverse: inverse(means, Par::rayon(0))? })
     }
 
-    /// Expected memory [peak during construction, kept afterwards] for a layout, bytes.
+    /// Expected memory for a layout, bytes: first the peak during construction, then the memory that is kept.
     ///
-    /// Six motions per group and six border rows are assumed.
+    /// The estimate assumes six motions per group and six border rows.
     pub fn expected_bytes(layout: &CollocationLayout) -> [usize; 2] {
         let nodes = layout.groups().n_nodes();
         let locals: usize =
@@ -247,7 +252,7 @@ fn inverse(matrix: DenseMatrix, par: Par) -> Result<DenseMatrix> {
     Ok(inverse)
 }
 
-/// Ascending row ranges of the largest clusters with at most `nodes` nodes, or of larger leaves.
+/// Row ranges of the largest clusters with at most `nodes` nodes, ascending. Leaves of the tree may be larger.
 fn dof_clusters(layout: &CollocationLayout, nodes: usize) -> Vec<Range<usize>> {
     let (tree, groups) = (layout.tree(), layout.groups());
     let (mut parts, mut waiting) = (Vec::new(), vec![0]);

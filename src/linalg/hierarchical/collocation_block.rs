@@ -1,4 +1,4 @@
-//! Lazily computed blocks of collocation matrices.
+//! Blocks of collocation matrices whose rows and columns are computed on first use.
 
 use std::ops::Range;
 
@@ -7,34 +7,39 @@ use super::cross_approximation::{LazyMatrix, index_at_share};
 /// Number of rows per node: one per direction.
 pub const ROWS_PER_NODE: usize = 3;
 
-/// Nodes (`FIRST_ROWS`) and element (`FIRST_COLUMN`) that a cross approximation evaluates first, as fractions of the largest index
-/// in the block.
+/// First rows and first column of a cross approximation. The numbers are positions of nodes (`FIRST_ROWS`) and of an
+/// element (`FIRST_COLUMN`), as fractions of the largest index in the block.
 const FIRST_ROWS: [f64; 4] = [0.0, 1.0, 0.34, 0.67];
 const FIRST_COLUMN: f64 = 0.5;
 
 const NOT_COMPUTED: u32 = u32::MAX;
 
-/// Kernel of a collocation matrix: rows belong to nodes, columns to elements, both in the order of a cluster tree.
+/// Kernel of a collocation matrix. Rows belong to nodes, columns to elements. Nodes and elements have the order of a
+/// cluster tree.
 pub trait CollocationKernel: Sync {
     /// Writes the three rows of `node` in all columns of `element` to `values`, column by column.
     ///
-    /// The matrix columns of the element are first; its summed columns follow ([`ElementNumbering::n_sum_columns`]).
+    /// The matrix columns of the element come first. The summed columns of the element follow
+    /// ([`ElementNumbering::n_sum_columns`]).
     fn entries(&self, node: usize, element: usize, values: &mut [f64]);
 }
 
-/// Numbers of the nodes and of their matrix rows and columns, element by element in the order of the cluster tree.
+/// Numbering of the nodes and of their matrix rows and columns. The numbers increase element by element in the order of
+/// the cluster tree.
 #[derive(Debug, Clone)]
 pub struct ElementNumbering {
-    /// First node of each element in tree order, followed by the total number of nodes.
+    /// First node of each element in tree order. The last entry is the total number of nodes.
     first: Vec<usize>,
     element_of: Vec<u32>,
     n_sum_columns: usize,
 }
 
 impl ElementNumbering {
-    /// Creates the numbering. `nodes` yields the number of nodes of each element in tree order; each node has three matrix columns.
+    /// Creates the numbering. `nodes` yields the number of nodes of each element in tree order. Each node has three
+    /// matrix columns.
     ///
-    /// Each element has `n_sum_columns` further columns. Only the sums of these columns over all elements are kept.
+    /// Each element has `n_sum_columns` additional columns, the summed columns. The matrix keeps only their sums over
+    /// all elements.
     pub fn new(nodes: impl Iterator<Item = usize>, n_sum_columns: usize) -> Self {
         let (mut first, mut element_of) = (vec![0], Vec::new());
         for (element, count) in nodes.enumerate() {
@@ -54,12 +59,12 @@ impl ElementNumbering {
         self.n_sum_columns
     }
 
-    /// Range of the nodes of a range of elements.
+    /// Range of the nodes of the elements in the range `elements`.
     pub fn nodes(&self, elements: &Range<usize>) -> Range<usize> {
         self.first[elements.start]..self.first[elements.end]
     }
 
-    /// Rows of a range of elements. The matrix columns of these elements have the same indices.
+    /// Range of the matrix rows of a range of elements. The matrix columns of these elements have the same indices.
     pub fn dofs(&self, elements: &Range<usize>) -> Range<usize> {
         let nodes = self.nodes(elements);
         ROWS_PER_NODE * nodes.start..ROWS_PER_NODE * nodes.end
@@ -70,14 +75,14 @@ impl ElementNumbering {
     }
 }
 
-/// Block with rows and columns that are computed on first use: all rows of a node together, and all columns of an element together.
-/// The summed columns are last.
+/// Block of a collocation matrix whose rows and columns are computed on first use. All rows of a node are computed
+/// together, and all columns of an element. The summed columns follow the matrix columns.
 pub(super) struct CollocationBlock<'k, K> {
     kernel: &'k K,
     groups: &'k ElementNumbering,
     nodes: Range<usize>,
     elements: Range<usize>,
-    /// Number of matrix columns; `n_columns` also counts the summed columns.
+    /// Number of matrix columns. `n_columns` is the number of matrix columns and summed columns.
     n_matrix_columns: usize,
     n_columns: usize,
     values: Vec<f64>,
@@ -129,7 +134,8 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         self.n_matrix_columns
     }
 
-    /// Evaluates the kernel for an element at a node. Yields for each column its position in the block and its three entries.
+    /// Evaluates the kernel for an element at a node. Yields the position of each column in the block and its three
+    /// entries.
     fn evaluate(&mut self, node: usize, element: usize) -> impl Iterator<Item = (usize, &[f64])> {
         let (groups, place) = (self.groups, self.elements.start + element);
         self.values.resize(ROWS_PER_NODE * groups.n_columns(place), 0.0);
@@ -184,7 +190,7 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
         self.column_places.extend(others..others + groups.n_sum_columns);
     }
 
-    /// All entries including the summed columns, column by column.
+    /// Computes all entries including the summed columns, column by column.
     pub fn everything(&mut self) -> Vec<f64> {
         let m = ROWS_PER_NODE * self.nodes.len();
         let mut values = vec![0.0; m * self.n_columns];
@@ -200,7 +206,7 @@ impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
 }
 
 impl<K: CollocationKernel> LazyMatrix for &mut CollocationBlock<'_, K> {
-    /// The share is small, because a new column requires all columns of its element.
+    /// The share is small, because one new column requires the computation of all columns of its element.
     const KNOWN_COLUMN_SHARE: f64 = 0.1;
 
     fn size(&self) -> (usize, usize) {

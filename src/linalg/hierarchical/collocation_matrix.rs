@@ -1,4 +1,4 @@
-//! Hierarchical matrices of collocation methods: unsymmetric, with products for several vectors at once.
+//! Hierarchical matrices of collocation methods. They are unsymmetric, and multiply several vectors at once.
 
 use std::ops::Range;
 
@@ -15,7 +15,8 @@ use crate::cancel;
 use crate::error::Result;
 use crate::linalg::dense_matrix::DenseMatrix;
 
-/// Group of nodes with common motions: translations of the displacements or of the tractions, and rotations of the displacements.
+/// Group of nodes with common motions: translations of the displacements, translations of the tractions, and rotations
+/// of the displacements.
 pub(super) struct RigidGroup {
     pub places: Range<usize>,
     /// Index of the group's first motion among all motions.
@@ -46,7 +47,8 @@ impl StoredBlock {
     }
 }
 
-/// Block structure of a collocation matrix: cluster tree of the elements, numbering, and block partition.
+/// Block structure of a collocation matrix: cluster tree of the elements, numbering of the nodes, and partition into
+/// blocks.
 pub struct CollocationLayout {
     tree: ClusterTree<3>,
     groups: ElementNumbering,
@@ -60,7 +62,8 @@ pub struct CollocationMatrix {
 }
 
 impl CollocationLayout {
-    /// Divides the matrix into blocks over the cluster tree of the elements.
+    /// Divides the matrix into blocks, which belong to pairs of clusters of `tree`. `tree` is the cluster tree of the
+    /// elements.
     ///
     /// See [`partition`] for `admissibility`.
     pub fn new(tree: ClusterTree<3>, groups: ElementNumbering, admissibility: f64) -> Self {
@@ -82,7 +85,8 @@ impl CollocationLayout {
         [block.rows, block.columns].map(|cluster| self.tree.clusters[cluster].range.clone())
     }
 
-    /// Sums over the blocks for memory estimates: [entries of the near blocks, rows plus columns of the far blocks].
+    /// Counts for memory estimates: the number of entries of all near blocks, and the sum of rows and columns of all
+    /// far blocks.
     pub fn storage_counts(&self) -> [usize; 2] {
         self.blocks.iter().fold([0; 2], |[near, far], block| {
             let [m, n] = self.elements(block).map(|elements| self.groups.dofs(&elements).len());
@@ -90,8 +94,8 @@ impl CollocationLayout {
         })
     }
 
-    /// Computes a block and, for each summed column, the sum over the elements of the block, `[n_sum_columns][row]`. If the run is
-    /// cancelled, the block is empty.
+    /// Computes a block. Also computes the sum of each summed column over the elements of the block,
+    /// `[n_sum_columns][row]`. If the run is cancelled, the block is empty.
     fn build_block(
         &self,
         block: &ClusterPair,
@@ -144,8 +148,8 @@ impl CollocationLayout {
 
     /// Computes the matrix and the summed columns, `[n, n_sum_columns]`.
     ///
-    /// The root-mean-square error of the entries of each block is estimated to be at most `error`, without the rounding to single
-    /// precision.
+    /// For each block, the estimated root-mean-square error of the entries is at most `error`. This error excludes the
+    /// rounding to single precision.
     ///
     /// # Errors
     /// If memory does not suffice, or the run is cancelled.
@@ -154,7 +158,7 @@ impl CollocationLayout {
         kernel: &impl CollocationKernel,
         error: f64,
     ) -> Result<(CollocationMatrix, DenseMatrix)> {
-        // Large blocks take long, so each block is a separate task.
+        // Each block is a separate task, because large blocks take long.
         let of = |block: &ClusterPair| self.build_block(block, kernel, error);
         let filled: Vec<(StoredBlock, Vec<f64>)> = self.blocks.par_iter().with_max_len(1).map(of).collect();
         cancel::check()?;
@@ -188,10 +192,10 @@ impl CollocationMatrix {
         self.blocks.iter().map(StoredBlock::bytes).sum()
     }
 
-    /// Computes y += A x for each column, with the first n rows of `x` and `y`. Uses one thread.
+    /// Computes y += A x for each column, using the first n rows of `x` and `y`. The product runs in one thread.
     ///
-    /// `T` is the precision of the arithmetic. Single precision adds rounding errors as large as the rounding errors of the stored
-    /// entries.
+    /// `T` is the precision of the arithmetic. Single precision adds rounding errors as large as the rounding errors of
+    /// the stored entries.
     pub fn add_product<T: BlockScalar>(&self, x: MatRef<T>, mut y: MatMut<T>) {
         let (mut wide, mut between) = (Vec::new(), Vec::new());
         for block in &self.blocks {
@@ -218,7 +222,7 @@ impl CollocationMatrix {
         }
     }
 
-    /// Adds the diagonal block of the rows `places` to `values`. `places` must be the row range of a cluster.
+    /// Adds the diagonal block of A in the rows `places` to `values`. `places` must be the row range of a cluster.
     pub(super) fn add_diagonal_block(&self, places: &Range<usize>, values: &mut DenseMatrix) {
         let inside = |range: &Range<usize>| places.start <= range.start && range.end <= places.end;
         for block in self.blocks.iter().filter(|block| inside(&block.rows) && inside(&block.columns)) {
@@ -242,9 +246,9 @@ impl CollocationMatrix {
         }
     }
 
-    /// Adds the coarse matrix Pᵀ A P to `values`; the columns of P are the motions of `groups`.
+    /// Adds the coarse matrix Pᵀ A P to `values`. The columns of P are the motions of `groups`.
     pub(super) fn add_coarse_products(&self, groups: &[RigidGroup], values: &mut DenseMatrix) {
-        // Groups are ascending, so the groups that overlap a range are consecutive.
+        // Groups are ascending, so that the groups that overlap a range are consecutive.
         let of = |range: &Range<usize>| -> Vec<(usize, Range<usize>)> {
             let first = groups.partition_point(|group| group.places.end <= range.start);
             let there = groups.iter().enumerate().skip(first);
@@ -303,7 +307,8 @@ pub trait BlockScalar: faer::traits::ComplexField {
     /// The number 1.
     const ONE: Self;
 
-    /// Converts the values of a block to this type, if necessary in the buffer `wide`.
+    /// Converts the values of a block to this type. If a conversion is necessary, the result is stored in the buffer
+    /// `wide`.
     fn widen<'v>(values: &'v [f32], wide: &'v mut Vec<Self>) -> &'v [Self];
 }
 
@@ -334,8 +339,8 @@ mod tests {
 
     const NODES: usize = 2;
 
-    /// Unsymmetric 3 x 3 kernel. The elements have two nodes each and lie on two walls. The single summed column of an element is
-    /// the sum of its matrix columns.
+    /// Unsymmetric 3 x 3 kernel of elements on two walls. Each element has two nodes and one summed column. The summed
+    /// column is the sum of the matrix columns of the element.
     struct Walls(Vec<[f64; 3]>);
 
     impl Walls {
@@ -361,8 +366,8 @@ mod tests {
         }
     }
 
-    /// Truth: products and a diagonal block of the dense kernel matrix. The summed column equals the product with a vector of ones.
-    /// Tolerances follow from the requested error of the entries.
+    /// Truth: products and a diagonal block of the dense kernel matrix. The summed column equals the product with a
+    /// vector of ones. The tolerances follow from the requested error of the entries.
     #[test]
     fn products_are_sums_over_the_kernel() {
         let at = |k: usize| {
@@ -394,8 +399,8 @@ mod tests {
         let mut image = vec![0.0f32; 2 * n];
         let to = MatMut::from_column_major_slice_mut(&mut image[..], n, 2);
         matrix.add_product(MatRef::from_column_major_slice(&single, n, 2), to);
-        // Allowed errors of a row: random entry errors for column 0, which has mixed signs; entry errors of equal sign for column 1
-        // (all ones).
+        // Column 0 of x has mixed signs, so that the entry errors of a row add up like random numbers. Column 1
+        // consists of ones, and the entry errors may have equal sign.
         for (j, allowed) in [(0, 5.0 * error * (n as f64).sqrt()), (1, 0.3 * error * n as f64)] {
             for i in 0..n {
                 let found = [y.at(i, j), f64::from(image[j * n + i])];

@@ -1,7 +1,8 @@
-//! Adaptive cross approximation with partial pivoting: approximates a block by outer products u vᵀ of some of its rows and columns.
+//! Adaptive cross approximation with partial pivoting. It approximates a block by outer products u vᵀ of some of its
+//! rows and columns, called crosses.
 //!
-//! A kernel evaluates several components at once, and each component is a separate matrix. Rows and columns that were computed for
-//! one component are stored and reused for the others.
+//! A kernel evaluates several components at once, and each component is a separate matrix. Rows and columns that were
+//! computed for one component are stored and reused for the other components.
 //!
 //! # Source
 //! Bebendorf 2000, "Approximation of boundary element matrices".
@@ -10,42 +11,45 @@ use std::ops::Range;
 
 use crate::linalg::vector::{axpy, norm};
 
-/// Entries of the components of a kernel in tree order: `entries(i, j, values)` writes entry (i, j) of each component to `values`.
+/// Entries of all components of a kernel in tree order. `entries(i, j, values)` writes entry (i, j) of each component
+/// to `values`.
 pub trait KernelEntries: Fn(usize, usize, &mut [f64]) + Sync {}
 
 impl<F: Fn(usize, usize, &mut [f64]) + Sync> KernelEntries for F {}
 
-/// Error bound of the cross approximation, divided by the error bound of the block. The remaining error is for the subsequent
-/// truncation.
+/// Error bound of the cross approximation, divided by the error bound of the block. The rest of the bound is left for
+/// the subsequent truncation.
 pub(super) const CROSS_ERROR_SHARE: f64 = 0.3;
 
-/// Number of consecutive rows without a cross above the bound after which only the check rows remain.
+/// Number of consecutive rows after which only the check rows remain. A row counts if its cross is at most as large as
+/// the bound, or if it gives no cross.
 const SMALL_CROSSES_TO_STOP: usize = 2;
 
-/// Factor for check rows: a cross through a check row is added only if a residual entry of the row exceeds this factor times bound
-/// / √(m n), for a block `[m, n]`. bound / √(m n) is the root-mean-square error that the entries may have.
+/// Factor for check rows: a cross through a check row is added only if a residual entry of the row exceeds this factor
+/// times bound / √(m n). The block has the shape `[m, n]`. bound / √(m n) is the root-mean-square error that the bound
+/// allows for the entries.
 const INCOMPLETE_ROW_FACTOR: f64 = 4.0;
 
-/// Factor for rows that the last column selects: a cross is added only if a residual entry of the row exceeds this factor times
-/// bound / √(m n).
+/// Factor for rows that are selected by the last column: a cross is added only if a residual entry of the row exceeds
+/// this factor times bound / √(m n).
 const MIN_PIVOT_SHARE: f64 = 0.01;
 
-/// Position of the first row and of the first column, as a fraction of the largest index.
+/// Position of the first row and of the first column in a block, as a fraction of the largest index.
 const FIRST_LINE_SHARE: f64 = 0.5;
-/// Positions of the other initial rows, and of the rows that are checked last, as fractions of the largest index.
+/// Positions of the other initial rows, and of the check rows, as fractions of the largest index.
 const INITIAL_ROW_SHARES: [f64; 2] = [0.0, 1.0];
 const FINAL_CHECK_ROW_SHARES: [f64; 3] = [0.25, 0.75, 0.1];
 
 /// Matrix whose rows and columns are computed on first use.
 pub(super) trait LazyMatrix {
-    /// A known column becomes the pivot column if its residual entry is at least this share of the largest residual entry of the
-    /// row.
+    /// Smallest ratio of two residual entries of a row at which a known column becomes the pivot column. They are the
+    /// largest entry in a known column and the largest entry of the row.
     const KNOWN_COLUMN_SHARE: f64 = 0.3;
 
     /// Numbers of rows and columns.
     fn size(&self) -> (usize, usize);
 
-    /// Indices of the known rows, in the order of their computation.
+    /// Indices of the rows that are already computed, in the order of their computation.
     fn known_rows(&self) -> &[usize];
 
     fn known_columns(&self) -> &[usize];
@@ -86,7 +90,7 @@ impl<K: KernelEntries> LazyMatrix for ComponentLines<'_, '_, K> {
     }
 }
 
-/// Block of a kernel with rows and columns that are computed on first use, for all components together.
+/// Block of a kernel whose rows and columns are computed on first use, for all components together.
 pub(super) struct KernelBlock<'k, K> {
     entries: &'k K,
     rows: Range<usize>,
@@ -128,7 +132,7 @@ impl<'k, K: KernelEntries> KernelBlock<'k, K> {
         (self.rows.len(), self.columns.len())
     }
 
-    /// Frobenius norm of all components together, estimated from the known rows and columns.
+    /// Estimated Frobenius norm of all components together, from the known rows and columns.
     pub fn norm(&self) -> f64 {
         let (m, n) = self.size();
         let squares = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
@@ -153,7 +157,7 @@ impl<'k, K: KernelEntries> KernelBlock<'k, K> {
         self.row_places.len() - 1
     }
 
-    /// As [`Self::row`], for a column.
+    /// Position of column `j` of the block among the known columns; computes the column if it is unknown.
     fn column(&mut self, j: usize) -> usize {
         if let Some(known) = self.column_places.iter().position(|&place| place == j) {
             return known;
@@ -189,11 +193,11 @@ struct CrossApproximation<L> {
     terms: OuterProducts,
     used: Vec<bool>,
     row: Vec<f64>,
-    /// Residual entries of the current column, divided by the pivot.
+    /// Residual entries of the pivot column of the last cross, divided by the pivot.
     column: Vec<f64>,
 }
 
-/// Approximates a matrix by Σ u vᵀ. The Frobenius norm of the remainder is estimated to be at most `bound`.
+/// Approximates a matrix by Σ u vᵀ. The estimated Frobenius norm of the remainder is at most `bound`.
 pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
     let (m, n) = lines.size();
     let (row, column) = (vec![0.0; n], vec![0.0; m]);
@@ -202,7 +206,8 @@ pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
     let mean = bound / ((m * n) as f64).sqrt();
     let (mut known, mut late, mut quiet) = (0, 0, 0);
     while cross.terms.rank < m.min(n) {
-        // Order of the rows: the known rows, then rows chosen by the largest entry of the last column, finally the check rows.
+        // Order of the rows: first the known rows, then rows chosen by the largest entry of the last column, finally
+        // the check rows.
         let (i, least) = if known < cross.lines.known_rows().len() {
             known += 1;
             (cross.lines.known_rows()[known - 1], mean)
@@ -260,7 +265,7 @@ impl<L: LazyMatrix> CrossApproximation<L> {
     }
 }
 
-/// Index and value of the entry of largest magnitude among `places`; (0, 0) if all these entries are zero.
+/// Index and value of the entry with the largest magnitude among `places`. (0, 0) if all these entries are zero.
 fn largest(values: &[f64], places: impl Iterator<Item = usize>) -> (usize, f64) {
     places
         .map(|place| (place, values[place]))

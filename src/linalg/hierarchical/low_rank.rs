@@ -1,20 +1,21 @@
-//! Low-rank blocks Σ u vᵀ with few orthogonal terms for a given tolerance; small terms are in single precision.
+//! Low-rank blocks Σ u vᵀ with orthogonal vectors u. The number of terms is small for the given error bound. Small
+//! terms are stored in single precision.
 
 use super::cross_approximation::OuterProducts;
 use crate::linalg::vector::dot8;
 
-/// Relative error of a term in single precision.
+/// Relative rounding error of a term in single precision.
 const SINGLE_PRECISION_ERROR: f64 = 5e-8;
 
-/// Share of the error bound for the omitted terms.
+/// Part of the error bound that omitted terms may use.
 const TRUNCATION_SHARE: f64 = 0.7;
-/// Share of the error bound for the rounding of a term to single precision.
+/// Part of the error bound that the rounding of each term to single precision may use.
 const ROUNDING_SHARE: f64 = 0.5;
 
 /// A vector counts as linearly dependent on earlier vectors if orthogonalisation reduces its norm to at most this share.
 const DEPENDENCE_TOLERANCE: f64 = 1e-13;
 
-/// Low-rank block Σ u vᵀ; each term stores u, then v. Small terms are in single precision.
+/// Low-rank block Σ u vᵀ. Each term is stored as u, then v. Small terms are in single precision.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct LowRank {
     pub double: Vec<f64>,
@@ -22,8 +23,9 @@ pub(super) struct LowRank {
 }
 
 impl LowRank {
-    /// Compresses `terms` (of an `m` x `n` block). In the Frobenius norm, the omitted terms are at most [`TRUNCATION_SHARE`] times
-    /// `bound`. The rounding of each term to single precision is at most [`ROUNDING_SHARE`] times `bound`.
+    /// Compresses the sum `terms` of a block `[m, n]`. In the Frobenius norm, the omitted terms are at most
+    /// [`TRUNCATION_SHARE`] times `bound`. The rounding of each term to single precision is at most [`ROUNDING_SHARE`]
+    /// times `bound`.
     ///
     /// # Source
     /// Golub and Van Loan 2013, Matrix Computations, 5.2.8 (modified Gram-Schmidt) and 5.4.2 (column pivoting).
@@ -38,7 +40,7 @@ impl LowRank {
             let p = free.swap_remove(most);
             let size = sizes[p].sqrt();
             let u: Vec<f64> = w[p * m..(p + 1) * m].iter().map(|value| value / size).collect();
-            // The components of the other terms along u move to the term of u.
+            // The parts of the other terms along u are added to the term of u.
             let mut v: Vec<f64> = q[p * n..(p + 1) * n].iter().map(|value| value * size).collect();
             for &other in &free {
                 let rest = &mut w[other * m..(other + 1) * m];
@@ -64,7 +66,8 @@ impl LowRank {
     }
 }
 
-/// Computes orthonormal q `[rank][n]` and w `[rank][m]` with Σ w qᵀ = Σ u vᵀ. If v depends linearly on earlier v, its q is zero.
+/// Computes orthonormal vectors q `[rank][n]` and vectors w `[rank][m]` with Σ w qᵀ = Σ u vᵀ. If v depends linearly on
+/// earlier v, its q is zero.
 fn orthogonal(terms: &OuterProducts, (m, n): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
     let rank = terms.rank;
     let (mut q, mut w) = (terms.v.clone(), vec![0.0; rank * m]);
@@ -109,8 +112,8 @@ mod tests {
         (block.double.len() + block.single.len()) / (m + n)
     }
 
-    /// Truth: a sum of five outer products has rank five. The approximation finds the rank of each component; one component is
-    /// zero, and one has rank one. The Frobenius norm of the error is at most the bound.
+    /// Truth: a sum of five outer products has rank five. The three components of the kernel have rank five, zero and
+    /// one, and the approximation finds these ranks. The Frobenius norm of the error is at most the bound.
     #[test]
     fn sums_of_products_have_their_rank() {
         let (m, n) = (40, 57);
@@ -141,8 +144,9 @@ mod tests {
         }
     }
 
-    /// Truth: entries of the kernel 1 / r between two unit squares at a distance of about their diagonal. The Frobenius norm of the
-    /// error is at most the bound. The rank grows with -log(tolerance), and small terms are in single precision.
+    /// Truth: entries of the kernel 1 / r between two unit squares, whose distance is about their diagonal. The
+    /// Frobenius norm of the error is at most the bound. The rank grows with -log(tolerance), and small terms are in
+    /// single precision.
     #[test]
     fn error_follows_the_bound() {
         let m = 144;

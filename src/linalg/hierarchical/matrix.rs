@@ -1,4 +1,5 @@
-//! Hierarchical matrices of kernels with several components: block structure, memory estimates, assembly.
+//! Hierarchical matrices of kernels with several components: block structure, memory estimates and computation of the
+//! blocks.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -14,12 +15,13 @@ use super::low_rank::LowRank;
 use crate::cancel;
 use crate::error::Result;
 
-/// Smallest tolerance of a block, unless the requested tolerance is smaller.
+/// Smallest tolerance of a block. A smaller requested tolerance replaces this limit.
 const MIN_BLOCK_TOLERANCE: f64 = 1e-13;
 
 const SAMPLED_BLOCKS_PER_SIZE: usize = 3;
 
-/// Number of block ranges of a parallel product. It is fixed, so that results have the same bits for any number of threads.
+/// Number of block ranges of a parallel product. It is fixed, so that results have the same bits for any number of
+/// threads.
 pub(super) const N_PRODUCT_PARTS: usize = 16;
 
 pub(super) struct StoredBlock {
@@ -31,7 +33,7 @@ pub(super) struct StoredBlock {
 pub(super) enum BlockContent {
     /// Dense entries, `[component][row][column]`.
     Near(Vec<f64>),
-    /// Low-rank approximations, `[component]`.
+    /// Low-rank approximations, one per component.
     Far(Vec<LowRank>),
 }
 
@@ -47,8 +49,8 @@ impl BlockContent {
 }
 
 impl BlockContent {
-    /// Calls `with(row, column, value)` for every term of a component. The terms of an entry add up to the entry: one term in near
-    /// blocks, one term per rank in far blocks.
+    /// Calls `with(row, column, value)` for every term of a component. An entry is the sum of its terms. Entries of
+    /// near blocks have one term, entries of far blocks have one term per rank.
     fn for_each_term(&self, component: usize, [m, n]: [usize; 2], mut with: impl FnMut(usize, usize, f64)) {
         match self {
             Self::Near(values) => {
@@ -75,11 +77,11 @@ impl StoredBlock {
     }
 }
 
-/// Block structure of hierarchical matrices over a cluster tree.
+/// Block structure of hierarchical matrices: the cluster tree of the points and the partition into blocks.
 pub struct BlockLayout {
     tree: ClusterTree,
     blocks: Vec<ClusterPair>,
-    /// Factor of the tolerance for each cluster.
+    /// Factor of the tolerance for the blocks of each cluster.
     tolerance_shares: Vec<f64>,
 }
 
@@ -91,8 +93,8 @@ impl BlockLayout {
         Self { tree, blocks, tolerance_shares }
     }
 
-    /// Sets factors of the tolerance for the points, `[N]` in their original order. A block uses the smallest factor of its rows
-    /// and columns.
+    /// Sets a factor of the tolerance for each point, `[N]` in the original order of the points. A block uses the
+    /// smallest factor of its rows and columns.
     pub fn with_tolerance_shares(self, shares: &[f64]) -> Self {
         let of = |range: Range<usize>| {
             self.tree.order[range].iter().map(|&point| shares[point]).fold(f64::INFINITY, f64::min)
@@ -121,10 +123,10 @@ impl BlockLayout {
         near.map(|[rows, columns]| rows.len() * columns.len()).sum()
     }
 
-    /// Estimates the memory of the matrix from [`Self::fill`], bytes, without evaluating the kernel.
+    /// Estimates the memory of the matrix that [`Self::fill`] computes, bytes, without evaluating the kernel.
     ///
-    /// Near blocks are counted. For each component, a far block `[m, n]` is assumed to need `per_line` d² (m + n) bytes, at most
-    /// its dense size. d is -log10 of the block's tolerance.
+    /// The entries of near blocks are counted. For each component, the assumed memory of a far block `[m, n]` is
+    /// `per_line` d² (m + n) bytes. It is at most the memory of a dense block. d is -log10 of the block's tolerance.
     pub fn estimated_bytes(&self, components: usize, tolerance: f64, per_line: f64) -> usize {
         let far = self.blocks.iter().filter(|block| block.is_admissible).map(|block| {
             let [m, n] = self.ranges(block).map(|range| range.len());
@@ -134,7 +136,8 @@ impl BlockLayout {
         components * (far.sum::<f64>() as usize + size_of::<f64>() * self.near_entries())
     }
 
-    /// Estimates the memory of the matrix from [`Self::fill`], bytes, from samples of far blocks of each size class.
+    /// Estimates the memory of the matrix that [`Self::fill`] computes, bytes. It computes a few far blocks of each
+    /// size and extrapolates their memory.
     pub fn sampled_bytes(&self, entries: &impl KernelEntries, components: usize, tolerance: f64) -> usize {
         let mut of_size: Vec<Vec<&ClusterPair>> = Vec::new();
         for block in self.blocks.iter().filter(|block| block.is_admissible) {
@@ -195,10 +198,11 @@ impl BlockLayout {
         StoredBlock { rows, columns, content: BlockContent::Near(values) }
     }
 
-    /// Computes the matrices of a kernel. `signs` contains 1 for a symmetric component and -1 for an antisymmetric component.
+    /// Computes the matrices of a kernel. `signs` contains 1 for each symmetric component and -1 for each antisymmetric
+    /// component.
     ///
-    /// A far block is approximated to the relative error `tolerance` times the factor of the block. This error is estimated, in the
-    /// Frobenius norm of all components together.
+    /// The relative error of a far block is at most `tolerance` times the factor of the block. This error is an
+    /// estimate in the Frobenius norm of all components together.
     ///
     /// # Errors
     /// If the run is cancelled.
@@ -209,7 +213,7 @@ impl BlockLayout {
         tolerance: f64,
     ) -> Result<HierarchicalMatrix> {
         let of = |block: &ClusterPair| self.build_block(block, entries, signs.len(), tolerance);
-        // Large blocks take long, so each block is a separate task.
+        // Each block is a separate task, because large blocks take long.
         let blocks: Vec<StoredBlock> = self.blocks.par_iter().with_max_len(1).map(of).collect();
         cancel::check()?;
         let parts = parts(&blocks);
@@ -232,11 +236,12 @@ fn parts(blocks: &[StoredBlock]) -> Vec<Range<usize>> {
     ends.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }
 
-/// Hierarchical matrices `[N, N]`, one for each component of a kernel. Rows and columns belong to the points of a cluster tree.
+/// Hierarchical matrices `[N, N]`, one for each component of a kernel. Rows and columns belong to the points of a
+/// cluster tree.
 pub struct HierarchicalMatrix {
     pub(super) tree: ClusterTree,
     pub(super) blocks: Vec<StoredBlock>,
-    /// Sign of the mirrored entries for each component, 1 or -1.
+    /// Factor between a stored entry and its mirrored entry for each component: 1 if symmetric, -1 if antisymmetric.
     pub(super) signs: Vec<f64>,
     pub(super) parts: Vec<Range<usize>>,
     /// Partial results of a product, one vector per part.
@@ -259,7 +264,8 @@ impl HierarchicalMatrix {
         self.blocks.iter().map(|block| block.content.bytes() + size_of::<StoredBlock>()).sum()
     }
 
-    /// Diagonal blocks of groups of points (clusters of the tree), `[group][component][place][place]`.
+    /// Diagonal blocks of groups of points, `[group][component][place][place]`. Each group must be a cluster of the
+    /// tree.
     pub fn diagonal_blocks(&self, groups: &[Range<usize>]) -> Vec<Vec<Vec<f64>>> {
         let mut of = vec![0; self.n()];
         groups.iter().enumerate().for_each(|(group, places)| of[places.clone()].fill(group));
@@ -285,9 +291,11 @@ impl HierarchicalMatrix {
         values
     }
 
-    /// Weighted sums Σ w_i w_j a_ij over the points i, j of each pair of groups, `[component][group][group]`.
+    /// Weighted sums Σ w_i w_j a_ij over the points i of one group and j of a second group,
+    /// `[component][group][group]`.
     ///
-    /// `groups` are ascending ranges that cover all points; `weights` `[N]` are w in tree order, and a_ij are the matrix entries.
+    /// `groups` contains ascending ranges that cover all points. `weights`, `[N]`, contains w in tree order. a_ij are
+    /// the matrix entries.
     pub fn group_sums(&self, groups: &[Range<usize>], weights: &[f64]) -> Vec<Vec<f64>> {
         let count = groups.len();
         let of: Vec<usize> = groups
@@ -333,7 +341,7 @@ impl HierarchicalMatrix {
     }
 }
 
-/// Weighted sums of `values` at `places` for each group: pairs of group and sum.
+/// Weighted sums of `values` over the points of each group in `places`. Each item contains the group and its sum.
 fn grouped(values: &[f64], places: &Range<usize>, of: &[usize], weights: &[f64]) -> Vec<(usize, f64)> {
     let mut sums: Vec<(usize, f64)> = Vec::new();
     for (value, place) in values.iter().zip(places.clone()) {

@@ -1,8 +1,9 @@
-//! Hierarchical matrices of smooth kernels: a cluster tree of points, dense blocks between near clusters, low-rank blocks `Σ u vᵀ`
-//! between distant clusters.
+//! Hierarchical matrices of smooth kernels. A cluster tree groups neighbouring points. Blocks between near clusters are
+//! dense; blocks between distant clusters are low-rank sums `Σ u vᵀ`.
 //!
-//! [`HierarchicalMatrix`] has points in the plane and symmetric or antisymmetric components; only one of two transposed blocks is
-//! stored. [`CollocationMatrix`] is unsymmetric and has elements in space; its kernel is evaluated for a node and an element.
+//! [`HierarchicalMatrix`] belongs to points in the plane. Its components are symmetric or antisymmetric, so only one of
+//! two mirrored blocks is stored. [`CollocationMatrix`] belongs to elements in space and is unsymmetric. Its kernel is
+//! evaluated for a node and an element.
 //!
 //! # Source
 //! Hackbusch 1999, "A sparse matrix arithmetic based on H-matrices"; Börm, Grasedyck and Hackbusch 2003, "Hierarchical

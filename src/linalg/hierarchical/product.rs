@@ -5,15 +5,15 @@ use rayon::prelude::*;
 use super::matrix::{BlockContent, HierarchicalMatrix, N_PRODUCT_PARTS, StoredBlock};
 use crate::linalg::vector::{axpy, dot8};
 
-/// Term `y_target += sign C_component x_source` of a product. x and y, `[planes, N]`, consist of planes; a plane contains one
-/// direction of a vector field at all N points.
+/// Term `y_target += sign C_component x_source` of a product. x and y, `[planes, N]`, consist of planes. A plane
+/// contains one direction of a vector field at all N points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ComponentProduct {
     /// Index of the component.
     pub component: usize,
-    /// Plane of x that the component is multiplied with.
+    /// Plane of x that is multiplied by the component.
     pub source_plane: usize,
-    /// Plane of y that the product is added to.
+    /// Plane of y to which the product is added.
     pub target_plane: usize,
     /// Factor of the term.
     pub sign: f64,
@@ -22,7 +22,7 @@ pub struct ComponentProduct {
 const SUMMATION_CHUNK: usize = 1024;
 
 impl HierarchicalMatrix {
-    /// Computes `y = Σ sign C_component x` with one term for each entry of `uses`; overwrites `y`.
+    /// Computes `y = Σ sign C_component x`. Each entry of `uses` is one term of the sum. Overwrites `y`.
     ///
     /// x and y are `[planes, N]` in the order of the tree.
     pub fn multiply(&self, uses: &[ComponentProduct], x: &[f64], y: &mut [f64]) {
@@ -50,14 +50,14 @@ impl HierarchicalMatrix {
         });
     }
 
-    /// Adds the contribution of a block and of its mirror image to `y`.
+    /// Adds one term for a block and for its mirrored block to `y`.
     fn axpy(&self, block: &StoredBlock, one: &ComponentProduct, x: &[f64], y: &mut [f64]) {
         let n = self.n();
         let (x, y) = (
             &x[one.source_plane * n..(one.source_plane + 1) * n],
             &mut y[one.target_plane * n..(one.target_plane + 1) * n],
         );
-        // A block is skipped if x vanishes on its rows and columns.
+        // A block and its mirrored block are skipped if x vanishes on the rows and columns of the block.
         let [x_of_columns, back] = [&block.columns, &block.rows].map(|range| {
             let values = &x[range.clone()];
             values.iter().any(|value| *value != 0.0).then_some(values)
@@ -165,8 +165,8 @@ mod tests {
         (0..2 * n).map(|k| ((k * 7919 % 1000) as f64 * 0.37).sin()).collect()
     }
 
-    /// Truth: direct sums over all kernel entries, for full and partly zero vectors. The relative error is 0.001 to 1 times the
-    /// tolerance.
+    /// Truth: direct sums over all kernel entries, for vectors with and without zeros. The relative error is 0.001 to 1
+    /// times the tolerance.
     #[test]
     fn products_are_sums_over_the_kernel() {
         for tolerance in [1e-4, 1e-8] {
@@ -213,7 +213,8 @@ mod tests {
         assert!(product(2) == one && product(3) == one);
     }
 
-    /// Truth: products with the weights of one group, summed with the weights of another group. Tolerance: rounding of 600 terms.
+    /// Truth: products with the weights of one group, summed with the weights of another group. The tolerance allows
+    /// for the rounding of 600 terms.
     #[test]
     fn sums_over_groups() {
         let (matrix, _) = matrix(1e-6);

@@ -1,4 +1,5 @@
-//! Coarse space of the two-level solver: six rigid motions for each of many small parts of the body.
+//! Coarse space of the two-level solver. The body is divided into many small parts, and each part has six rigid
+//! motions.
 
 use std::ops::Range;
 
@@ -11,34 +12,34 @@ use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
 use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
-/// Eigenvalue above which an eigenvector of the Gram matrix of a part counts as an independent motion. The Gram matrix of the six
-/// rigid motions is scaled to unit diagonal.
+/// Eigenvalue above which an eigenvector of the Gram matrix of a part counts as an independent motion. The Gram matrix
+/// contains the scalar products of the six rigid motions, scaled to unit diagonal.
 ///
 /// A part with few nodes, or with nodes on a line, has fewer than six independent motions.
 const MIN_MOTION_SHARE: f64 = 1e-6;
 
-/// A block B of A Z is dropped as rounding if max |B| is at most this factor times max |D| max |M|. D is the diagonal block of A at
-/// the node of B, and M are the motions of this node.
+/// Threshold for rounding errors: a block B of A Z is omitted if max |B| is at most this factor times max |D| max |M|.
+/// D is the diagonal block of A at the node of B. M are the motions of this node.
 ///
-/// Apart from rounding, a rigid motion of a node with all its neighbours causes no force at the node.
+/// If a node and all its neighbours move as one rigid body, the force at the node is zero except for rounding.
 const MIN_FORCE_SHARE: f64 = 1e-12;
 
 /// Six motions of a part at a node, `[3, 6]` row by row.
 type NodeMotions = [f64; 18];
 
-/// Coarse space: Z, the rigid motions of the parts, and the factor of Zᵀ A Z.
+/// Coarse space: the rigid motions Z of the parts, and the factor of Zᵀ A Z.
 pub(super) struct CoarseSpace {
     /// Part of each node, `[n]`.
     part_of_node: Vec<u32>,
-    /// Z: rigid motions at each node, orthonormal over each part.
+    /// Z: rigid motions at each node. The motions of a part are orthonormal over its nodes.
     motions: Vec<NodeMotions>,
     forces: MotionForces,
     factor: CholeskyFactor,
 }
 
-/// A Z: forces of the motions of the parts, in blocks of a node and a part.
+/// A Z: nodal forces that the motions of the parts cause. Each block belongs to a node and a part.
 struct MotionForces {
-    /// Offsets of the blocks of each node, `[n + 1]`.
+    /// Offset of the first block of each node, `[n + 1]`.
     offsets: Vec<usize>,
     parts: Vec<u32>,
     values: Vec<NodeMotions>,
@@ -54,7 +55,8 @@ impl CoarseSpace {
     /// Builds the coarse space with parts of about `nodes_per_part` nodes.
     pub fn new(matrix: &NodeMatrix, nodes_per_part: usize) -> Result<Self> {
         let graph = matrix.graph();
-        // Strongly coupled nodes tend to share a part, so that the coarse space represents the directions of weak coupling.
+        // Strongly coupled nodes should share a part. The coarse space then represents relative motions of weakly
+        // coupled nodes.
         let weight = |a: usize, b: usize| 1 + (1e3 * matrix.coupling_strength(a, b)) as i32;
         let part = partition(&graph, matrix.n().div_ceil(nodes_per_part), weight)?;
         let n_parts = part.iter().max().map_or(0, |&last| last + 1);
@@ -93,7 +95,7 @@ impl CoarseSpace {
     }
 }
 
-/// Coarse unknowns of [`LANES`] vectors, stored row by row (`lanes`) and vector by vector (`columns`).
+/// Coarse unknowns of [`LANES`] vectors, stored twice: row by row (`lanes`) and vector by vector (`columns`).
 pub(super) struct CoarseVectors {
     lanes: Vec<Lanes>,
     columns: Vec<f64>,
@@ -136,7 +138,7 @@ fn restrict_in(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lane
     }
 }
 
-/// Computes `coarse += sign Mᵀ x` at a node, where M are its `motions`.
+/// Computes `coarse += sign Mᵀ x` at a node. M are the `motions` of this node.
 #[inline(always)]
 fn add_motion_products(motions: &NodeMotions, x: &[Lanes; 3], sign: f64, coarse: &mut [Lanes]) {
     for (m, coarse) in coarse.iter_mut().enumerate() {
@@ -196,17 +198,17 @@ fn motions(matrix: &NodeMatrix, part: &[usize], n_parts: usize) -> Vec<NodeMotio
     rigid.iter().zip(part).map(|(motions, &part)| row_by_row(motions * turn[part])).collect()
 }
 
-/// Transformation T that makes the independent motions with Gram matrix G orthonormal, Tᵀ G T = 1. Columns of dependent motions are
+/// Transformation T that makes motions with the Gram matrix G orthonormal: Tᵀ G T = 1. Columns of dependent motions are
 /// zero.
 fn orthonormal(gram: Matrix6<f64>) -> Matrix6<f64> {
-    // The scaling compensates for the different units of rotations and translations.
+    // The scaling compensates for the different units of translations and rotations.
     let scale = Matrix6::from_diagonal(&gram.diagonal().map(|g| if g > 0.0 { 1.0 / g.sqrt() } else { 0.0 }));
     let eigen = SymmetricEigen::new(scale * gram * scale);
     let factor = eigen.eigenvalues.map(|v| if v > MIN_MOTION_SHARE { 1.0 / v.sqrt() } else { 0.0 });
     scale * eigen.eigenvectors * Matrix6::from_diagonal(&factor)
 }
 
-/// Computes A Z.
+/// Computes A Z, the nodal forces of the motions of the parts.
 fn forces(matrix: &NodeMatrix, part: &[usize], motions: &[NodeMotions]) -> MotionForces {
     let mut of_node: Vec<Vec<(u32, NodeMotions)>> = vec![Vec::new(); matrix.n()];
     let mut add = |node: usize, from: usize, block: Block3x3| {
@@ -240,7 +242,7 @@ fn forces(matrix: &NodeMatrix, part: &[usize], motions: &[NodeMotions]) -> Motio
     forces
 }
 
-/// Coarse matrix Zᵀ A Z. A motion that does not exist in a part gets a row of the identity.
+/// Coarse matrix Zᵀ A Z. A motion that a part does not have gets a row of the identity.
 fn coarse_matrix(
     part: &[usize],
     motions: &[NodeMotions],
@@ -264,7 +266,7 @@ fn coarse_matrix(
     triplets.build()
 }
 
-/// Pairs of coupled parts, each once.
+/// Pairs of coupled parts. Each pair occurs once.
 fn edges(part: &[usize], forces: &MotionForces) -> Vec<(usize, usize)> {
     let others = |node: usize| forces.parts[forces.blocks_of_node(node)].iter().map(|&q| q as usize);
     let pairs = part.iter().enumerate().flat_map(|(node, &p)| others(node).map(move |q| (p, q)));

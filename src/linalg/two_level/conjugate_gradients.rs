@@ -1,4 +1,5 @@
-//! Preconditioned conjugate gradients for several right-hand sides at once, each with its own step lengths.
+//! Preconditioned conjugate gradients for several right-hand sides at once. Each right-hand side has its own step
+//! lengths.
 
 use super::coarse::CoarseVectors;
 use super::node_matrix::{LANES, Lanes};
@@ -9,12 +10,12 @@ use crate::linalg::vector::nan_max;
 
 const MAX_ITERATIONS: usize = 2000;
 
-/// Number of last steps that give the error estimate.
+/// Number of latest steps from which the error is estimated.
 const ERROR_ESTIMATE_STEPS: usize = 5;
 
-/// Vectors of the iteration, `[3 n]` each.
+/// Vectors of the iteration, `[3 n]` each, for [`LANES`] right-hand sides.
 pub(super) struct CgVectors {
-    /// Right-hand sides before [`Self::solve`]; residuals after it.
+    /// Right-hand sides before [`Self::solve`], residuals afterwards.
     pub residual: Vec<Lanes>,
     pub solution: Vec<Lanes>,
     direction: Vec<Lanes>,
@@ -26,9 +27,9 @@ pub(super) struct CgVectors {
 /// Convergence of the iteration.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Convergence {
-    /// Number of iterations; for several systems the largest.
+    /// Number of iterations. For several systems, the largest number.
     pub iterations: usize,
-    /// Estimated relative error in the energy norm; for several systems the largest.
+    /// Estimated relative error in the energy norm. For several systems, the largest error.
     pub error: f64,
 }
 
@@ -49,10 +50,10 @@ impl CgVectors {
         }
     }
 
-    /// Solves A x = b for the right-hand sides in `residual`, to an estimated relative error of `MAX_ENERGY_ERROR` in the energy
-    /// norm.
+    /// Solves A x = b for the right-hand sides in `residual`. The iteration stops at an estimated relative error of
+    /// `MAX_ENERGY_ERROR` in the energy norm.
     ///
-    /// The estimated squared error is the energy gained in the last steps divided by the energy of the solution.
+    /// The estimate of the squared error is the energy gained in the last steps, divided by the energy of the solution.
     ///
     /// # Source
     /// Hestenes and Stiefel (1952), J. Res. Nat. Bur. Standards 49; Strakoš and Tichý (2002), ETNA 13.
@@ -88,7 +89,8 @@ impl CgVectors {
         Err(not_converged(MAX_ITERATIONS, error))
     }
 
-    /// Largest relative residual |A x - b| / |b| of the solutions, recomputed. `subtract` subtracts the right-hand sides b.
+    /// Largest relative residual |A x - b| / |b| of the solutions, recomputed with A. The closure `subtract` subtracts
+    /// the right-hand sides b.
     pub fn true_residual(&mut self, solver: &TwoLevelSolver, subtract: impl Fn(&mut [Lanes])) -> f64 {
         solver.matrix.multiply(&self.solution, &mut self.image);
         subtract(&mut self.image);
@@ -98,7 +100,8 @@ impl CgVectors {
         (0..LANES).map(|l| quotient(left[l], whole[l])).fold(0.0, nan_max).sqrt()
     }
 
-    /// Starts from the best solution in the coarse space, as the preconditioner requires. Returns the energy of this solution.
+    /// Computes the best solution in the coarse space as the initial solution, which the preconditioner requires.
+    /// Returns the energy of this solution.
     fn begin(&mut self, solver: &TwoLevelSolver) -> Result<Lanes> {
         self.solution.fill([0.0; LANES]);
         self.direction.fill([0.0; LANES]);
@@ -122,7 +125,8 @@ fn not_converged(iterations: usize, error: f64) -> Error {
     ))
 }
 
-/// `a / b`, or 0 if `a` or `b` is 0, because the lane then has no right-hand side or is already solved.
+/// `a / b`, or 0 if `a` or `b` is 0. A zero means that this vector has no right-hand side, or that its solution is
+/// already found.
 fn quotient(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a / b }
 }

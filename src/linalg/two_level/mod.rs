@@ -1,8 +1,8 @@
 //! Preconditioned conjugate gradients ([`TwoLevelSolver`]) for a stiffness matrix A that is too large to be factorised.
 //!
-//! The preconditioner is `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` with E = Zᵀ A Z (adapted deflation, A-DEF2). M⁻¹, a symmetric Gauss-Seidel
-//! sweep, reduces high-frequency errors inside a part. The columns of Z, rigid motions of many small parts of the body, reduce
-//! errors that extend over many parts.
+//! The preconditioner is `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` with E = Zᵀ A Z (adapted deflation, A-DEF2). The mesh is divided
+//! into many small parts, and the columns of Z are the rigid motions of these parts. M⁻¹ is a symmetric Gauss-Seidel
+//! sweep. M⁻¹ reduces errors that vary inside a part. Z E⁻¹ Zᵀ reduces errors that extend over many parts.
 //!
 //! # Source
 //! Nicolaides (1987), SIAM J. Numer. Anal. 24 (deflation); Tang, Nabben, Vuik and Erlangga (2009), J. Sci. Comput. 39
@@ -35,33 +35,33 @@ pub use system::TwoLevelSolver;
 /// Maximum relative residual of a solution.
 const RESIDUAL_LIMIT: f64 = 1e-7;
 
-/// Bytes per stored entry of the matrix, with the neighbour lists during construction.
+/// Memory per stored entry of the matrix, bytes, including the neighbour lists during construction.
 const BYTES_PER_ENTRY: usize = 15;
 
-/// Bytes per node, with the motions and their forces.
+/// Memory per node, bytes, including the motions and their forces.
 const BYTES_PER_NODE: usize = 2200;
 
-/// The coarse factor and its workspace take about this × n^(4/3) bytes for n coarse unknowns.
+/// Estimated memory of the coarse factor and its workspace: this factor times n^(4/3) bytes for n coarse unknowns.
 const COARSE_BYTES_FACTOR: f64 = 500.0;
 
-/// Block of the inverse of A, with the convergence of its computation.
+/// Block of the inverse of A, and the convergence of its computation.
 pub struct InverseBlock {
     /// (A⁻¹)_cc for the requested rows c, `[n_c, n_c]`.
     pub values: SymmetricDense,
     /// Number of iterations and estimated error.
     pub convergence: Convergence,
-    /// Largest relative residual of a column, recomputed from the solution.
+    /// Largest relative residual of a column. It is recomputed from the solution.
     pub residual: f64,
 }
 
-/// Target number of nodes of a part. Smaller parts need fewer iterations but a larger coarse factor.
+/// Approximate number of nodes of a part. Smaller parts need fewer iterations, but a larger coarse factor.
 fn nodes_per_part(n_nodes: usize) -> usize {
     (1.2 * (n_nodes as f64).cbrt()).max(32.0) as usize
 }
 
 impl TwoLevelSolver {
-    /// Upper estimate of the peak memory, bytes, including solves with `n_batches` times eight right-hand sides. The matrix has
-    /// `n_stored` entries of one triangle.
+    /// Upper estimate of the peak memory, bytes, including solves with `n_batches` batches of eight right-hand sides.
+    /// `n_stored` is the number of entries in one triangle of the matrix.
     pub fn memory_bytes(n_stored: usize, n_nodes: usize, n_batches: usize) -> usize {
         let n_coarse = 6 * n_nodes.div_ceil(nodes_per_part(n_nodes));
         let side_by_side = n_batches.clamp(1, rayon::current_num_threads());
@@ -71,11 +71,11 @@ impl TwoLevelSolver {
             + side_by_side * CgVectors::bytes(n_nodes, n_coarse)
     }
 
-    /// Builds the solver for `matrix`, whose rows are displacement components of nodes, described by `unknowns`.
+    /// Builds the solver for `matrix`. `unknowns` gives the node and the displacement component of each row.
     ///
     /// # Errors
-    /// If memory does not suffice, METIS fails, or the run is cancelled. If the diagonal blocks of the nodes or the coarse matrix
-    /// of the parts are not positive definite.
+    /// If memory does not suffice, METIS fails, or the run is cancelled. Also if a diagonal block of a node or the
+    /// coarse matrix is not positive definite.
     ///
     /// # Panics
     /// If the numbers of rows of `unknowns` and `matrix` differ.
@@ -87,7 +87,7 @@ impl TwoLevelSolver {
         Ok(Self { matrix, smoother, coarse })
     }
 
-    /// Block of the inverse for `rows`, (A⁻¹)_cc.
+    /// Block (A⁻¹)_cc of the inverse for the rows c in `rows`.
     ///
     /// The bits are the same for any number of threads.
     ///

@@ -1,4 +1,4 @@
-//! Sparse symmetric matrix in blocks of 3 x 3, one for each pair of connected nodes.
+//! Sparse symmetric matrix in blocks of 3 x 3 entries. Each pair of connected nodes has one block.
 
 use super::super::dense::try_zeroed;
 use super::super::ordering::NodeGraph;
@@ -6,10 +6,10 @@ use super::super::simd::wide;
 use super::super::sparse::SymmetricSparse;
 use crate::error::Result;
 
-/// Number of vectors that are processed together.
+/// Number of vectors that are multiplied or solved together.
 pub(super) const LANES: usize = 8;
 
-/// One row of [`LANES`] vectors.
+/// Entries of [`LANES`] vectors in one row.
 pub(super) type Lanes = [f64; LANES];
 
 /// Block of 3 x 3 entries, row by row.
@@ -24,16 +24,16 @@ pub struct NodalUnknowns {
     pub points: Vec<[f64; 3]>,
 }
 
-/// Symmetric block matrix A with nodes in Cuthill-McKee order. Rows of components that a node does not have are rows of the
-/// identity.
+/// Symmetric block matrix A with nodes in Cuthill-McKee order. If a node lacks a component, the row of this component
+/// is a row of the identity.
 pub(super) struct NodeMatrix {
     /// Position of each matrix row among the `3 n` rows in Cuthill-McKee order.
     pub position_of_row: Vec<usize>,
     /// Positions of the nodes in Cuthill-McKee order, mm.
     pub points: Vec<[f64; 3]>,
-    /// Offsets of the blocks left of the diagonal for each node, `[n + 1]`.
+    /// Offset of the first block to the left of the diagonal for each node, `[n + 1]`.
     pub offsets: Vec<usize>,
-    /// Column nodes of the blocks left of the diagonal, ascending in each row.
+    /// Column nodes of the blocks to the left of the diagonal, ascending in each row.
     pub columns: Vec<u32>,
     pub lower: Vec<Block3x3>,
     pub diagonal: Vec<Block3x3>,
@@ -87,7 +87,7 @@ impl NodeMatrix {
         self.diagonal.len()
     }
 
-    /// Blocks left of the diagonal in the row of `node`, with their column nodes.
+    /// Blocks to the left of the diagonal in the row of `node`, with their column nodes.
     pub fn row(&self, node: usize) -> impl DoubleEndedIterator<Item = (usize, &Block3x3)> {
         let range = self.offsets[node]..self.offsets[node + 1];
         self.columns[range.clone()].iter().map(|&column| column as usize).zip(&self.lower[range])
@@ -104,7 +104,8 @@ impl NodeMatrix {
         NodeGraph::from_edges(self.n(), &pairs)
     }
 
-    /// Frobenius norm of the block of two connected nodes, divided by the geometric mean of the norms of their diagonal blocks.
+    /// Coupling strength of two connected nodes: norm of their block, divided by the geometric mean of the norms of
+    /// their diagonal blocks. All norms are Frobenius norms.
     pub fn coupling_strength(&self, a: usize, b: usize) -> f64 {
         let size = |block: &Block3x3| block.iter().map(|v| v * v).sum::<f64>().sqrt();
         let (i, j) = (a.max(b), a.min(b));
@@ -129,7 +130,7 @@ fn multiply(matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes]) {
 }
 
 pub(super) fn blocks(n: usize) -> Result<Vec<Block3x3>> {
-    // This allocation only checks that memory suffices.
+    // The first allocation only checks that memory suffices.
     drop(try_zeroed(9 * n)?);
     Ok(vec![[0.0; 9]; n])
 }
@@ -142,7 +143,7 @@ fn graph(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> NodeGraph {
         for &row in &rows[offsets[column]..offsets[column + 1]] {
             let other = unknowns.of_row[row].0;
             let (from, to) = (node.max(other), node.min(other));
-            // The rows of a node are consecutive, so a repeated neighbour is usually the last one.
+            // The rows of a node are consecutive, so that a repeated neighbour is usually the last one in the list.
             if from != to && others[from].last() != Some(&to) {
                 others[from].push(to);
             }
@@ -157,7 +158,8 @@ fn graph(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> NodeGraph {
     NodeGraph::from_edges(unknowns.points.len(), &pairs)
 }
 
-/// Cuthill-McKee order: nodes level by level, starting at nodes with few neighbours. Neighbours get close positions.
+/// Cuthill-McKee order: breadth-first order of the nodes, which starts at nodes with few neighbours. Neighbours get
+/// close positions.
 ///
 /// # Source
 /// Cuthill and McKee (1969), Proc. 24th ACM National Conference.

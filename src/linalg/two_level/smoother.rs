@@ -1,4 +1,4 @@
-//! Symmetric Gauss-Seidel smoother: reduces errors that the coarse space does not represent.
+//! Symmetric Gauss-Seidel smoother. It reduces the errors that the coarse space does not represent.
 
 use nalgebra::Matrix3;
 
@@ -28,8 +28,8 @@ impl GaussSeidel {
         Ok(Self { inverse: inverse.collect::<Result<_>>()? })
     }
 
-    /// Computes `y = ((D + L) D⁻¹ (D + L)ᵀ)⁻¹ x`, all `[3 n]`; overwrites `y` and `work`. D contains the diagonal blocks of
-    /// `matrix`, L the blocks left of the diagonal.
+    /// Computes `y = ((D + L) D⁻¹ (D + L)ᵀ)⁻¹ x`, all `[3 n]`; overwrites `y` and `work`. D contains the diagonal
+    /// blocks of `matrix`, L the blocks to the left of the diagonal.
     pub fn apply(&self, matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes], work: &mut [Lanes]) {
         wide!(sweeps(
             self => smoother: &GaussSeidel,
