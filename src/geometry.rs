@@ -24,8 +24,8 @@ impl Triad {
         Self(Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0))
     }
 
-    /// Triad with normal `normal`. Its first tangent is the projection of `toward` on the surface (or of a global axis if `toward`
-    /// is almost normal to the surface).
+    /// Triad with normal `normal`. Its first tangent is the projection of `toward` on the plane normal to `normal`. If
+    /// `toward` is almost parallel to `normal`, a global axis replaces `toward`.
     pub fn from_normal(normal: Point, toward: Point) -> Self {
         let n = normal.normalize();
         let mut t = toward - n * n.dot(&toward);
@@ -111,7 +111,8 @@ pub fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// Area vectors of the fan of triangles from the first corner of a polygon.
+/// Area vectors of the triangles into which a polygon with `n` corners is divided. All triangles share the first
+/// corner.
 pub fn fan_area_vectors(n: usize, corner: impl Fn(usize) -> Point) -> impl Iterator<Item = Point> {
     let first = corner(0);
     (1..n - 1).map(move |i| 0.5 * (corner(i) - first).cross(&(corner(i + 1) - first)))

@@ -22,7 +22,7 @@ impl Dual {
         Self { value, gradient: std::array::from_fn(|i| a * x.gradient[i] + b * y.gradient[i]) }
     }
 
-    /// The number itself, or `least` with zero gradient if the value is smaller.
+    /// The number itself, or `least` with zero gradient if the value is smaller than `least`.
     pub fn at_least(self, least: f64) -> Self {
         if self.value < least { Self { value: least, gradient: [0.0; 3] } } else { self }
     }

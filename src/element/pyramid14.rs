@@ -19,7 +19,8 @@ impl DualShapeFunctions<14> for Pyramid14 {
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         let bubble = ((side + x) * (side - x) / side) * ((side + y) * (side - y) / side);
         let thirteen = Pyramid13::dual_values(xi);
-        // -1/4 for the corners of the base, 1/2 for middle nodes of its edges, 0 for other nodes.
+        // Values at the middle of the base: -1/4 for the corners of the base, 1/2 for the middle nodes of its edges, 0
+        // for other nodes.
         let at_middle = Pyramid13::values([0.0; 3]);
         std::array::from_fn(|i| if i == 13 { bubble } else { thirteen[i] - bubble * at_middle[i] })
     }

@@ -8,7 +8,8 @@ pub const MAX_FACE_NODES: usize = 9;
 macro_rules! surfaces {
     ($($element:ident, $n:literal;)*) => {
         impl ElementKind {
-            /// Values of the shape functions of a surface at `xi`; 0 beyond its nodes, and for kinds that are not surfaces.
+            /// Values of the shape functions of a surface at `xi`. Entries beyond the nodes of the surface are 0. For
+            /// kinds that are not surfaces, all entries are 0.
             pub fn face_values(self, xi: [f64; 2]) -> [f64; MAX_FACE_NODES] {
                 let mut all = [0.0; MAX_FACE_NODES];
                 match self {

@@ -1,7 +1,8 @@
 use super::dual::{Dual, quadratic, triangle6};
 use super::shape::DualShapeFunctions;
 
-/// The 18-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], quadratic on both.
+/// The 18-node wedge, the triangle (0,0), (1,0), (0,1) times the line [-1, 1]: quadratic on the triangle and on the
+/// line.
 pub struct Wedge18;
 
 impl DualShapeFunctions<18> for Wedge18 {
@@ -29,7 +30,7 @@ impl DualShapeFunctions<18> for Wedge18 {
     fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 18] {
         let t = triangle6(x, y);
         let line = [-1.0, 0.0, 1.0].map(|node| quadratic(z, node));
-        // (triangle function, line function) of each shape function.
+        // Each shape function is a product. These are the indices of its triangle function and its line function.
         const PARTS: [(usize, usize); 18] = [
             (0, 0),
             (1, 0),

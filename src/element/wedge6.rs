@@ -2,7 +2,7 @@ use super::Wedge18;
 use super::dual::{Dual, one_minus};
 use super::shape::DualShapeFunctions;
 
-/// The 6-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], linear on both.
+/// The 6-node wedge, the triangle (0,0), (1,0), (0,1) times the line [-1, 1]: linear on the triangle and on the line.
 pub struct Wedge6;
 
 impl DualShapeFunctions<6> for Wedge6 {

@@ -113,7 +113,7 @@ impl SymbolicAnalysis {
         self.symbolic.n_values()
     }
 
-    /// Restores the factor from its stored values; `None` if they fail the residual check.
+    /// Restores the factor from its stored values. `None` if the restored factor fails the residual check.
     pub(super) fn restore(self, model: &FeModel, values: Vec<f64>) -> Result<Option<CholeskyFactor>> {
         self.symbolic.from_values(model.stiffness(), values)
     }

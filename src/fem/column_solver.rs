@@ -15,8 +15,8 @@ use crate::mesh::CellRef;
 
 const COLUMNS_PER_SOLVE: usize = 32;
 
-/// Solver of K u = f for many right-hand sides, by one factorisation, or by conjugate gradients if the factor does not fit into
-/// memory.
+/// Solver of K u = f for many right-hand sides. It uses one factorisation, or conjugate gradients if the factor does
+/// not fit into memory.
 pub struct ColumnSolver {
     solver: Box<dyn SymmetricSolver>,
     n_free: usize,
@@ -41,7 +41,8 @@ impl ColumnSolver {
         build().context(|| model.name().to_owned())
     }
 
-    /// Replaces each column f of `columns`, forces on the free dofs, `[n_columns, n_free]`, by the solution u of K u = f.
+    /// Replaces each force vector f in `columns` by the solution u of K u = f. `columns` are forces on the free dofs,
+    /// `[n_columns, n_free]`.
     ///
     /// # Errors
     /// If the solution does not converge, or memory does not suffice.
@@ -80,8 +81,8 @@ impl FeModel {
     }
 
     /// Forces K_fb g on the free dofs f and K_bb g on the prescribed dofs b, for displacements g of the dofs b, mm,
-    /// `[n_columns, n_prescribed]`. `prescribed` must list all dofs of [`Self::prescribed_dofs`]. K includes foundations. The
-    /// displacements that the model prescribes are not added.
+    /// `[n_columns, n_prescribed]`. `prescribed` must list all dofs of [`Self::prescribed_dofs`]. K includes
+    /// foundations. The values that the model prescribes at the dofs b are not used.
     ///
     /// # Errors
     /// If memory does not suffice, or the run is cancelled.

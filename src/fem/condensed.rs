@@ -37,8 +37,8 @@ impl Default for CondensationResources<'_> {
 /// Results of a condensation that the cache stores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CacheContents {
-    /// Flexibility of the contact nodes. The factor too, if the body is unconstrained or has own loads
-    /// ([`FeModel::has_own_loads`]).
+    /// Flexibility of the contact nodes. If the body is unconstrained or has own loads ([`FeModel::has_own_loads`]),
+    /// also the factor.
     Flexibility,
     /// Flexibility and factor, for the recovery of fields.
     FlexibilityAndFactor,
@@ -90,7 +90,7 @@ impl FeModel {
         self.condense_with(contact_nodes, &CondensationResources::default())
     }
 
-    /// As [`Self::condense`], within the memory limit and with the cache of `resources`.
+    /// Computes the flexibility as [`Self::condense`] does, within the memory limit and with the cache of `resources`.
     ///
     /// # Errors
     /// See [`Self::condense`]. A failed write to the cache is not an error; [`CondensedBody::origin`] reports it.
@@ -261,7 +261,7 @@ impl CondensedBody {
             return Ok(factor);
         }
         let factor = self.model.analyse(&self.contact_nodes)?.factorise(&self.model)?;
-        // Without this cache entry, a later run factorises again.
+        // A failed write is ignored. Without this cache entry, a later run factorises again.
         let _ = cache.write_factor(key, factor.values());
         Ok(factor)
     }
@@ -307,7 +307,8 @@ impl CondensedBody {
         &self.contact_free_displacement
     }
 
-    /// Relative residual: of the check after a factorisation, or the largest over the columns solved by conjugate gradients.
+    /// Relative residual of the check after a factorisation. With conjugate gradients: largest relative residual over
+    /// the solved columns.
     pub fn residual(&self) -> f64 {
         self.residual
     }

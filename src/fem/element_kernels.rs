@@ -29,7 +29,8 @@ fn strain<const N: usize>(point: &MappedPoint<N>, u: &[[f64; 3]; N]) -> Vector6<
     strain
 }
 
-/// Adds Bᵀ C B of one point, times its volume, to the packed lower triangle, row by row. B maps nodal displacements to strain.
+/// Adds Bᵀ C B of one integration point, times the volume of the point, to the packed lower triangle, row by row. B
+/// maps nodal displacements to strain, and C strain to stress.
 fn add_stiffness<const N: usize>(point: &MappedPoint<N>, c: &Matrix6<f64>, packed: &mut [f64]) {
     // C B times the volume: three columns of six entries for each node.
     let stress: [[[f64; 6]; 3]; N] = point.gradients.map(|g| {
@@ -72,7 +73,8 @@ pub(super) fn element_stiffness(
     visit_element(kind, StiffnessKernel { nodes, c, rules, packed })
 }
 
-/// ∫ Bᵀ C B dV, where B maps nodal displacements to the strain of the displacement interpolation.
+/// Computes ∫ Bᵀ C B dV. B maps nodal displacements to the strain of the displacement interpolation, and C strain to
+/// stress.
 struct StiffnessKernel<'a> {
     nodes: &'a [[f64; 3]],
     c: &'a Matrix6<f64>,
@@ -133,9 +135,9 @@ fn state_of_strains<const N: usize>(
     state
 }
 
-/// Nodal forces ∫ Bᵀ σ dV of a uniform stress in an element, `[n_nodes]`. B maps nodal displacements to the strain of the
-/// displacement interpolation. Mean dilatation has the same forces, and enhanced modes have none, because the means of their strains
-/// vanish.
+/// Nodal forces ∫ Bᵀ σ dV of a uniform stress in an element, `[n_nodes]`. B maps nodal displacements to the strain of
+/// the displacement interpolation. Mean dilatation gives the same forces. Enhanced modes add no forces, because the
+/// means of their strains vanish.
 pub(super) fn forces_of_uniform_stress(
     kind: ElementKind,
     nodes: &[[f64; 3]],
@@ -297,8 +299,8 @@ mod tests {
         .rotated(&crate::geometry::fibre_axes(0.6, 0.3))
     }
 
-    /// Truth: the stiffness of a free element has six zero eigenvalues and otherwise positive ones (`rigid-body-modes` in
-    /// docs/verification.md). Tolerance of zero: 1e-12 of the largest eigenvalue.
+    /// Truth: the stiffness of a free element has six zero eigenvalues, and all other eigenvalues are positive
+    /// (`rigid-body-modes` in docs/verification.md). Tolerance of zero: 1e-12 of the largest eigenvalue.
     #[test]
     fn six_zero_modes() {
         let rules = RuleSet::new();

@@ -1,4 +1,4 @@
-//! Solid cells of the body, with the material and the material axes of each.
+//! Solid cells of the body, with the material and the material axes of each cell.
 
 use std::collections::HashMap;
 
@@ -11,8 +11,8 @@ use crate::linalg::ordering::NodeGraph;
 use crate::material::{PlacedMaterial, RegionMaterial, centroid};
 use crate::mesh::{CellRef, Mesh};
 
-/// Largest rotation of the material axes between neighbouring elements of one material that counts as continuous, radians. The
-/// value allows for filament windings.
+/// Largest rotation of the material axes between neighbouring elements of one material that counts as continuous,
+/// radians. The value is large enough for the turning fibres of filament windings.
 const MAX_SMOOTH_TURN_RAD: f64 = 0.26;
 
 /// Solid cells with their materials and material axes. A stiffness is rotated to global axes on request, because stored matrices
@@ -39,7 +39,7 @@ impl ElementMaterials {
         problems.into_iter().flatten().next().map_or(Ok(regions), Err)
     }
 
-    /// Assigns materials as [`Self::new`]. Also returns the first error of each region, `[n_regions]`.
+    /// Assigns materials as [`Self::new`] does. Also returns the first error of each region, `[n_regions]`.
     fn assign(spec: &FeSpec, cells: Vec<CellRef>, region: &[usize]) -> (Self, Vec<Option<Error>>) {
         let mut first = vec![0; spec.regions.len()];
         let mut materials = Vec::new();
@@ -110,9 +110,9 @@ impl ElementMaterials {
         &self.material_states[self.state_of_cell[i] as usize].1
     }
 
-    /// Whether the material is continuous across the face between the elements `i` and `j`: their stiffnesses and their thermal
-    /// expansions are equal up to rounding, or they have one material, whose axes turn by at most [`MAX_SMOOTH_TURN_RAD`]. Plies
-    /// count as different materials.
+    /// Whether the material is continuous across the face between the elements `i` and `j`. This is so if their
+    /// stiffnesses and their thermal expansions are equal up to rounding. It is also so if both elements have the same
+    /// material and its axes turn by at most [`MAX_SMOOTH_TURN_RAD`]. Plies count as different materials.
     pub(super) fn is_continuous(&self, i: usize, j: usize) -> bool {
         if self.state_of_cell[i] == self.state_of_cell[j] {
             return true;
@@ -128,7 +128,7 @@ impl ElementMaterials {
         material(i) == material(j) && cosine >= MAX_SMOOTH_TURN_RAD.cos()
     }
 
-    /// Materials of which at least one element consists. A material with several directions occurs several times.
+    /// Materials that at least one element has. A material with several orientations occurs several times.
     pub fn materials_in_use(&self) -> impl Iterator<Item = &PlacedMaterial> {
         self.material_states.iter().map(|(material, _)| &self.materials[*material])
     }

@@ -60,8 +60,8 @@ macro_rules! solids {
     };
 }
 
-// The stiffness rules are exact for elements with a constant Jacobian. On other elements, the stiffness has full rank, and ∫ B dV
-// is exact, hence also the nodal forces of a constant stress.
+// The stiffness rules are exact for elements with a constant Jacobian. On other elements, the stiffness has full rank
+// and ∫ B dV is exact. The nodal forces of a constant stress are therefore exact, too.
 solids! {
     Hex8, 8, hex8: corners(), hexahedron(4);
     Hex20, 20, hex20: hexahedron(3), hexahedron(4);

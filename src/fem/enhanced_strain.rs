@@ -24,7 +24,8 @@ pub(super) struct EnhancedStrain {
     h: Cholesky<f64, Const<9>>,
 }
 
-/// T0: strains from natural coordinates at the centre to global axes, ε_ij = A_ki Ê_kl A_lj, A = J0⁻¹.
+/// Matrix T0, which maps natural strains Ê at the centre to strains ε in global axes: ε_ij = A_ki Ê_kl A_lj with A =
+/// J0⁻¹.
 fn transformation(inverse: &Matrix3<f64>) -> Matrix6<f64> {
     let a = inverse;
     Matrix6::from_fn(|row, column| {
@@ -37,7 +38,7 @@ fn transformation(inverse: &Matrix3<f64>) -> Matrix6<f64> {
     })
 }
 
-/// M(ξ): natural strains of the nine modes, from Wilson's incompatible displacements 1 - ξ².
+/// Matrix M(ξ) of the natural strains of the nine modes, which derive from Wilson's incompatible displacements 1 - ξ².
 fn natural_modes([x, y, z]: [f64; 3]) -> Modes {
     let mut m = Modes::zeros();
     for (row, column, value) in

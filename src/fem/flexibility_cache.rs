@@ -1,7 +1,8 @@
-//! Cache of condensed flexibilities on disk. With a cached flexibility, a later run of the same body needs no factorisation for it.
+//! Cache of condensed flexibilities on disk. With a cached flexibility, a later run of the same body needs no
+//! factorisation to condense the body.
 //!
-//! An entry is one list of [`crate::linalg::cache`]: residual of the solution, bytes that a factorisation takes, and the lower
-//! triangle of the flexibility row by row, `[n (n + 1) / 2]`.
+//! An entry is one list of [`crate::linalg::cache`]: residual of the solution, peak memory of a factorisation in bytes,
+//! and the lower triangle of the flexibility row by row, `[n (n + 1) / 2]`.
 
 use crate::error::Result;
 use crate::linalg::cache::CacheKeyBuilder;
@@ -19,7 +20,7 @@ const FILE_EXTENSION: &str = "flexibility";
 pub struct FlexibilityEntry {
     /// (K^-1)_cc of the free contact dofs, `[n, n]`, mm/N.
     pub flexibility: SymmetricDense,
-    /// Relative residual of the check of the factorisation, or of the iterative solutions.
+    /// Relative residual of the check of the factorisation, or largest relative residual of the iterative solutions.
     pub residual: f64,
     /// Peak memory of a factorisation, bytes.
     pub factorisation_bytes: usize,

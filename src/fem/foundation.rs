@@ -1,4 +1,5 @@
-//! Elastic (Winkler) foundations on surfaces: K += ∫ N_a k N_b dS.
+//! Elastic (Winkler) foundations on surfaces: K += ∫ N_a k N_b dS, with the foundation stiffness k and the shape
+//! functions N.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -72,7 +73,8 @@ fn check_stiffness(bedding: FoundationStiffness) -> Result<()> {
     )))
 }
 
-/// ∫ N_a k N_b dS of one face. The rules are exact on flat faces with straight edges.
+/// Stiffness ∫ N_a k N_b dS of the foundation of one face. The integration rules are exact on flat faces with straight
+/// edges.
 fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: FoundationStiffness) -> FoundationFace {
     let n = 3 * face.nodes.len();
     let mut packed = vec![0.0; n * (n + 1) / 2];

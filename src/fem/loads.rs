@@ -84,8 +84,8 @@ impl AppliedLoads {
         self.prescribed[dof]
     }
 
-    /// Pressures and tractions on faces: solid element, index of the face in it, pressure (MPa), traction (global axes, MPa). A
-    /// face with several loads is listed once per load.
+    /// Pressures and tractions on faces: solid element, index of the face in the element, pressure (MPa), traction
+    /// (global axes, MPa). A face with several loads is listed once per load.
     pub fn face_loads(&self) -> impl Iterator<Item = ((CellRef, usize), f64, Vector3<f64>)> + '_ {
         self.faces.iter().filter_map(|face| {
             let at = (face.owner, face.local_face);
@@ -185,7 +185,8 @@ pub(super) fn face_points(
     })
 }
 
-/// Derivatives along the two reference coordinates of a face, at `xi`, of a field with the nodal values `at`.
+/// Derivatives of a field along the two reference coordinates of a face, at the reference point `xi`. `at` returns the
+/// value of the field at a node.
 pub(super) fn face_tangents(
     face: &SurfaceFace,
     xi: [f64; 2],

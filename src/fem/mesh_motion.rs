@@ -1,9 +1,9 @@
 //! Moves the nodes of a mesh after its contact surface has receded.
 //!
-//! Each displacement component along the frame axes solves Laplace's equation in the body. Contact nodes have prescribed
-//! displacements. Other nodes on an outer face or a material interface move along an axis only if the axis lies in the face, so
-//! that the body keeps its shape. Other nodes of supports move along an axis only if the axis is normal to all prescribed
-//! components.
+//! Each displacement component along the frame axes solves Laplace's equation in the body. Contact nodes have
+//! prescribed displacements. Two constraints apply to the other nodes. A node on an outer face or a material interface
+//! moves along an axis only if the axis lies in the face. The body thus keeps its shape. A node of a support moves
+//! along an axis only if the axis is normal to all prescribed components.
 
 use rayon::prelude::*;
 
@@ -31,12 +31,13 @@ const MIN_EDGE_RATIO: f64 = 0.1;
 
 const ELEMENTS_PER_BATCH: usize = 512;
 
-/// The mesh of `spec` after its contact nodes have moved by `motion`, `[n_points]`, with components along `axes`. `motion` is
-/// `None` at nodes that are not contact nodes. `contact` lists the faces of the contact surface.
+/// The mesh of `spec` after its contact nodes have moved by `motion`, `[n_points]`, with components along `axes`.
+/// `motion` is `None` at nodes that are not contact nodes. `contact` lists the faces of the contact surface.
 ///
 /// # Errors
-/// If an element would be inverted, more elements than before would be folded at their nodes, or an edge would become too short. If
-/// a material or group of `spec` is not admissible, or memory does not suffice.
+/// If an element would be inverted, or an edge would become too short. If the Jacobian at a node would be zero or
+/// negative in more elements than before. If a material or group of `spec` is not admissible, or memory does not
+/// suffice.
 pub(crate) fn move_mesh(
     spec: &FeSpec,
     contact: &[SurfaceFace],
@@ -217,7 +218,7 @@ fn pattern(graph: &NodeGraph, nodes: &[usize], row: &[usize]) -> SymmetricSparse
     SymmetricSparse::from_pattern(offsets, rows)
 }
 
-/// ∫ ∇N_a · ∇N_b dV of an element, `[n_nodes, n_nodes]`.
+/// Computes ∫ ∇N_a · ∇N_b dV of an element, `[n_nodes, n_nodes]`.
 struct LaplaceKernel<'a> {
     mesh: &'a Mesh,
     cell: CellRef,
@@ -281,8 +282,8 @@ mod tests {
     use super::*;
     use crate::mesh::structured::{BlockElements, GradedBlock};
 
-    /// Truth: a contact node on a plane moves within it by the prescribed distance. A motion that is normal to the plane up to
-    /// rounding becomes zero.
+    /// Truth: a contact node on a plane moves within the plane by the prescribed distance. A motion that is normal to
+    /// the plane up to rounding becomes zero.
     #[test]
     fn motions_normal_to_a_plane_end_there() {
         let mut held = [0; 3].map(|_| vec![MotionConstraint::Free; 2]);

@@ -20,7 +20,8 @@ use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::two_level::NodalUnknowns;
 use crate::mesh::Mesh;
 
-/// Bytes per unknown for the mesh, the elements and the assembly, without the matrix. Small bodies need most per unknown.
+/// Bytes per unknown for the mesh, the elements and the assembly, without the matrix. Small bodies need the most bytes
+/// per unknown.
 const ASSEMBLY_BYTES_PER_DOF: usize = 1500;
 
 /// Bytes per unknown for the mesh and the elements after assembly.

@@ -20,8 +20,8 @@ pub(crate) struct PrescribedMotion {
 }
 
 impl PrescribedMotion {
-    /// Subtracts a fitted rigid motion from the displacements of the dofs `prescribed` by `loads`, unless elastic foundations resist
-    /// rigid motions.
+    /// Fits a rigid motion to the displacements that `loads` prescribe at the dofs `prescribed`, and subtracts this
+    /// motion. With elastic foundations nothing is subtracted, because they resist rigid motions.
     pub fn new(model: &FeModel, loads: &AppliedLoads, prescribed: &[usize]) -> Self {
         let mesh = model.mesh();
         let value = |&dof: &usize| loads.prescribed_displacement(dof);

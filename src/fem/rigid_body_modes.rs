@@ -29,8 +29,9 @@ pub struct RigidBodyModes {
 }
 
 impl RigidBodyModes {
-    /// Rigid-body modes of the points `part` that have no displacement along the given direction at any node of `held`. As vectors
-    /// of translation and scaled rotation, the modes are orthonormal.
+    /// Rigid-body modes of the points `part` that the constraints `held` allow. Each constraint is a node and a
+    /// direction along which this node has no displacement. As vectors of translation and scaled rotation, the modes
+    /// are orthonormal.
     pub(crate) fn unconstrained(
         points: &[[f64; 3]],
         part: &[usize],
@@ -118,7 +119,7 @@ pub fn find_rigid_body_modes(spec: &FeSpec) -> Result<Option<RigidBodyModes>> {
     rigid_body_modes_of_dofs(spec, &dofs, &node_graph(&spec.mesh, &regions.cells))
 }
 
-/// As [`find_rigid_body_modes`].
+/// Rigid-body modes as [`find_rigid_body_modes`], for known `dofs` and the `graph` of the nodes.
 pub(super) fn rigid_body_modes_of_dofs(
     spec: &FeSpec,
     dofs: &DofMap,

@@ -69,8 +69,8 @@ impl BallTree {
         here
     }
 
-    /// Overwrites `found` with the indices, ascending, of the balls at most `reach` away from the line through `start` along the
-    /// unit vector `along`.
+    /// Overwrites `found` with the ascending indices of the balls that are at most `reach` away from a line. The line
+    /// goes through `start` along the unit vector `along`.
     pub(crate) fn query(&self, start: &Point, along: &Point, reach: f64, found: &mut Vec<usize>) {
         found.clear();
         if !self.branches.is_empty() {
@@ -98,7 +98,7 @@ impl BallTree {
 mod tests {
     use super::*;
 
-    /// Truth: a test of each ball against the line.
+    /// Truth: testing every ball against the line finds the same balls.
     #[test]
     fn finds_what_the_line_passes() {
         let balls: Vec<Ball> = (0..500)

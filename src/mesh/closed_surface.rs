@@ -13,7 +13,7 @@ const MAX_NAMED_EDGES: usize = 6;
 /// Smallest cosine of the angle between the normals of neighbouring faces on a smooth surface.
 const CREASE_COSINE: f64 = 0.95;
 
-/// Area divided by the square of the longest edge, up to which an element counts as without area.
+/// An element counts as without area if its area divided by the square of its longest edge is at most this number.
 const MIN_RELATIVE_AREA: f64 = 1e-6;
 
 /// Cells at an edge: index, and whether the cell traverses the edge from the smaller to the larger node number.
@@ -22,7 +22,7 @@ type EdgeCells = Vec<(usize, bool)>;
 struct SurfaceTopology<'a> {
     mesh: &'a Mesh,
     cells: Vec<CellRef>,
-    /// Edges by their two corner nodes, ascending.
+    /// Edges, each with its two corner nodes (ascending) and its cells.
     edges: Vec<([usize; 2], EdgeCells)>,
 }
 
@@ -319,7 +319,7 @@ mod tests {
     use crate::mesh::faces::SurfaceFace;
     use crate::mesh::structured::GradedBlock;
 
-    /// Corners and triangles with outward normals; node numbers start at `first`.
+    /// Corners and triangles of a cube, with outward normals. Node numbers start at `first`.
     fn cube(middle: f64, side: f64, first: usize) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
         let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2].map(|s| middle + side * (s as f64 - 0.5));
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];

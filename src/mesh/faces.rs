@@ -18,7 +18,7 @@ pub struct SurfaceFace {
     pub owner: CellRef,
     /// Index among the solid's [`ElementKind::local_faces`]; 0 without solids.
     pub local_face: usize,
-    /// File number of the surface element, or else of the owner.
+    /// Number in the mesh file of the surface element on the face. Without a surface element: number of the owner.
     pub tag: u64,
 }
 
@@ -28,7 +28,7 @@ impl SurfaceFace {
         (self.owner, self.local_face)
     }
 
-    /// Area of the triangles between the corners, in the scene's length unit squared.
+    /// Sum of the areas of the triangles between the corners, in the scene's length unit squared.
     pub fn area(&self, mesh: &Mesh) -> f64 {
         self.triangle_area_vectors(mesh).map(|triangle| triangle.norm()).sum()
     }
@@ -124,9 +124,9 @@ pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
     faces
 }
 
-/// Outer faces under the surface elements of the physical group `name`, in the group's order. In a mesh with solids, the faces are
-/// oriented outward, whatever the orientation of the surface elements. Without solids, the faces are the surface elements
-/// themselves.
+/// Outer faces on which the surface elements of the physical group `name` lie, in the group's order. In a mesh with
+/// solids, the faces are oriented outward, whatever the orientation of the surface elements. Without solids, the faces
+/// are the surface elements themselves.
 ///
 /// # Errors
 /// If the group does not exist, is not a group of surfaces, or is empty. If a surface element is an inner face or belongs to no
@@ -222,7 +222,7 @@ fn same_nodes(mesh: &Mesh, name: &str, cell: CellRef, face: &SurfaceFace) -> Res
     Err(group_element_error(mesh, name, cell, &what))
 }
 
-/// Three solids that share one face.
+/// Three solids that share one face; `None` if no face belongs to three solids.
 pub(super) fn face_of_three_solids(mesh: &Mesh) -> Option<[CellRef; 3]> {
     let mut owners: FxHashMap<FaceKey, [Option<CellRef>; 2]> = FxHashMap::default();
     let mut three = None;

@@ -10,10 +10,10 @@ pub(super) fn dim_name(dim: usize) -> &'static str {
 }
 
 impl Mesh {
-    /// Physical group `name`; if several dimensions share the name, the group of the highest dimension.
+    /// Physical group `name`. If several dimensions share the name, the group of the highest dimension.
     ///
     /// # Errors
-    /// If there is none.
+    /// If no group has the name.
     pub fn group(&self, name: &str) -> Result<&PhysicalGroup> {
         self.groups
             .iter()
@@ -25,7 +25,7 @@ impl Mesh {
     /// Physical group `name` of dimension `dim`.
     ///
     /// # Errors
-    /// If there is none.
+    /// If no group of this dimension has the name.
     pub fn group_of_dim(&self, name: &str, dim: usize) -> Result<&PhysicalGroup> {
         let found = self.group(name)?;
         self.groups.iter().find(|group| group.name == name && group.dim == dim).ok_or_else(|| {
@@ -42,7 +42,7 @@ impl Mesh {
     /// Physical group `name`, whatever its dimension.
     ///
     /// # Errors
-    /// If there is none, if it has no cells, or if groups of several dimensions have the name.
+    /// If no group has the name, if the group has no cells, or if groups of several dimensions have the name.
     pub fn group_of_any_dim(&self, name: &str) -> Result<&PhysicalGroup> {
         let group = self.group(name)?;
         if let Some(other) = self.groups.iter().find(|other| other.name == name && other.dim != group.dim) {

@@ -20,7 +20,7 @@ pub struct CellBlock {
     pub kind: ElementKind,
     /// Indices into [`Mesh::points`], `[n_cells, kind.n_nodes()]` row by row, gmsh's node order.
     pub nodes: Vec<usize>,
-    /// File numbers of the elements, `[n_cells]` (for messages).
+    /// Numbers of the elements in the mesh file, `[n_cells]`, for messages.
     pub tags: Vec<u64>,
 }
 
@@ -66,7 +66,7 @@ pub struct ElementField {
     pub name: String,
     /// Number of components per value.
     pub n_components: usize,
-    /// File numbers of the elements, `[n]`.
+    /// Numbers of the elements in the mesh file, `[n]`.
     pub elements: Vec<u64>,
     /// Values, `[n, n_components]`.
     pub values: Vec<f64>,
@@ -105,7 +105,7 @@ impl Mesh {
         self.blocks[cell.block].cell_nodes(cell.cell)
     }
 
-    /// File number of a cell (for messages).
+    /// Number of the cell in the mesh file, for messages.
     pub fn tag(&self, cell: CellRef) -> u64 {
         self.blocks[cell.block].tags[cell.cell]
     }

@@ -4,8 +4,8 @@ use super::Mesh;
 use super::faces::SurfaceFace;
 use crate::geometry::{Point, bounds};
 
-/// Indices of two faces that share no node and intersect one another; `None` if there are none. Faces are divided into triangles
-/// between their corners.
+/// Indices of two faces that share no node and intersect one another; `None` if there are no such faces. Faces are
+/// divided into triangles between their corners.
 pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[usize; 2]> {
     let corners = |face: &SurfaceFace| -> Vec<Point> {
         face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node])).collect()

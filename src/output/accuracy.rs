@@ -12,7 +12,8 @@ pub struct AccuracyRecord {
     pub quantities: Vec<&'static str>,
     /// Whether the last run reached the requested accuracy.
     pub met: bool,
-    /// Reason why the refinement ended early: a failed run, a value that does not converge, or the finest level of a setting.
+    /// Reason why the refinement ended early: a failed run, a value that does not converge, or a setting without a
+    /// finer level.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Results with estimated errors.
@@ -26,16 +27,18 @@ pub struct AccuracyRecord {
 pub struct EstimatedResult {
     /// Name of the step at whose end the result is taken.
     pub step: String,
-    /// Name of the result: a key of `summary.steps`, with the component of a vector.
+    /// Name of the result: a key of `summary.steps`. The name of a vector's component also contains the component
+    /// ("shift x").
     pub name: &'static str,
     /// Result of the last converged run.
     pub value: f64,
     /// Estimated error: `relative` times the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<f64>,
-    /// Estimated error relative to a reference: the total force for forces, the total displacement for tangential displacements,
-    /// otherwise the value itself. The reference is at least 1 % of the largest reference of this result in any step; for the wear
-    /// volume, it is the largest reference.
+    /// Estimated error divided by a reference value. The reference value is the total force for forces, the total
+    /// displacement for tangential displacements, and the value itself for other results. It is at least 1 % of the
+    /// largest reference value of the same result in any step. For the wear volume, it is the largest wear volume of
+    /// all steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
     /// Contribution of the cell size to `relative`.
@@ -50,7 +53,8 @@ pub struct EstimatedResult {
     /// Order of convergence in the setting that was refined last; `None` if the order is out of bounds or there are too few values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<f64>,
-    /// Richardson extrapolation, if the last three differences show one order.
+    /// Richardson extrapolation, if the last three differences of the values have the same sign and about the same
+    /// order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<f64>,
 }

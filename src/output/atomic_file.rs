@@ -97,7 +97,7 @@ pub(super) fn temporary_prefix(path: &Path) -> String {
     format!(".{}.", path.file_name().and_then(|name| name.to_str()).unwrap_or("file"))
 }
 
-/// Flushes the entries of a folder to the disk, if the system supports it.
+/// Flushes the entries of a folder to the disk, if the operating system supports this.
 pub(super) fn sync_folder(folder: Option<&Path>) {
     let _ = folder.map(|folder| File::open(folder).and_then(|folder| folder.sync_all()));
 }
@@ -127,7 +127,8 @@ pub(crate) fn write_error(reason: &io::Error) -> Error {
 mod tests {
     use super::*;
 
-    /// Truth (docs/command-line.md): the exit code for a full disk is 4. Both errors advise to free some space.
+    /// Truth (docs/command-line.md): the exit code for a full disk is 4. The errors of `write_error` and `file_error`
+    /// advise to free some space.
     #[test]
     fn disks_that_fill_have_advice() {
         let reason = io::Error::from(io::ErrorKind::StorageFull);

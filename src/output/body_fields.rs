@@ -53,8 +53,8 @@ impl BodyOutput<'_> {
         Some(BodyPeaks::new(mesh, stress, &surface))
     }
 
-    /// Traction on this body at every node of the mesh, in global axes. At a contact node: area-weighted mean of the cells over
-    /// which the node lies. Zero elsewhere. `faces` are the outer faces of the mesh.
+    /// Traction on this body at every node of the mesh, in global axes. A contact node gets the area-weighted mean
+    /// traction of the cells over which it lies. Other nodes get zero. `faces` are the outer faces of the mesh.
     fn node_tractions(
         &self,
         frame: &ContactFrame,
@@ -176,7 +176,8 @@ fn mesh_surface(
     Ok(grid)
 }
 
-/// Mesh node of a vertex, and recovery point of its stress. Without stress, the recovery point is the node.
+/// Vertex of the surface grid: its mesh node, and the index of the point with its recovered stress. Without stress,
+/// both indices are equal.
 struct SurfaceVertex {
     node: usize,
     recovery_point: usize,

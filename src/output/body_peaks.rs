@@ -10,7 +10,7 @@ use crate::material::strength::{StressExposure, von_mises};
 use crate::mesh::Mesh;
 use crate::output::surface_stress::SurfaceStress;
 
-/// Minimum share of the squared error in the reported worst cells.
+/// The reported worst cells contain at least this fraction of the squared error of the body.
 const WORST_CELLS_ERROR_SHARE: f64 = 0.5;
 
 /// Largest value and its position.
@@ -38,7 +38,7 @@ pub struct IndexPeak {
 /// Estimated error of a body in one increment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ErrorRecord {
-    /// Estimated error in the energy norm, relative to the norm of the stress.
+    /// Estimated error in the energy norm, relative to the estimated norm of the true stress.
     pub relative: f64,
     /// Error in the energy norm: square root of twice the energy of the difference between recovered stress and element stress.
     pub energy_norm: f64,
@@ -55,7 +55,7 @@ pub struct WorstCells {
     pub count: usize,
     /// Volume of the cells divided by the volume of the body.
     pub volume_share: f64,
-    /// Centre of the cells, weighted by the squared error.
+    /// Mean of the cell centres, weighted by the squared errors of the cells.
     pub centre: [f64; 3],
     /// Largest distance of a cell centre from `centre`.
     pub radius: f64,
@@ -102,7 +102,7 @@ impl BodyPeaks {
     }
 }
 
-/// Index and value of the first largest value.
+/// Index and value of the largest value; the first one of equal values.
 fn largest(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     values.enumerate().fold(None, |best, (i, value)| match best {
         Some((_, found)) if value <= found => best,
@@ -153,7 +153,8 @@ impl ErrorRecord {
         }
     }
 
-    /// Text with the estimated error and, unless it is at rounding level, the region to refine. `length` is the unit of length.
+    /// Message with the estimated error. It names the region to refine, unless the error is at rounding level. `length`
+    /// is the unit of length.
     pub fn advice(&self, length: &str) -> String {
         if self.relative < MIN_RELATIVE_ERROR {
             return format!(

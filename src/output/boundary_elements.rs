@@ -5,7 +5,7 @@ use crate::error::Warning;
 
 const MAX_RELIABLE_ASYMMETRY: f64 = 0.02;
 
-/// Condensation of a boundary-element body to its nodes under the frame.
+/// Condensation of a boundary-element body to its contact nodes.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BoundaryElementRecord {
     /// The body, 1 or 2.
@@ -20,8 +20,8 @@ pub struct BoundaryElementRecord {
     pub asymmetry: f64,
     /// Error of the tabulated kernels, relative to their largest values; 0 for closed forms.
     pub kernel_error: f64,
-    /// Largest residual of the equations that are recomputed after the solution, relative to the largest sum of magnitudes in an
-    /// equation.
+    /// Largest residual of the equations that are checked after the solution, relative to the largest sum of magnitudes
+    /// of the terms of an equation.
     pub residual: f64,
     /// Form of the equations: "dense" or "compressed".
     pub equations: &'static str,
@@ -35,7 +35,7 @@ pub struct BoundaryElementRecord {
 pub struct CompressionRecord {
     /// Tolerance of the compressed blocks.
     pub tolerance: f64,
-    /// Largest number of products with the matrix for one right-hand side.
+    /// Largest number of matrix-vector products for one right-hand side.
     pub iterations: usize,
     /// Memory of the matrix and its approximate inverse, bytes.
     pub bytes: usize,

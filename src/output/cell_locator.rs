@@ -43,9 +43,9 @@ impl<'a> CellLocator<'a> {
         locator
     }
 
-    /// Cells over which the point lies: the projection of the point along the cell normal lies in the cell, and the surface at the
-    /// point faces the cell. A curved frame gives only cells within one bin width, or else the nearest ones. A point on a common
-    /// edge has several cells.
+    /// Cells over which the point lies: the projection of the point along the cell normal lies in the cell, and the
+    /// surface at the point faces the cell. On a curved frame, only cells within one bin width of the point count. If
+    /// there are none, the nearest cells count. A point over a common edge has several cells.
     pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
         let mut cells = match (&self.frame.whole_grid(), self.common_normal) {
             (Some(grid), _) => grid_cells(grid, &point.at),
@@ -58,8 +58,8 @@ impl<'a> CellLocator<'a> {
         cells
     }
 
-    /// Cells of a curved frame over which the point lies. Only cells within one bin width along their normals count, or else the
-    /// nearest ones.
+    /// Cells of a curved frame over which the point lies, within one bin width along their normals. If there are none,
+    /// the nearest cells over which the point lies.
     fn nearest(&self, point: &SurfacePoint) -> Vec<usize> {
         let distance =
             |cell: usize| self.frame.triads[cell].normal().dot(&(point.at - self.frame.centers[cell])).abs();
@@ -85,13 +85,13 @@ impl<'a> CellLocator<'a> {
         (arm - normal * normal.dot(&arm)).norm()
     }
 
-    /// Whether the surface at the point faces the cell; true for an unknown outward direction.
+    /// Whether the surface at the point faces the cell. True if the outward direction is unknown (zero).
     fn is_facing(&self, cell: usize, point: &SurfacePoint) -> bool {
         let along = self.frame.triads[cell].normal().dot(&point.outward);
         along == 0.0 && point.outward == Point::zeros() || along * self.side.outward() > 0.0
     }
 
-    /// Bin of a point. With a common normal, the point is first projected along this normal.
+    /// Bin of a point. If all cells have a common normal, the point is first projected along this normal.
     fn key(&self, point: &Point) -> [i64; 3] {
         let along =
             self.common_normal.map_or(Point::zeros(), |n| n * n.dot(&(point - self.frame.centers[0])));
@@ -145,7 +145,7 @@ fn grid_cells(grid: &Grid, point: &Point) -> Vec<usize> {
     along_x.iter().flat_map(|ix| along_y.iter().map(move |iy| ix * grid.cells[1] + iy)).collect()
 }
 
-/// Indices i < `n` of the intervals `[i, i + 1]` that contain `at`; a common end belongs to both.
+/// Indices i < `n` of the intervals `[i, i + 1]` that contain `at`. A common end belongs to both intervals.
 fn intervals(at: f64, n: usize) -> Vec<usize> {
     let (low, high) = ((at - 1e-9).floor(), (at + 1e-9).floor());
     let mut found: Vec<usize> =

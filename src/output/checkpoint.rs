@@ -75,7 +75,7 @@ pub fn remove(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes the temporary files that killed runs left, for checkpoints and for the file `other`.
+/// Removes the temporary files that killed runs left: those of checkpoints, and those of the file `other`.
 pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     let prefixes = [FILES[0], FILES[1], other].map(|name| temporary_prefix(Path::new(name)));
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -85,10 +85,11 @@ pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     }
 }
 
-/// Writes checkpoint `number` (from 1) into `folder`: odd numbers into the first of [`FILES`], even numbers into the second.
+/// Writes checkpoint `number` (from 1) into `folder`: odd numbers into the first of [`FILES`], even numbers into the
+/// second.
 ///
 /// # Errors
-/// If it cannot be written (kind `Resources`). Existing checkpoints then stay unchanged.
+/// If the checkpoint cannot be written (kind `Resources`). Existing checkpoints then stay unchanged.
 pub fn write(folder: &Path, number: u64, origin: &Provenance, state: &impl Serialize) -> Result<()> {
     let path = folder.join(FILES[usize::from(number.is_multiple_of(2))]);
     atomic_file::write_atomically_with(&path, |file| {
@@ -243,8 +244,8 @@ mod tests {
         assert!(!are_in(dir.path()));
     }
 
-    /// Truth (rel-corrupt-checkpoint): every flipped bit, truncation or extension is detected, and the other checkpoint is read. If
-    /// both are damaged, an error names them.
+    /// Truth (`rel-corrupt-checkpoint` in docs/verification.md): every flipped bit, truncation or extension is
+    /// detected, and the other checkpoint is read. If both checkpoints are damaged, the error names both files.
     #[test]
     fn damage_is_found() {
         let dir = tempfile::tempdir().unwrap();
@@ -273,8 +274,8 @@ mod tests {
         assert!(FILES.iter().all(|name| text.contains(name)) && text.contains("without --resume"), "{text}");
     }
 
-    /// Truth (docs/checkpoints.md): a checkpoint of another format is refused with the number of this format. A state with other
-    /// fields is refused as the state of another build.
+    /// Truth (docs/checkpoints.md): a checkpoint of another format is refused, and the error names this format. A state
+    /// with other fields is refused as the state of another build.
     #[test]
     fn foreign_checkpoints_are_refused() {
         let dir = tempfile::tempdir().unwrap();

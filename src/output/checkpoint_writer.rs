@@ -19,7 +19,7 @@ use crate::output::provenance::Provenance;
 pub struct CheckpointData<S> {
     /// State of the run, including the entries so far.
     pub snapshot: S,
-    /// History of the flexibility operator.
+    /// Changes to the flexibility operator since its construction; a resumed run repeats them.
     pub operator_history: OperatorHistory,
     /// Field output so far.
     pub written: WrittenFields,
@@ -45,12 +45,12 @@ pub struct MeshUpdates {
 }
 
 impl MeshUpdates {
-    /// State after a further update at the wear depth `worn`.
+    /// State after one more update, at the wear depth `worn`.
     pub fn after_update(&self, worn: &[f64]) -> Self {
         Self { wear_depth_at_last_update: worn.to_vec(), count: self.count + 1, stopped: self.stopped }
     }
 
-    /// Transfers the state to an enlarged frame of `n` cells; `places` are the new numbers of the present cells.
+    /// Transfers the state to an enlarged frame of `n` cells. `places[i]` is the new index of cell i.
     pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
         let wear_depth_at_last_update = if self.wear_depth_at_last_update.is_empty() {
             Vec::new()
@@ -80,7 +80,7 @@ impl Default for CheckpointInterval {
 }
 
 impl CompletedWork {
-    /// Progress after these entries.
+    /// Completed work of a run with the entries `records`.
     pub fn of(records: &[IncrementRecord]) -> Self {
         Self { entries: records.len(), cycles: records.last().map_or(0, |last| last.cycles_done) }
     }
@@ -123,13 +123,13 @@ impl CheckpointWriter {
         }
     }
 
-    /// Resumes from checkpoint `number`, which contains the progress `last`.
+    /// Continues after checkpoint `number`, which contains the completed work `last`.
     pub fn continuing_from(mut self, number: u64, last: CompletedWork) -> Self {
         (self.number, self.last_saved) = (number, last);
         self
     }
 
-    /// Sets the number of enlargements of the frame, and the mesh updates so far.
+    /// Sets the number of enlargements of the frame and the mesh updates `moves` so far.
     pub fn with_rebuilds(mut self, growths: usize, moves: &MeshUpdates) -> Self {
         (self.frame_growths, self.mesh_updates) = (growths, moves.clone());
         self
@@ -140,7 +140,8 @@ impl CheckpointWriter {
         self.number > 0
     }
 
-    /// Whether a checkpoint is due after the work `now`: there are new entries, and one of the intervals has passed.
+    /// Whether a checkpoint is due after the work `now`: there are new entries, and at least one of the intervals has
+    /// passed.
     pub fn is_due(&self, now: CompletedWork) -> bool {
         let CheckpointInterval { seconds, cycles } = self.interval;
         let waited = seconds > 0.0 && self.last_saved_at.elapsed().as_secs_f64() >= seconds;
@@ -206,7 +207,8 @@ mod tests {
         CompletedWork { entries, cycles }
     }
 
-    /// Truth (docs/checkpoints.md): a checkpoint is due after a time or number of cycles (0: never), if there are new entries.
+    /// Truth (docs/checkpoints.md): a checkpoint is due after a time or a number of cycles, if there are new entries.
+    /// An interval of 0 never makes a checkpoint due.
     #[test]
     fn when_one_is_due() {
         assert!(!keeper(0.0, 0).is_due(progress(9, 900)));

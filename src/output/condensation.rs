@@ -11,15 +11,16 @@ pub struct CondensationRecord {
     pub method: &'static str,
     /// Whether the flexibility was read from the cache.
     pub cached: bool,
-    /// Relative residual of the check of the factorisation, or the largest of the columns solved by conjugate gradients.
+    /// Relative residual of a check of the factorisation. With conjugate gradients: largest relative residual of the
+    /// solved columns.
     pub residual: f64,
-    /// Iterations of conjugate gradients in this run.
+    /// Largest number of conjugate-gradient iterations of a column of the flexibility in this run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterations: Option<usize>,
     /// Reason for not factorising the stiffness matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Memory that a factorisation would take, with the body itself, bytes.
+    /// Peak memory of a factorisation, including the finite-element model, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed_bytes: Option<usize>,
     /// Memory available to the body, bytes.
@@ -47,7 +48,7 @@ impl CondensationRecord {
         }
     }
 
-    /// Note on a condensation without factorisation.
+    /// Note that the body is condensed without a factorisation, with the reason.
     pub fn note(&self) -> Option<String> {
         let reason = self.reason.as_ref()?;
         Some(format!("body{} is condensed by conjugate gradients, because {reason}", self.body))

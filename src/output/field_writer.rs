@@ -68,13 +68,13 @@ pub struct FieldWriter<'a> {
     /// Stride of the written increments: an increment is written if its number in the step is a multiple of the stride. Increments
     /// that did not converge, cycle jumps and rolling entries are always written.
     pub increment_stride: usize,
-    /// Axes and fibres of the surface, and the distribution of wear.
+    /// Plot axes and fibres of the surface, and the distribution of wear between the bodies.
     pub surface: SurfaceProperties,
     /// Field output so far.
     pub written: WrittenFields,
 }
 
-/// File series so far, and the data of the figures and peaks that are written at the end of the run.
+/// Field output so far: file series, and data of the figures and stress peaks that are written at the end of the run.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct WrittenFields {
     /// Number of the last written entry, from 1; 0 at first.
@@ -92,7 +92,7 @@ pub struct FieldRollback {
 }
 
 impl WrittenFields {
-    /// Removes missing files from the series.
+    /// Removes the `missing` files from the series.
     pub fn remove_missing_files(&mut self, missing: &[String]) {
         for files in self.series_files.values_mut() {
             files.retain(|(_, name)| !missing.contains(name));
@@ -173,7 +173,8 @@ impl<'a> FieldWriter<'a> {
             self.write_interior_points(output, request, states)
                 .context(|| format!("output.inside, \"{}\"", request.name))?;
         }
-        // Last, because the output above may be cancelled.
+        // The figures come last, because the output above may be cancelled and [`Self::roll_back`] does not undo
+        // figures.
         if self.kinds.contains(&FieldKind::Svg) {
             self.written.pictures.record_entry(self.frame.n_cells(), record, state);
         }
@@ -185,7 +186,7 @@ impl<'a> FieldWriter<'a> {
         FieldRollback { last_entry: self.written.last_entry, peaks: self.written.peaks.len() }
     }
 
-    /// Discards the cancelled output of the entry after `mark`.
+    /// Discards the output of the entry that began at `mark` and was cancelled.
     pub fn roll_back(&mut self, mark: FieldRollback) {
         let WrittenFields { last_entry, series_files, pictures: _, peaks } = &mut self.written;
         *last_entry = mark.last_entry;
@@ -215,7 +216,7 @@ impl<'a> FieldWriter<'a> {
         request: &InteriorPointRequest,
         states: &PointStates,
     ) -> Result<()> {
-        // A body whose kind a comparison has replaced may provide no states.
+        // A body provides no states if a comparison has replaced its kind.
         let Some(states) = states else { return Ok(()) };
         let series = request.series();
         output.write_text(&format!("{series}_{:04}.csv", self.written.last_entry), &request.csv(states)?)?;
@@ -267,8 +268,8 @@ impl<'a> FieldWriter<'a> {
         Ok(())
     }
 
-    /// Writes the `.pvd` collections (time: number of the entry), the figures and requested fretting loops, and moves the peaks to
-    /// the summary.
+    /// Writes the `.pvd` collections, the figures and the requested fretting loops. The time in a collection is the
+    /// number of the entry. Moves the peaks to the summary.
     ///
     /// # Errors
     /// If a file cannot be written (kind `Resources`). If a number of the fretting loops is not finite (kind `Numerical`).

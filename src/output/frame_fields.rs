@@ -26,7 +26,8 @@ pub struct FrameMesh {
 }
 
 impl FrameMesh {
-    /// Merges coincident corners of the frame's cells, to 1e-9 × the diagonal of the bounding box.
+    /// Creates the mesh of the frame's cells. Corners that agree to 1e-9 × the diagonal of the bounding box become one
+    /// point.
     pub fn new(frame: &ContactFrame) -> Self {
         let quantum = 1e-9 * extent(frame).max(f64::MIN_POSITIVE);
         let mut known: HashMap<[i64; 3], usize> = HashMap::new();

@@ -15,7 +15,7 @@ enum Cell<'a> {
     Missing,
 }
 
-/// Name, and the function that returns the cell of an entry.
+/// Name of a column, and the function that returns its cell for an entry.
 type Column = (&'static str, fn(&IncrementRecord) -> Cell);
 
 /// Columns, named after the keys of `summary.steps`. A vector has one column per component.
@@ -110,7 +110,7 @@ pub fn loops_csv(loops: &[FrettingLoop]) -> Result<String> {
     Ok(text)
 }
 
-/// Cells of all columns, and of the amplitudes of `loads`.
+/// Appends the row of an entry: the cells of all columns, then the amplitudes of `loads`.
 fn write_row(text: &mut String, record: &IncrementRecord, loads: &BTreeSet<&str>) -> Result<()> {
     let fixed = HISTORY_COLUMNS.iter().map(|&(name, cell)| (name, cell(record)));
     let amplitudes = loads.iter().map(|&name| (name, record.loads.get(name).map_or(Missing, |a| Number(*a))));
@@ -123,7 +123,7 @@ fn write_row(text: &mut String, record: &IncrementRecord, loads: &BTreeSet<&str>
             Number(value) if !value.is_finite() => {
                 return Err(Error::numerical(format!("`{name}` is {value}, not a finite number")));
             }
-            // Shortest text that reads back to the same bits.
+            // This format gives the shortest text that reads back to the same bits.
             Number(value) => format!("{value:?}"),
             Count(count) => count.to_string(),
             Flag(flag) => flag.to_string(),
@@ -134,7 +134,7 @@ fn write_row(text: &mut String, record: &IncrementRecord, loads: &BTreeSet<&str>
     Ok(())
 }
 
-/// A CSV cell (RFC 4180).
+/// Quotes a text for a CSV cell, if necessary (RFC 4180).
 fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", name.replace('"', "\"\""))

@@ -14,13 +14,13 @@ use crate::output::vtu::{DataArray, UnstructuredGrid};
 
 const QUADRILATERAL: u8 = 9;
 
-/// Columns after the coordinates, `distance` and, for a rectangle, `distance_across`.
+/// Columns that follow the coordinates, `distance` and (for a rectangle) `distance_across`.
 const FIELD_COLUMNS: &str = "displacement_x,displacement_y,displacement_z,stress_xx,stress_yy,stress_zz,stress_yz,stress_xz,stress_xy,von_mises,\
                      largest_shear,principal_1,principal_2,principal_3";
 
-/// Bytes per point while the table is written; measured.
+/// Measured memory per point while the table is written, bytes.
 const TABLE_BYTES_PER_POINT: usize = 385;
-/// Bytes per point while the grid is written; measured.
+/// Measured memory per point while the grid is written, bytes.
 const GRID_BYTES_PER_POINT: usize = 420;
 
 /// Requested points inside a body, evenly spaced on a line or over a rectangle.
@@ -126,7 +126,7 @@ impl InteriorPointRequest {
         Ok(text)
     }
 
-    /// Grid of quadrilaterals on the points of a rectangle, undeformed.
+    /// Undeformed grid of quadrilaterals on the points of a rectangle, with displacement and stress.
     pub fn grid(&self, states: &[PointState]) -> UnstructuredGrid {
         let [n, m] = self.counts;
         let derived: Vec<StressMeasures> = states.iter().map(StressMeasures::of).collect();

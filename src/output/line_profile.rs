@@ -24,10 +24,12 @@ impl ProfileLine {
 
 /// Samples (distance along the line, value) of the cell `values`, in order of distance.
 ///
-/// On a grid, values are interpolated bilinearly between the cell centres; grid cells outside the frame count as 0. Samples have
-/// the coordinates of the cell centres on a line along an axis, and the smaller cell spacing on other lines. On other frames, each
-/// cell gives its value at the middle of its intersection with the line. Cells with a common middle give their mean, for example
-/// two cells whose common edge lies on the line.
+/// On a grid, values are interpolated bilinearly between the cell centres; grid cells outside the frame count as 0.
+/// Along an axis, the samples lie at the coordinates of the cell centres. On other lines, the distance between samples
+/// is the smaller cell spacing.
+///
+/// On frames without a grid, each cell gives its value at the middle of its intersection with the line. Cells with a
+/// common middle give the mean of their values, for example two cells whose common edge lies on the line.
 pub fn profile_along(frame: &ContactFrame, values: &[f64], line: &ProfileLine) -> Vec<[f64; 2]> {
     match frame.grid {
         Some(grid) if frame.polygons.is_none() && frame.n_cells() > 0 => {
@@ -45,7 +47,7 @@ fn sample_grid(frame: &ContactFrame, grid: Grid, values: &[f64], line: &ProfileL
     let corner = [0, 1].map(|axis| first[axis] - index[axis] as f64 * grid.spacing[axis]);
     let mut whole = vec![0.0; nx * ny];
     values.iter().enumerate().for_each(|(cell, value)| whole[frame.grid_index(cell)] = *value);
-    // Relative to the centre of the grid's corner cell, in cell spacings.
+    // Position relative to the centre of the grid cell (0, 0), in cell spacings.
     let cells_at = |p: Vector2<f64>| [0, 1].map(|axis| (p[axis] - corner[axis]) / grid.spacing[axis]);
     let value_at = |p: Vector2<f64>| {
         let at = cells_at(p);

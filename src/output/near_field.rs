@@ -12,14 +12,14 @@ pub struct NearFieldRecord {
     /// Reason why the mesh, and not a half-space, determines the near field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Largest curvature correction of the body's flat faces under the frame, mm. `None` if no face is corrected, if the gap does
-    /// not come from the meshes, or for the near field "mesh".
+    /// Largest curvature correction of the body's flat contact faces, mm. `None` if no face is corrected, if the gap
+    /// does not come from the meshes, or for the near field "mesh".
     #[serde(rename = "bow", skip_serializing_if = "Option::is_none")]
     pub max_face_deviation: Option<f64>,
-    /// Estimated errors of the displacement under the frame due to the body's own loads and prescribed displacements.
+    /// Estimated errors of the contact surface's displacement due to the body's own loads and prescribed displacements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub own_error: Option<AppliedLoadError>,
-    /// Quality indicators of the half-space correction, also if the correction was rejected.
+    /// Quality indicators of the half-space correction. They are also present if the correction was rejected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub indicators: Option<Indicators>,
 }

@@ -1,17 +1,19 @@
 //! Number formats for figures and reports.
 
-/// Formats a number with five significant digits, or as an integer from 1e5 to 1e7. Magnitudes below 1e-4 and from 1e7 get an
-/// exponent; below 1e-12 they are round-off and give 0.
+/// Formats a number with five significant digits. Magnitudes from 1e5 to 1e7 give an integer. Magnitudes below 1e-4 and
+/// from 1e7 get an exponent. Magnitudes below 1e-12 count as round-off and give 0.
 pub fn five_digits(x: f64) -> String {
     if x.abs() < 1e-12 { "0".to_owned() } else { five_digits_of_small(x) }
 }
 
-/// As [`five_digits`], with 0 below 1e-12 × `largest`, the largest magnitude of the group.
+/// Formats a number of a group as [`five_digits`] does. Magnitudes below 1e-12 × `largest`, the largest magnitude of
+/// the group, give 0.
 pub fn five_digits_of_group(x: f64, largest: f64) -> String {
     if x.abs() < 1e-12 * largest { "0".to_owned() } else { five_digits_of_small(x) }
 }
 
-/// As [`five_digits`], but small numbers are not replaced by 0. For quantities without cancellation, such as volumes.
+/// Formats a number as [`five_digits`] does, but does not replace small numbers by 0. For quantities without
+/// cancellation, such as volumes.
 pub fn five_digits_of_small(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();

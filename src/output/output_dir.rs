@@ -105,8 +105,8 @@ impl OutputDir {
         self.resumes
     }
 
-    /// Takes over the staged `files` of the run that is resumed. They are searched in the staging folder, in the directory, and in
-    /// `previous-N`. Returns the names of the files that were not found.
+    /// Takes over the staged `files` of the run that is resumed. Searches them in the staging folder, in the directory,
+    /// and in `previous-N`. Returns the names of the files that were not found.
     ///
     /// # Errors
     /// If a file cannot be moved or copied (kind `Resources`).
@@ -147,8 +147,8 @@ impl OutputDir {
         Ok(true)
     }
 
-    /// Moves an earlier unfinished run to `previous-N`. Then keeps the staged files if this run ends early, because a checkpoint
-    /// lists them.
+    /// Moves an earlier unfinished run to `previous-N`. From then on, the staged files stay even if this run ends
+    /// early, because a checkpoint lists them.
     ///
     /// # Errors
     /// If an earlier unfinished run cannot be moved to `previous-N` (kind `Resources`).
@@ -201,7 +201,7 @@ impl OutputDir {
     /// Stages a file whose content `fill` writes, in place of a staged file of the same name.
     ///
     /// # Errors
-    /// If the file cannot be written or an earlier unfinished run cannot be moved (kind `Resources`), and errors of `fill`.
+    /// If the file cannot be written or an earlier unfinished run cannot be moved (kind `Resources`). If `fill` fails.
     pub fn write(&mut self, name: &str, fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
         self.set_aside_unfinished_run()?;
         let path = self.staging.join(name);
@@ -337,7 +337,7 @@ impl Drop for OutputDir {
     }
 }
 
-/// Number of attempts to lock a directory. The lock of a killed process, or of a process that has just started another process, may
+/// Number of attempts to lock a directory. After a process is killed or has just started another process, its lock may
 /// last a moment longer.
 const LOCK_ATTEMPTS: usize = 40;
 const LOCK_RETRY_DELAY: Duration = Duration::from_millis(50);

@@ -3,11 +3,12 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// These keys may differ on resume. They change at most the number of entries, not the values in the entries.
+/// Scene keys that may differ when a run resumes. They may change the number of entries, but not the values in the
+/// entries.
 const KEYS_FREE_TO_DIFFER: [&str; 4] = ["title", "output.checkpoint", "frame.grow", "compare"];
 
-/// This key affects the condensation of bodies and must not differ on resume. The option --max-memory takes precedence and may
-/// differ.
+/// Scene key that must not differ when a run resumes, because it affects the condensation of bodies. The option
+/// --max-memory takes precedence over this key, and may differ.
 const MEMORY_LIMIT_KEY: &str = "solver.memory_limit";
 
 const MAX_LISTED_DIFFERENCES: usize = 20;
@@ -38,7 +39,8 @@ impl Provenance {
         Self { version: env!("CARGO_PKG_VERSION").to_owned(), scene, files }
     }
 
-    /// Differences from `now`, one line each: `gap.radius: 50 then, 25 now`. The run can resume if there are none.
+    /// Differences from the provenance `now`, one line each, for example `gap.radius: 50 then, 25 now`. The run can
+    /// resume if there are no differences.
     pub fn differences(&self, now: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.version != now.version {

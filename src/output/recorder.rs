@@ -41,7 +41,8 @@ pub struct Recorder<'a> {
     pub has_checkpoint_files: bool,
 }
 
-/// State that a recorder passes to the recorder of the next segment of the run.
+/// State that a recorder passes to the recorder of the next segment of the run. A new segment starts when the frame is
+/// enlarged or the meshes move with wear.
 pub struct RecorderParts {
     /// Output directory with the files so far.
     pub output: Option<OutputDir>,
@@ -91,7 +92,7 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Ends the recorder within the run, and returns its state for the next segment.
+    /// Ends this recorder, and returns its state for the recorder of the next segment of the run.
     pub fn into_parts(self) -> RecorderParts {
         RecorderParts {
             output: self.output,
@@ -115,8 +116,9 @@ impl<'a> Recorder<'a> {
         self.finish(summary)
     }
 
-    /// Moves the records to `summary` and, with an output directory, writes the remaining files, `history.csv` and `summary.json`.
-    /// The summary is written even on failure, with the error, unless the disk prevents it.
+    /// Moves the records to `summary` and, with an output directory, writes the remaining files, `history.csv` and
+    /// `summary.json`. If a file cannot be written, the summary records the error and is still written, unless this
+    /// fails, too.
     ///
     /// # Errors
     /// If a file cannot be written (kind `Resources`), or a number is not finite (kind `Numerical`).
@@ -214,7 +216,7 @@ impl Observer for Recorder<'_> {
         let (mark, files) = (fields.rollback_mark(), output.files().len());
         let written = fields.write_entry(output, self.records.len(), record, state, inside);
         if written.as_ref().is_err_and(|error| error.kind() == ErrorKind::Interrupted) {
-            // A resumed run computes the entry again.
+            // The entry is discarded, because a resumed run computes it again.
             fields.roll_back(mark);
             output.truncate_staged(files);
             self.records.pop();

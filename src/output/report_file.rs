@@ -22,7 +22,7 @@ pub fn is_report(path: &Path) -> bool {
 pub fn remove_stale_report(directory: &Path) {
     let path = directory.join(REPORT);
     if is_report(&path) {
-        // If this fails, the old report still shows the SHA-256 of its scene.
+        // A failure is ignored, because the old report still shows the SHA-256 of its scene.
         let _ = fs::remove_file(path);
     }
 }

@@ -22,7 +22,7 @@ const MAPS: [(MapKind, &str); 4] = [
     (MapKind::Wear, "wear.svg"),
 ];
 
-/// A step has wear profiles if its largest wear depth is at least this fraction of the largest of all steps.
+/// A step has wear profiles if its largest wear depth is at least this fraction of the largest wear depth of all steps.
 const MIN_RELATIVE_WEAR_DEPTH: f64 = 1e-6;
 
 /// Collects the data of the figures and draws them.
@@ -72,7 +72,7 @@ impl RunFigures {
                 output.write_text(name, &picture)?;
             }
         }
-        // Around a bore, a profile would mix cells with the same x and y.
+        // In a bore, several cells have the same x and y, and a profile would mix them.
         if frame.is_single_valued() {
             output.write_text("profiles.svg", &self.profiles(frame, surface, units))?;
         }
@@ -105,8 +105,9 @@ fn deepest(kept: &StepEndFields) -> f64 {
     kept.wear_depth.iter().copied().fold(0.0, f64::max)
 }
 
-/// Point at which the profiles of a step intersect: the centre of the cell with the peak pressure, unless a profile through the
-/// origin of the frame reaches half of this pressure. Then, or without pressure, it is the origin.
+/// Point at which the two profiles of a step intersect. It is the origin of the frame if a profile through the origin
+/// reaches half of the peak pressure, or if there is no pressure. Otherwise, it is the centre of the cell with the peak
+/// pressure.
 fn profile_center(frame: &ContactFrame, surface: &SurfaceProperties, kept: &StepEndFields) -> [f64; 2] {
     let n = frame.n_cells();
     let Some(pressure) = kept.tractions.get(2 * n..3 * n) else { return [0.0; 2] };
@@ -137,7 +138,7 @@ fn traction_panel(
     let plane = |k: usize| kept.tractions.get(k * n..(k + 1) * n).map_or(vec![0.0; n], <[f64]>::to_vec);
     let [x, y, pressure] = [plane(0), plane(1), plane(2)];
     let (sin, cos) = surface.e1_angle.sin_cos();
-    // Tractions on body 1, opposite to those on body 2.
+    // The tractions on body 1 are opposite to the stored tractions on body 2.
     let turned = |a: f64, b: f64| x.iter().zip(&y).map(|(x, y)| 0.0 - a * x - b * y).collect::<Vec<f64>>();
     let fields = [("pressure", pressure), ("q1", turned(cos, sin)), ("q2", turned(-sin, cos))];
     let rubs = x.iter().chain(&y).any(|q| *q != 0.0);
@@ -205,8 +206,8 @@ mod tests {
         pictures.steps.remove(0)
     }
 
-    /// Truth (definition): profiles cross at the origin if a profile through it reaches half of the peak pressure, otherwise at the
-    /// peak.
+    /// Truth (definition): profiles cross at the origin if a profile through the origin reaches half of the peak
+    /// pressure, otherwise at the peak.
     #[test]
     fn profiles_go_through_the_contact() {
         let frame = ContactFrame::grid([2.0, 2.0], [9, 9], [1.0, 0.0], 0.0).unwrap();
@@ -228,8 +229,8 @@ mod tests {
         assert_eq!(profile_center(&frame, &surface, &at(-0.9, 1.3, 0.0)), [0.0, 0.0]);
     }
 
-    /// Truth: a traction of 20 MPa on body 2, opposite to the fibre direction, gives q1 = 20 MPa and q2 = 0 on body 1. In the
-    /// picture, it is a level line at a proportional height.
+    /// Truth: a traction of 20 MPa on body 2, opposite to the fibre direction, gives q1 = 20 MPa and q2 = 0 on body 1.
+    /// In the figure, q1 is a level line at a proportional height.
     #[test]
     fn tractions_are_those_on_body_1_along_the_fibre() {
         let frame = ContactFrame::grid([2.0, 2.0], [8, 8], [0.0, 0.0], 0.0).unwrap();

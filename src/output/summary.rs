@@ -36,8 +36,8 @@ impl Units {
         }
     }
 
-    /// Unit of the values of a key of a scene or an entry, in the notation of figures ("mm^{3}"). Empty for other keys, such as
-    /// counts and words.
+    /// Unit of the quantity that has the name `key` in scenes or entries, in the notation of figures ("mm^{3}"). Empty
+    /// for keys without a unit, such as counts and words.
     pub fn of_key(&self, key: &str) -> String {
         let Self { length, force } = self;
         match key {
@@ -100,7 +100,7 @@ impl Default for Units {
 pub enum Status {
     /// All steps converged.
     Converged,
-    /// A step did not converge, or the run ended for another `reason`.
+    /// A step did not converge, or the run ended for another reason that [`Summary::reason`] names.
     NotConverged,
     /// The run could not continue: wrong input, insufficient resources, or an unexpected failure.
     #[default]
@@ -384,7 +384,7 @@ mod tests {
         assert_eq!((summary.error.as_deref(), error.exit_code()), (Some("too slow"), 3));
     }
 
-    /// Truth: an outcome replaces the earlier one with its reason, error and exit code.
+    /// Truth: a new outcome replaces the status, reason, error and exit code of the earlier outcome.
     #[test]
     fn an_error_clears_the_reason() {
         let mut summary = summary();

@@ -1,10 +1,10 @@
-//! Axes, fibres and distribution of wear of the surface under the frame, for plots and field files.
+//! Plot axes, fibres and distribution of wear of the contact surface, for plots and field files.
 
 use crate::geometry::Side;
 use crate::laws::friction::FrictionLaw;
 use crate::laws::wear::WearLaw;
 
-/// Fibre direction of a body under the frame.
+/// Fibre direction of a body at the contact surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceFibre {
     /// Side of the body.
@@ -15,10 +15,10 @@ pub struct SurfaceFibre {
     pub azimuth: f64,
 }
 
-/// Axes, fibres and wear distribution of the surface under the frame.
+/// Plot axes e1 and e2, fibres and wear distribution of the contact surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceProperties {
-    /// Angle of e1 from x of the frame, radians; e2 is 90 degrees to its left.
+    /// Angle of the plot axis e1 from x of the frame, radians. The plot axis e2 is 90 degrees to the left of e1.
     pub e1_angle: f64,
     /// Fibres, for bodies that have fibres.
     pub fibres: Vec<SurfaceFibre>,
@@ -33,8 +33,8 @@ impl Default for SurfaceProperties {
 }
 
 impl SurfaceProperties {
-    /// Creates the properties. e1 is the first axis of the wear law, or else of the friction law; a law with equal coefficients
-    /// does not count. Otherwise, e1 is along the first fibre, or along x.
+    /// Creates the properties. e1 is the first axis of the wear law or, if its coefficients are equal, of the friction
+    /// law. If the coefficients of both laws are equal, e1 is along the first fibre. Without fibres, e1 is along x.
     pub fn new(friction: &FrictionLaw, wear: &WearLaw, wear_share: f64, fibres: Vec<SurfaceFibre>) -> Self {
         let ellipse = friction.ellipse();
         let unequal = |[a, b]: [f64; 2]| a != b;
@@ -54,8 +54,8 @@ impl SurfaceProperties {
 mod tests {
     use super::*;
 
-    /// Truth (definition): e1 follows the wear law, the friction law or the fibre, in this order. Only laws with unequal
-    /// coefficients count. The wear depths of the bodies add up to the total.
+    /// Truth (definition): e1 follows the wear law, the friction law or the fibre, in this order. Only laws with
+    /// unequal coefficients count. The wear depths of the two bodies add up to the total wear depth.
     #[test]
     fn axes_are_those_of_the_laws() {
         let fibre = SurfaceFibre { side: Side::Lower, tilt: 0.5, azimuth: 0.3 };

@@ -6,7 +6,8 @@ use crate::body::StressField;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Unit vector along the sum of the area vectors of the adjacent `faces` at each mesh node, `[n_nodes]`; zero without faces.
+/// Unit normal at each mesh node, `[n_nodes]`: the direction of the sum of the area vectors of the adjacent `faces`.
+/// Zero at nodes without faces.
 fn normals<'a>(mesh: &Mesh, faces: impl Iterator<Item = &'a SurfaceFace>) -> Vec<Vector3<f64>> {
     let mut sums = vec![Vector3::zeros(); mesh.n_points()];
     for face in faces {

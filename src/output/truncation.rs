@@ -14,13 +14,13 @@ pub struct TruncationRecord {
     pub elements: usize,
     /// Mean normal displacement of the frame under uniform unit pressure, for the meshed surface.
     pub compliance: f64,
-    /// As `compliance`, for the exact half-space.
+    /// Mean normal displacement of the frame under uniform unit pressure, for the exact half-space.
     pub exact_compliance: f64,
-    /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform traction along a on the
-    /// displacements under a uniform traction along b.
+    /// Relative error |W - W_exact| / |W_exact| of the meshed surface. W_ab is the work of a uniform unit traction
+    /// along a on the displacements due to a uniform unit traction along b.
     pub difference: f64,
-    /// Largest residual of the equations that are recomputed after the solution, relative to the largest sum of magnitudes in an
-    /// equation.
+    /// Largest residual of the equations that are checked after the solution, relative to the largest sum of magnitudes
+    /// of the terms of an equation.
     pub residual: f64,
 }
 

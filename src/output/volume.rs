@@ -8,10 +8,10 @@ use crate::mesh::Mesh;
 use crate::output::frame_fields::GLOBAL_COMPONENTS;
 use crate::output::vtu::{DataArray, UnstructuredGrid};
 
-/// VTK's order for symmetric tensors.
+/// Components of symmetric tensors in the order of VTK.
 const STRESS_COMPONENTS: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
 
-/// Converts stresses from the Voigt order 11 22 33 23 13 12 to VTK's.
+/// Converts stresses from the Voigt order 11 22 33 23 13 12 to the order of VTK.
 pub(crate) fn stress_array<'a>(stress: impl Iterator<Item = &'a [f64; 6]>) -> DataArray {
     let values = stress.flat_map(|s| [s[0], s[1], s[2], s[5], s[3], s[4]]).collect();
     DataArray::tuples("stress", STRESS_COMPONENTS, values)
@@ -69,7 +69,7 @@ fn add_error(grid: &mut UnstructuredGrid, error: &ErrorEstimate) {
     grid.cell_data.push(DataArray::scalar("error_density", error.error_density()));
 }
 
-/// Checks that `field` has `n` displacements, and stresses at nodes below `n` only.
+/// Checks that `field` has `n` displacements, and that all its stresses belong to nodes below `n`.
 pub(crate) fn check_field_size(field: &BodyField, n: usize, what: &str) -> Result<()> {
     let found = field.displacement.len();
     if found != n {

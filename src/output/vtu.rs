@@ -2,8 +2,9 @@
 //!
 //! Numbers are little-endian, with 64-bit headers and offsets. meshio requires the line end before `</AppendedData>`.
 //!
-//! Data blocks follow in the reverse order of the `DataArray` tags. meshio (5.3) identifies arrays by their offsets, and overwrites
-//! the offsets while it reads. With blocks in the order of the tags, it might silently swap two fields.
+//! Data blocks follow in the reverse order of the `DataArray` tags. meshio (5.3) identifies arrays by their offsets,
+//! and overwrites the offsets while it reads. With data blocks in the order of the tags, meshio might silently swap two
+//! fields.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -190,7 +191,7 @@ fn head(sections: &[(&str, &[DataArray])], n_points: usize, n_cells: usize) -> S
     xml + "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_"
 }
 
-/// Bytes of an array, with its 8-byte length.
+/// Bytes of an array, including the 8 bytes of its length.
 fn array_bytes(array: &DataArray) -> u64 {
     8 + array.values.n_bytes()
 }

@@ -106,7 +106,7 @@ impl Bodies {
     }
 }
 
-/// The triangles of quadratic faces also use the midside nodes.
+/// Triangles of all cells of the grid. The triangles of quadratic faces also use the midside nodes.
 fn triangles(grid: &VtuGrid) -> Vec<[usize; 3]> {
     let mut list = Vec::new();
     for (index, &kind) in grid.types.iter().enumerate() {

@@ -101,8 +101,8 @@ fn draw_legend(canvas: &mut Canvas, legend: &Legend) {
     }
 }
 
-/// Draws a line through the centre of the frame at an angle of `degrees`, between two signed distances. A positive second end gets
-/// an arrowhead.
+/// Draws a line through the centre of the frame, at an angle of `degrees` from x. Its ends lie at the two signed
+/// distances `ends` from the centre. If the second distance is positive, an arrowhead marks this end.
 fn ray(canvas: &mut Canvas, degrees: f64, ends: [f64; 2], colour: &str, width: &str) {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let at = |s: f64| format!("{:.1} {:.1}", CENTER_PX[0] + s * cos, CENTER_PX[1] - s * sin);

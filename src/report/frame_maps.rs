@@ -10,7 +10,7 @@ use crate::report::vtu_reader::VtuGrid;
 const MAX_MAP_CELLS: usize = 100_000;
 /// Maximum number of embedded values (4 bytes each) of all entries.
 const MAX_MAP_NUMBERS: usize = 4 << 20;
-/// Values of the [`MAP_FIELDS`] per cell and entry, without the status.
+/// Assumed number of embedded values per cell and entry.
 const NUMBERS_PER_CELL: usize = 9;
 
 #[derive(Default)]
@@ -19,7 +19,7 @@ pub(super) struct Frames {
     pub list: Vec<Value>,
 }
 
-/// Name on the page, name in the file, component.
+/// Fields of the maps: name on the page, name in the file, component.
 const MAP_FIELDS: [(&str, &str, usize); 10] = [
     ("pressure", "pressure", 0),
     ("traction_x", "traction", 0),
@@ -148,7 +148,7 @@ impl MapPlane {
         let sum: Vector3<f64> = doubled.iter().sum();
         let total: f64 = doubled.iter().map(Vector3::norm).sum();
         let (sin, cos) = self.azimuth.sin_cos();
-        // Project along z, like the figures of a run, unless the frame is nearly parallel to z.
+        // The map is a projection along z, as in the figures of a run, unless the frame is nearly parallel to z.
         let upright = sum.z.abs() >= 0.3 * sum.norm();
         let [x, y] =
             if upright { [Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0)] } else { across(&sum) };

@@ -41,7 +41,7 @@ fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     };
 }
 
-/// Key and column heading.
+/// Compared quantities: key and column heading.
 const COMPARED: [(&str, &str); 7] = [
     ("normal_force", "normal force"),
     ("tangential_force", "tangential force x, y"),

@@ -51,7 +51,7 @@ pub(super) struct Page {
     pub key_table: Option<Table>,
     pub drawing: Option<EmbeddedImage>,
     pub steps: Vec<[String; 2]>,
-    /// Heading, rows of key and value.
+    /// Tables of the scene: heading, and rows of key and value.
     pub scene: Vec<(String, Vec<[String; 2]>)>,
     pub scene_missing: bool,
     pub plan: Vec<Table>,
@@ -106,7 +106,7 @@ impl Page {
         environment.set_auto_escape_callback(|_| AutoEscape::Html);
         environment.add_template("page.html", TEMPLATE).map_err(failed)?;
         let viewer = if self.has_view { [THREE, VIEWER] } else { [""; 2] };
-        // Inside a script, no text may look like its end tag or like a comment.
+        // Inside a script, no text may look like the end tag of the script or like a comment.
         let data = data.to_string().replace('<', "\\u003c");
         let context = minijinja::context! {
             page => minijinja::value::Serde(self), style => STYLE, script => SCRIPT, viewer => viewer, data => data,

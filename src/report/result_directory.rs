@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 
-/// Larger text and SVG files are omitted.
+/// Largest size of text and SVG files, bytes. Larger files are omitted.
 const MAX_TEXT_BYTES: u64 = 512 << 20;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,7 +94,8 @@ impl ResultDirectory {
         self.names.binary_search_by(|known| known.as_str().cmp(name)).is_ok()
     }
 
-    /// Files with this prefix and suffix, sorted. If the summary lists files, only listed files.
+    /// Names of the files with the prefix `begin` and the suffix `end`, sorted. If the summary lists files, only listed
+    /// files are included.
     pub(super) fn files(&self, begin: &str, end: &str) -> Vec<String> {
         let own: Option<HashSet<&str>> =
             self.summary["files"].as_array().map(|list| list.iter().filter_map(Value::as_str).collect());

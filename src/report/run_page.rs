@@ -14,7 +14,7 @@ use crate::report::page::{EmbeddedImage, Page, Table};
 use crate::report::result_directory::ResultDirectory;
 use crate::report::value_text::{self, key_to_words, to_line, unit_of_key, units_of, with_unit};
 
-/// Longer tables show only their first and last rows.
+/// Largest number of rows of a table. Longer tables show only their first and last rows.
 const MAX_TABLE_ROWS: usize = 2000;
 
 pub(super) fn render_run_page(source: &mut ResultDirectory) -> Result<String> {
@@ -207,8 +207,8 @@ fn entry_table(records: &[Value], rows: &[usize], units: &Units) -> Table {
 /// Quantities that may be below 1e-12 in scenes in metres. Their small values are no round-off and are shown.
 const SMALL_QUANTITIES: [&str; 4] = ["worn_volume", "max_wear_depth", "contact_area", "stick_area"];
 
-/// Formats the value at `key` of an entry with load F and contact area A. Tangential forces below 1e-7 F and moments below 1e-7 F
-/// √A become 0.
+/// Formats the value at `key` of an entry with normal force F and contact area A. Tangential forces below 1e-7 F and
+/// moments below 1e-7 F √A become 0.
 pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     let load = record["normal_force"].as_f64().unwrap_or(0.0);
     let least = match key {
@@ -230,7 +230,7 @@ pub(super) fn format_quantity(key: &str, record: &Value) -> String {
     }
 }
 
-/// Key and column heading.
+/// Columns of the table of certificates: key and heading.
 const CERTIFICATE: [(&str, &str); 7] = [
     ("natural_residual", "natural residual"),
     ("min_gap", "smallest gap / approach"),
@@ -374,7 +374,7 @@ const FIGURE_TITLES: [(&str, &str); 7] = [
     ("history.svg", "History of the run"),
 ];
 
-/// Adds the SVG files, those of [`FIGURE_TITLES`] first.
+/// Adds the SVG files of the directory to the page. Files that [`FIGURE_TITLES`] lists come first.
 pub(super) fn add_figures(page: &mut Page, source: &mut ResultDirectory) {
     let mut files = source.files("", ".svg");
     let place = |file: &String| {

@@ -16,7 +16,8 @@ pub(super) fn unit_of_key(units: &Units, key: &str) -> String {
     units.of_key(key).replace("degrees", "°").replace("^{2}", "²").replace("^{3}", "³")
 }
 
-/// A number of up to 9 characters is unchanged. Others get five digits, or two below 1e-12.
+/// Text of a number. A number with up to 9 characters is unchanged. Longer numbers get five digits, or two digits if
+/// their magnitude is below 1e-12.
 pub(super) fn number(value: &serde_json::Number) -> String {
     let plain = value.to_string();
     match value.as_f64() {

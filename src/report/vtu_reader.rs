@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// Larger files are refused.
+/// Largest size of a file, bytes. Larger files are refused.
 const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// Named array of tuples.
@@ -57,7 +57,7 @@ impl VtuGrid {
     /// Parses the bytes of a .vtu file.
     ///
     /// # Errors
-    /// If the bytes are not those of a .vtu file as this program writes it (kind `Input`).
+    /// If the bytes do not form a .vtu file as this program writes it (kind `Input`).
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         const MARK: &[u8] = b"<AppendedData encoding=\"raw\">\n_";
         let at = bytes.windows(MARK.len()).position(|window| window == MARK);
@@ -154,7 +154,7 @@ impl VtuGrid {
 }
 
 impl FieldArray {
-    /// Values of one component; an index beyond the last component gives the last one.
+    /// Values of one component. An index beyond the last component gives the last component.
     pub fn component(&self, index: usize) -> Vec<f64> {
         self.values.chunks_exact(self.components).map(|tuple| tuple[index.min(self.components - 1)]).collect()
     }

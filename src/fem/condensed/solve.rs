@@ -7,9 +7,9 @@ use crate::linalg::dense::try_zeroed;
 
 impl CondensedBody {
     /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to contact forces, own loads and prescribed
-    /// displacements. The contact forces, N, `[3 n_c]`, are in global axes and in the order of [`Self::flexibility`]. For an
-    /// unconstrained body, the forces are put in equilibrium first, and the mean rigid-body motion is zero. The cost is one solve
-    /// with the stiffness matrix.
+    /// displacements. The contact forces, N, `[3 n_c]`, are in global axes and in the order of [`Self::flexibility`].
+    /// For an unconstrained body, the forces are first projected onto forces in equilibrium, and the mean rigid-body
+    /// motion is zero. The cost is one solve with the stiffness matrix.
     ///
     /// # Errors
     /// If memory does not suffice, or the solver cannot be created or does not converge.
@@ -23,7 +23,8 @@ impl CondensedBody {
         Ok(displacement)
     }
 
-    /// As [`Self::solve`], with forces `[3 n]` on any `n` mesh nodes, and without the own loads and prescribed displacements.
+    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to forces `[3 n]` on any `n` mesh nodes. Own
+    /// loads and prescribed displacements of the body count as zero.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -38,8 +39,9 @@ impl CondensedBody {
         Ok((0..n_points).map(|node| [0, 1, 2].map(|c| at(3 * node + c))).collect())
     }
 
-    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to `loads` of the body alone. An unconstrained body has the
-    /// mean rigid-body motion that its prescribed displacements suggest. The cost is one solve with the stiffness matrix.
+    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, due to `loads` of the body alone. The mean
+    /// rigid-body motion of an unconstrained body is the rigid motion fitted to its prescribed displacements. The cost
+    /// is one solve with the stiffness matrix.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -67,8 +69,8 @@ impl CondensedBody {
         Ok(self.at_nodes(nodes, &rhs))
     }
 
-    /// As [`Self::displacement_of_forces`], followed by one step of iterative refinement. `None` if the body has no solver yet,
-    /// which happens only if its flexibility came from the cache.
+    /// Displacement as [`Self::displacement_of_forces`], followed by one step of iterative refinement. `None` if the
+    /// body has no solver yet. This happens only if the flexibility came from the cache.
     ///
     /// # Errors
     /// As [`Self::solve`].

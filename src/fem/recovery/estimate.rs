@@ -56,7 +56,7 @@ impl ErrorEstimate {
         self.cell_errors.iter().zip(&self.cell_volumes).map(density).collect()
     }
 
-    /// Smallest set of cells that hold at least the fraction `share` (0..1) of the squared error, worst first.
+    /// Smallest set of cells that contain at least the fraction `share` (0..1) of the squared error, worst first.
     pub fn worst_cells(&self, share: f64) -> Vec<usize> {
         let mut order: Vec<usize> =
             (0..self.cell_errors.len()).filter(|&i| self.cell_errors[i] > 0.0).collect();

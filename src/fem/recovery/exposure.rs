@@ -16,8 +16,9 @@ pub struct ExposureField {
     pub cells: Vec<StressExposure>,
 }
 
-/// Exposures for each criterion that applies to at least one cell, from the recovered `stress` at the points. `limit` returns the
-/// strength and the material axes (columns, global) of a cell. Where it returns `None`, the exposure is zero.
+/// Exposures for each criterion that applies to at least one cell, from the recovered `stress` at the points. `limit`
+/// returns the strength and the material axes (columns, global) of a cell. In cells for which `limit` returns `None`,
+/// the exposure is zero.
 pub(crate) fn exposures<'a>(
     points: &RecoveryPoints,
     stress: &[[f64; 6]],

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use crate::error::Result;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 
-/// Singular values up to this fraction of the largest count as zero, for example if all samples lie in one plane. Patches with an
-/// aspect ratio of 1e4 have only larger singular values.
+/// Singular values up to this fraction of the largest count as zero, for example if all samples lie in one plane. All
+/// singular values of patches with an aspect ratio of 1e4 are larger.
 const RANK_TOLERANCE: f64 = 1e-9;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -31,8 +31,8 @@ pub(super) struct PatchFit {
 }
 
 impl PatchFit {
-    /// Fits polynomials of `space`, in coordinates along the columns of `axes`, to `samples`. Components that the samples do not
-    /// determine are zero; a single sample gives a constant.
+    /// Fits polynomials of `space`, in coordinates along the columns of `axes`, to `samples`. Components of the
+    /// coefficient vector that the samples do not determine are zero. A single sample gives a constant.
     pub fn new(
         space: PolynomialSpace,
         axes: Matrix3<f64>,

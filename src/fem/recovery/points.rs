@@ -10,15 +10,16 @@ use crate::mesh::faces::{SolidFace, SurfaceFace};
 /// Cosine of the largest angle between face normals across which surface stress is continuous: 30 degrees.
 const SMOOTH_NORMAL_COSINE: f64 = 0.866;
 
-/// Points of stress recovery. Solids have one point per node and continuous part of the material, so that stress may jump at
-/// interfaces. Bodies given by their surface have one point per node and smooth surface part.
+/// Points of stress recovery. A solid body has one point per node and continuous part of the material at the node, so
+/// that stress may jump at interfaces. A body given by its surface has one point per node and smooth part of the
+/// surface at the node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecoveryPoints {
     /// Mesh node of each point, in ascending order, `[n_points]`.
     pub mesh_nodes: Vec<usize>,
     /// Points of the cells, cell by cell in gmsh's node order. Solid cells are ordered as in [`crate::mesh::Mesh::volume_cells`].
     pub cell_points: Vec<usize>,
-    /// Start of each cell in `cell_points`, and the end of the last, `[n_cells + 1]`.
+    /// Start of each cell in `cell_points`, and the end of the last cell, `[n_cells + 1]`.
     pub offsets: Vec<usize>,
 }
 
@@ -90,7 +91,7 @@ impl RecoveryPoints {
     }
 }
 
-/// Unit normal of a face at its node `k`; zero if the face is degenerate there.
+/// Unit normal of a face at its node `k`. Zero if the face is degenerate at the node.
 fn normal_at(mesh: &Mesh, face: &SurfaceFace, k: usize) -> Vector3<f64> {
     let xi = face.kind.face_reference_nodes()[k];
     let [a, b] = face_tangents(face, xi, |node| mesh.points[node].into());

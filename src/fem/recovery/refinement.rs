@@ -1,12 +1,12 @@
 //! Element sizes of the next mesh, from the estimated error on the present mesh.
 //!
-//! Let e be the error of an element and p the local rate of convergence. Mesh the region of the element with elements of r times
-//! its size. The squared error of the region is then e² r^2p, spread over r^-3 elements. The mesh with the fewest elements for a
-//! given total error has the same error c in each new element, e² r^(2p+3) = c². Hence r = (c/e)^(2/(2p+3)), and c follows from Σ
-//! e² r^2p = (wanted error)².
+//! Let e be the error of an element and p the local rate of convergence. The next mesh fills the region of this element
+//! with elements of r times its size. The squared error of the region is then e² r^2p, spread over r^-3 elements. The
+//! mesh with the fewest elements for a given total error has the same error c in each new element, e² r^(2p+3) = c².
+//! Hence r = (c/e)^(2/(2p+3)), and c follows from Σ e² r^2p = (wanted error)².
 //!
-//! At singularities (edges of contact, corners, supports) the error falls more slowly than with the rate p. The change of size per
-//! round is therefore limited, and several rounds reach any grading.
+//! At singularities (edges of contact, corners, supports) the error decreases more slowly than the rate p predicts. The
+//! change of size per round is therefore limited, and several rounds reach any grading.
 //!
 //! # Source
 //! Li and Bettess (1995), Commun. Numer. Meth. Engng 11, 1-9, on the optimality of equal error per element.
@@ -16,8 +16,8 @@ use super::estimate::ErrorEstimate;
 /// Smallest and largest size of the next elements, relative to the present elements.
 pub const SIZE_RATIO_BOUNDS: [f64; 2] = [0.25, 2.0];
 
-/// Size of the next elements relative to the present elements, `[n_cells]`, for the error `wanted` relative to the stress norm.
-/// `degree` is the rate of convergence p.
+/// Size of the next elements relative to the present elements, `[n_cells]`. `wanted` is the wanted error relative to
+/// the estimated norm of the true stress. `degree` is the rate of convergence p.
 pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<f64> {
     let rate = degree as f64;
     let exponent = 2.0 / (2.0 * rate + 3.0);

@@ -31,7 +31,8 @@ pub(super) struct RecoveryRules {
 
 impl RecoveryRules {
     pub fn new() -> Self {
-        // Barlow points of second-order elements; for wedges and pyramids the rules whose points are closest to Barlow points.
+        // Points of second-order elements are their Barlow points. Wedges and pyramids use the rules whose points are
+        // closest to Barlow points.
         let superconvergent = [
             (ElementKind::Hex20, hexahedron(2)),
             (ElementKind::Hex27, hexahedron(2)),

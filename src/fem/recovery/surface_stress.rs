@@ -1,9 +1,10 @@
 //! Stress on the contact surface, from the surface strain and the surface traction.
 //!
-//! The in-plane strain follows from the displacement of the surface. The traction is known: it is the sum of contact traction, own
-//! loads and foundations of the body. The index p denotes the in-plane components 11, 22, 12, the index n the components 33,
-//! 23, 13. With the thermal strain subtracted from ε, ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. No stress is
-//! extrapolated from inside the elements, because an extrapolation would smooth the peaks at the edge of a contact.
+//! The in-plane strain follows from the displacement of the surface. The traction is known: it is the sum of the
+//! tractions of contact, own loads and foundations of the body. The index p denotes the in-plane components 11, 22, 12,
+//! the index n the components 33, 23, 13. With the thermal strain subtracted from ε, ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and
+//! σ_p = C_pp ε_p + C_pn ε_n. No stress is extrapolated from inside the elements, because an extrapolation would smooth
+//! the peaks at the edge of a contact.
 //!
 //! # Source
 //! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
@@ -39,7 +40,7 @@ pub struct SurfaceStressPoint {
 }
 
 impl SurfaceStressPoint {
-    /// Adds the strain of another displacement gradient. `gradient` is in global axes.
+    /// Adds the surface strain of the displacement gradient `gradient`, global axes.
     pub(crate) fn add_gradient(&mut self, gradient: &Matrix3<f64>) {
         let local = self.axes.transpose() * gradient * self.axes;
         self.strain += Vector3::new(local[(0, 0)], local[(1, 1)], local[(0, 1)] + local[(1, 0)]);
@@ -114,10 +115,11 @@ impl FaceAverages {
     }
 }
 
-/// Points of the contact `faces`, in ascending order, with the surface strain of the displacement `u` of all mesh nodes under loads
-/// with their amplitudes.
+/// Points of the contact `faces`, in ascending order, with the surface strain and the own traction. `u` is the
+/// displacement of all mesh nodes. `loads` are the loads of the body, each with its amplitude.
 ///
-/// The faces at a point are weighted by their inverse areas. On a graded grid, this average interpolates between the face centres.
+/// The faces at a point are weighted by their inverse areas. On a graded grid, this average interpolates between the
+/// face centres.
 pub(crate) fn surface_stress_points(
     model: &FeModel,
     points: &RecoveryPoints,
@@ -166,7 +168,7 @@ pub(crate) fn surface_stress_points(
 impl FaceSum {
     fn point(&self, point: usize) -> Option<SurfaceStressPoint> {
         let n = self.area.try_normalize(0.0)?;
-        // Normal to n and to the global axis that is most nearly normal to n.
+        // The tangent `a` is normal to n and to the global axis along which n has its smallest component.
         let least = n.iamin();
         let a = n.cross(&Vector3::ith(least, 1.0)).normalize();
         let axes = Matrix3::from_columns(&[a, n.cross(&a), n]);

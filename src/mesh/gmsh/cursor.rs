@@ -117,7 +117,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Ends a record of text; binary records have no separator.
+    /// Ends a record. In a text file, a record ends with its line. Binary records have no separator.
     pub(super) fn end_record(&mut self) -> Result<()> {
         if self.is_binary() { Ok(()) } else { self.end_line() }
     }
@@ -167,7 +167,7 @@ impl<'a> Cursor<'a> {
         u64::try_from(value).map_err(|_| self.fail(&format!("found {value}, expected {wanted}, 0 or more")))
     }
 
-    /// A `size_t` (text or 4 or 8 bytes).
+    /// Reads a `size_t`: a number in a text file, 4 or 8 bytes in a binary file.
     pub(super) fn size(&mut self, wanted: &str) -> Result<u64> {
         match self.binary {
             None => self.number(wanted),
@@ -191,12 +191,13 @@ impl<'a> Cursor<'a> {
         Err(self.fail(&format!("node {node} has the coordinate {value}; coordinates must be finite numbers")))
     }
 
-    /// Bytes of a stored `size_t`; in text, the fewest bytes that a number and its separator take.
+    /// Bytes of a `size_t` in a binary file. In a text file: the fewest bytes that a number and its separator take.
     pub(super) fn size_bytes(&self) -> u64 {
         self.binary.map_or(2, |b| b.size as u64)
     }
 
-    /// As [`Self::size_bytes`] for `stored` bytes in a binary file.
+    /// Bytes of a number that has `stored` bytes in a binary file. In a text file: the fewest bytes that a number and
+    /// its separator take.
     pub(super) fn bytes_of(&self, stored: u64) -> u64 {
         if self.is_binary() { stored } else { 2 }
     }

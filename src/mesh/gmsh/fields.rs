@@ -7,10 +7,11 @@ use crate::mesh::ElementField;
 /// Number of components of a tensor.
 const MAX_COMPONENTS: u64 = 9;
 
-/// Reads one `$ElementData` section. Further time steps of a known field are omitted; `repeated` then contains its name.
+/// Reads one `$ElementData` section. Further time steps of a known field are omitted, and `repeated` then contains the
+/// name of the field.
 ///
-/// The three lists of tags are text also in binary files: strings (name first), reals (time first), and integers (time step,
-/// components, elements, partition).
+/// The three lists of tags are text also in binary files: strings (name first), reals (time first), and integers (time
+/// step, components, elements, partition).
 pub(super) fn read_element_data(
     cursor: &mut Cursor,
     fields: &mut Vec<ElementField>,

@@ -1,6 +1,7 @@
 //! Reader of gmsh's .msh files, versions 2.2 and 4.1, ASCII and binary of either byte order.
 //!
-//! Every count is checked against the remaining bytes, so that no more is allocated than the file can hold.
+//! Every count is checked against the remaining bytes of the file before memory is allocated. A damaged file therefore
+//! cannot request more memory than its size justifies.
 //!
 //! # Source
 //! gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)".
@@ -36,7 +37,7 @@ pub fn read(path: &Path) -> Result<Mesh> {
     parse(&read_bytes(path)?, &path.display().to_string())
 }
 
-/// Reads the mesh in the bytes of a .msh file; `source` names it in messages.
+/// Reads the mesh in the bytes of a .msh file; `source` names the file in messages.
 ///
 /// # Errors
 /// As [`read`], for the contents of the file.
@@ -164,7 +165,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
     Ok(version)
 }
 
-/// The section is text also in binary files: `dimension tag "name"` line by line.
+/// Reads the physical names. The section is text also in binary files: `dimension tag "name"` line by line.
 fn read_physical_names(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let n: u64 = cursor.number("the number of physical names")?;
     cursor.check_count(n, 5, "physical names")?;

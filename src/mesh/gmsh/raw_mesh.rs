@@ -26,7 +26,7 @@ pub(super) struct RawElement<'a> {
 pub(super) struct RawMesh {
     /// Names of physical groups by dimension and tag.
     pub(super) names: BTreeMap<(usize, i64), String>,
-    /// Group set of each entity by dimension and tag (version 4.1).
+    /// Index into `group_sets` of each entity, by dimension and tag (version 4.1).
     pub(super) entities: HashMap<(usize, i64), u32>,
     pub(super) has_entities: bool,
     node_tags: Vec<u64>,
@@ -34,7 +34,7 @@ pub(super) struct RawMesh {
     nodes_read: bool,
     elements_read: bool,
     blocks: Vec<RawBlock>,
-    /// Distinct sets of physical tags.
+    /// Distinct sets of the tags of physical groups.
     group_sets: Vec<Vec<i64>>,
     set_index: HashMap<Vec<i64>, u32>,
     /// Dimension and tag of undeclared entities that have elements.
@@ -85,7 +85,7 @@ impl RawMesh {
         })
     }
 
-    /// Index of a set of physical tags, which is added if it is new.
+    /// Index of a set of tags of physical groups. A new set is added.
     pub(super) fn group_set_index(&mut self, tags: &[i64]) -> u32 {
         if let Some(&at) = self.set_index.get(tags) {
             return at;
@@ -96,7 +96,7 @@ impl RawMesh {
         at
     }
 
-    /// Group set of an entity; the empty set for an entity that the file does not declare.
+    /// Index of the group set of an entity. An entity that the file does not declare has the empty set.
     pub(super) fn entity_set(&mut self, dim: usize, tag: i64) -> u32 {
         if let Some(&set) = self.entities.get(&(dim, tag)) {
             return set;

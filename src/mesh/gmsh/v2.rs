@@ -28,7 +28,8 @@ pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh, parametric: boo
     Ok(())
 }
 
-/// In text, each element has its type and tags; in binary, a run of elements shares type and number of tags.
+/// Reads the elements. In a text file, each element has its own type and tags. In a binary file, a run of elements
+/// shares the type and the number of tags.
 pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let n = cursor.number("the number of elements")?;
     cursor.end_line()?;
@@ -71,7 +72,8 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()
     Ok(())
 }
 
-/// The first tag is the physical group (0: none). The other tags are not used.
+/// Reads the tags of an element and returns the first tag, which is its physical group (0: none). The other tags are
+/// not used.
 fn read_tags(cursor: &mut Cursor, n_tags: u64) -> Result<i64> {
     let mut physical = 0;
     for i in 0..n_tags {
@@ -83,7 +85,8 @@ fn read_tags(cursor: &mut Cursor, n_tags: u64) -> Result<i64> {
     Ok(physical)
 }
 
-/// A negative tag only marks a reversed element.
+/// Index of the group set with the tag `physical`. The sign of the tag is dropped, because it only marks a reversed
+/// element.
 fn group_set_of_tag(raw: &mut RawMesh, physical: i64) -> u32 {
     let tags: &[i64] = if physical == 0 { &[] } else { &[physical.saturating_abs()] };
     raw.group_set_index(tags)

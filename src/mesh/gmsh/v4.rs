@@ -41,7 +41,7 @@ fn read_ints(cursor: &mut Cursor, what: &str) -> Result<Vec<i64>> {
     (0..n).map(|_| cursor.int(what)).collect()
 }
 
-/// Blocks by entity, each with the node numbers first and the coordinates after them.
+/// Reads the nodes. Each entity has blocks of nodes, with the node numbers first and the coordinates after them.
 pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let [n_blocks, n, _, _] = read_header(cursor, "nodes")?;
     let per_node = cursor.size_bytes() + 3 * cursor.bytes_of(8);

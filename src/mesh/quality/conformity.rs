@@ -9,10 +9,11 @@ use crate::mesh::{CellRef, Mesh};
 /// Pairs of faces that do not match.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct NonconformingFaces {
-    /// Number of quadrangles that contain the corners of a triangle of another solid, and the file number of a solid with one of
-    /// these quadrangles.
+    /// Number of quadrangles that contain the corners of a triangle of another solid, and the number in the mesh file
+    /// of a solid with one of these quadrangles.
     pub split_quadrangles: (usize, u64),
-    /// Number of faces with equal corners but different order, and the file number of a solid with one of these faces.
+    /// Number of faces with equal corners but different order, and the number in the mesh file of a solid with one of
+    /// these faces.
     pub mixed_orders: (usize, u64),
 }
 

@@ -9,8 +9,8 @@ use crate::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 const MIN_SCALED_JACOBIAN: f64 = 1e-8;
 const MAX_NAMED_ELEMENTS: usize = 10;
 
-/// Corners of a solid, each with its three neighbours, right-handed seen from the corner. The tip of a pyramid has four edges and
-/// is omitted.
+/// Corners of a solid, each with its three neighbouring corners in right-handed order. The tip of a pyramid has four
+/// edges and is omitted.
 fn corner_frames(kind: ElementKind) -> &'static [[usize; 4]] {
     match (kind.dim(), kind.n_corners()) {
         (3, 4) => &[[0, 1, 2, 3], [1, 2, 0, 3], [2, 0, 1, 3], [3, 0, 2, 1]],
@@ -74,7 +74,7 @@ struct Jacobian {
 impl Jacobian {
     const NONE: Self = Self { value: f64::INFINITY, scaled: f64::INFINITY };
 
-    /// NaN counts as the smallest.
+    /// The Jacobian with the smaller scaled value. NaN counts as the smallest value.
     fn or_less(self, other: Self) -> Self {
         if other.scaled < self.scaled || other.scaled.is_nan() { other } else { self }
     }
@@ -86,8 +86,8 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
         + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// Points of the stiffness rule, which integrates the Jacobian exactly, and nodes. The tip of a pyramid is omitted, because the map
-/// has no derivative there.
+/// Points at which the Jacobian is evaluated: the points of the stiffness rule, which integrates the Jacobian exactly,
+/// and the nodes. The tip of a pyramid is omitted, because the map has no derivative there.
 fn jacobian_points(kind: ElementKind) -> Vec<JacobianPoint> {
     const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let rule = match (kind.n_corners(), kind.n_nodes() > kind.n_corners()) {
@@ -113,9 +113,9 @@ fn jacobian_points(kind: ElementKind) -> Vec<JacobianPoint> {
 struct ElementJacobians {
     kind: ElementKind,
     tag: u64,
-    /// Smallest at the integration points.
+    /// Smallest Jacobian at the integration points.
     inside: Jacobian,
-    /// Smallest at the nodes.
+    /// Smallest Jacobian at the nodes.
     nodal: Jacobian,
 }
 
@@ -143,9 +143,9 @@ impl ElementJacobians {
 }
 
 pub(super) struct JacobianSummary {
-    /// Smallest scaled Jacobian, and its element.
+    /// Smallest scaled Jacobian, and the number of its element in the mesh file.
     pub least: (f64, u64),
-    /// Number of solids that are folded at a node, but at no integration point.
+    /// Number of solids whose Jacobian is positive at all integration points, but negative or almost zero at a node.
     pub folded_at_nodes: usize,
     pub volume: f64,
 }

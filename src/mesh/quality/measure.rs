@@ -13,8 +13,8 @@ pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     if tolerance <= 0.0 {
         return points.iter().skip(1).copied().collect();
     }
-    // Bins are far larger than the tolerance, so that most points need only the points of their own bin. The offset avoids walls at
-    // round numbers, which are common as coordinates.
+    // Bins are far larger than the tolerance, so that most points are compared only with points of their own bin. The
+    // offset keeps bin boundaries away from round numbers, which are common coordinates.
     let width = 1000.0 * tolerance;
     let slot = |x: [f64; 3], side: [f64; 3]| -> [i64; 3] {
         std::array::from_fn(|k| ((x[k] - box_[k].0 + side[k] * tolerance) / width + 0.414_213).floor() as i64)

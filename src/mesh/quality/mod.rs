@@ -21,10 +21,10 @@ pub struct Quality {
     pub solids: Vec<(ElementKind, usize)>,
     /// Volume of the solids, cubic length unit.
     pub volume: f64,
-    /// Smallest scaled Jacobian at a node or integration point, and its element. A scaled Jacobian is the Jacobian divided by the
-    /// product of the lengths of its columns, 1 for a box.
+    /// Smallest scaled Jacobian at a node or integration point, and the number of its element in the mesh file. A
+    /// scaled Jacobian is the Jacobian divided by the product of the lengths of its columns, 1 for a box.
     pub min_scaled_jacobian: (f64, u64),
-    /// Number of solids that are folded or flat at a node, but at no integration point.
+    /// Number of solids whose Jacobian is positive at all integration points, but negative or almost zero at a node.
     pub folded_at_nodes: usize,
     /// Faces of neighbours that do not match.
     pub nonconforming_faces: NonconformingFaces,
@@ -119,7 +119,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
     })
 }
 
-/// Axis normal to the plane that contains all points; `None` if no plane normal to an axis does.
+/// Axis normal to the plane that contains all points; `None` if the points lie in no plane normal to an axis.
 fn plane_of(points: &[[f64; 3]]) -> Option<usize> {
     let extents = [0, 1, 2].map(|k| {
         let [low, high] = bounds(points.iter().map(|x| x[k]));

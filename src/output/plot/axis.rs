@@ -1,13 +1,13 @@
 //! Axes of a chart: range, ticks, and the mapping from values to pixels.
 
-/// Division of an axis.
+/// Scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// Equal differences.
+    /// Linear.
     Linear,
-    /// Equal differences with ticks at whole numbers only.
+    /// Linear, with ticks at whole numbers only.
     Whole,
-    /// Equal ratios. Only positive values are shown.
+    /// Logarithmic. Only positive values are shown.
     Logarithmic,
 }
 
@@ -27,8 +27,8 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Creates an axis for all finite `values` (if logarithmic: positive ones) between two pixel positions. Its ends are round
-    /// numbers.
+    /// Creates an axis between two pixel positions whose range contains all finite `values`. A logarithmic axis ignores
+    /// values that are not positive. The ends of the range are round numbers.
     pub fn spanning(values: impl Iterator<Item = f64>, scale: Scale, pixels: [f64; 2]) -> Self {
         let shown = values.filter(|v| v.is_finite() && (scale != Scale::Logarithmic || *v > 0.0));
         let (mut low, mut high) =
@@ -65,8 +65,8 @@ impl Axis {
         Self { scale: Scale::Linear, low, high, pixels }
     }
 
-    /// Pixel position of a value, possibly beyond the axis. `None` if it is not finite, as for a negative value on a logarithmic
-    /// axis.
+    /// Pixel position of a value, possibly beyond the axis. `None` if this position is not finite, as for a negative
+    /// value on a logarithmic axis.
     pub fn to_pixel(&self, value: f64) -> Option<f64> {
         let share = match self.scale {
             Scale::Linear | Scale::Whole => (value - self.low) / (self.high - self.low),
@@ -75,8 +75,8 @@ impl Axis {
         share.is_finite().then(|| self.pixels[0] + share * (self.pixels[1] - self.pixels[0]))
     }
 
-    /// Exponent p, a multiple of three, of the power 10^p by which the labels must be multiplied. 0 for short labels, and for axes
-    /// that are not linear.
+    /// Exponent p of the power 10^p by which the labels must be multiplied; a multiple of three. It is 0 for short
+    /// labels, and for axes that are not linear.
     pub fn label_exponent(&self) -> i32 {
         let largest = self.high.abs().max(self.low.abs());
         match self.scale {
@@ -87,7 +87,7 @@ impl Axis {
         }
     }
 
-    /// `unit` with the power of ten of [`Axis::label_exponent`], if any.
+    /// `unit` after the power of ten of [`Axis::label_exponent`], if this exponent is not 0.
     pub(crate) fn scaled_unit(&self, unit: &str) -> String {
         match self.label_exponent() {
             0 => unit.to_owned(),

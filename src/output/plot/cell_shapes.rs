@@ -6,13 +6,13 @@ use crate::frame::ContactFrame;
 use crate::geometry::Point;
 use crate::output::plot::axis::Axis;
 
-/// Larger grids are drawn in blocks of cells.
+/// Largest number of cells per side that are drawn one by one. Larger grids are drawn in blocks of cells.
 const MAX_DRAWN_CELLS_PER_SIDE: usize = 96;
 
-/// Drawn cells in frame coordinates.
+/// Polygons of a map in frame coordinates: single cells or blocks of cells.
 pub(super) struct CellShapes {
     pub corners: Vec<Vec<Vector2<f64>>>,
-    /// Cells of the frame in each drawn cell.
+    /// Cells of the frame in each polygon.
     pub cells: Vec<Vec<usize>>,
 }
 

@@ -79,7 +79,7 @@ impl Chart {
         canvas
     }
 
-    /// A linear y axis is extended upwards by the fraction `room` of its range.
+    /// Axes of x and y. A linear y axis is extended upwards by the fraction `room` of its range.
     fn axes(&self, bands: &[Band], room: f64) -> [Axis; 2] {
         let edges = |axis: usize| {
             let at = move |[x, low, high]: &[f64; 3]| if axis == 0 { [*x; 2] } else { [*low, *high] };
@@ -137,7 +137,7 @@ impl Chart {
         [44.0 + 6.6 * longest as f64, 8.0 + 18.0 * self.series.len() as f64]
     }
 
-    /// Upper left corner of the legend where it hides the fewest points, and their number.
+    /// Upper left corner at which the legend hides the fewest points, and the number of hidden points.
     fn legend_corner(&self, axes: &[Axis; 2]) -> ([f64; 2], usize) {
         let [width, height] = self.legend_size();
         let (left, top) = (MARGIN[0] + 8.0, MARGIN[1] + 8.0);
@@ -182,8 +182,8 @@ impl Chart {
     }
 }
 
-/// Points of a series that the axes can show, and intermediate points on every segment. A series of few points gets many
-/// intermediate ones.
+/// Points of a series that the axes can show, and intermediate points on every segment. The fewer points the series
+/// has, the more intermediate points each segment gets.
 fn densify(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
     let shown = |p: &&[f64; 2]| axes[0].to_pixel(p[0]).is_some() && axes[1].to_pixel(p[1]).is_some();
     let shown: Vec<[f64; 2]> = points.iter().filter(shown).copied().collect();
@@ -239,7 +239,7 @@ fn dashes(i: usize) -> &'static str {
     if i < SERIES_COLOURS.len() { "" } else { r#" stroke-dasharray="6 4""# }
 }
 
-/// Markers differ in shape as well as in colour.
+/// Draws the marker of series `i`. Markers differ in shape as well as in colour.
 fn draw_marker(canvas: &mut Canvas, [x, y]: [f64; 2], i: usize) {
     let colour = SERIES_COLOURS[i % SERIES_COLOURS.len()];
     let path = match i % 4 {

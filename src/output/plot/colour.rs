@@ -18,7 +18,7 @@ const COLOUR_MAP: [[f64; 3]; 7] = [
     [8.0, 29.0, 88.0],
 ];
 
-/// Colour of `share` in 0..=1, as `#rrggbb`.
+/// Colour of the relative value `share` in 0..=1, as `#rrggbb`.
 pub(crate) fn map_colour(share: f64) -> String {
     let at = share.clamp(0.0, 1.0) * (COLOUR_MAP.len() - 1) as f64;
     let below = (at.floor() as usize).min(COLOUR_MAP.len() - 2);

@@ -9,8 +9,9 @@ const COLOUR: &str = "#8b0000";
 /// arrowhead.
 const UPRIGHT_TOLERANCE_RAD: f64 = 1e-3;
 
-/// Draws a symbol for each fibre, from the given point to the left. The length of a line is proportional to the cosine of the tilt.
-/// An arrowhead marks the end that rises out of body 1, a dot in a ring a fibre along the normal.
+/// Draws a symbol for each fibre, from the given point to the left. The length of a line is proportional to the cosine
+/// of the tilt. An arrowhead marks the fibre end that rises out of body 1. A dot in a ring marks a fibre along the
+/// normal.
 pub(super) fn draw_fibre_symbols(canvas: &mut Canvas, surface: &SurfaceProperties, [x, y]: [f64; 2]) {
     for (i, fibre) in surface.fibres.iter().enumerate() {
         draw_fibre_symbol(canvas, fibre, [x - 2.4 * RADIUS * i as f64, y]);
@@ -58,7 +59,7 @@ fn upward_direction(fibre: &SurfaceFibre) -> (f64, f64) {
 pub(super) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<String> {
     let degrees = |angle: f64| {
         let rounded = (angle.to_degrees() * 100.0).round() / 100.0;
-        // Avoids -0.
+        // Adding 0 turns -0 into 0.
         format!("{}\u{b0}", rounded + 0.0).replace('-', "\u{2212}")
     };
     let line = |fibre: &SurfaceFibre| {
@@ -81,8 +82,8 @@ mod tests {
     use super::*;
     use crate::geometry::Side;
 
-    /// Truth: a fibre with tilt t and azimuth a has the direction (cos t cos a, cos t sin a, sin t). A fibre that falls along its
-    /// azimuth rises the opposite way. The text shows the angles of the scene.
+    /// Truth: a fibre with tilt t and azimuth a has the direction (cos t cos a, cos t sin a, sin t). A fibre with
+    /// negative tilt rises in the direction opposite to its azimuth. The text shows the angles of the scene.
     #[test]
     fn signs_and_words_follow_the_angles() {
         let fibre = |tilt: f64, azimuth: f64| SurfaceFibre {
@@ -102,7 +103,7 @@ mod tests {
             draw_fibre_symbol(&mut canvas, &fibre(tilt, 90.0), [100.0, 50.0]);
             canvas.into_svg([1.0, 1.0])
         };
-        // At 60 degrees the line has half its length, along y; pixels count downwards.
+        // At a tilt of 60 degrees, the line along y has half its full length. Pixel coordinates count downwards.
         assert!(drawn(60.0).contains("M100.0 57.0L100.0 43.0"), "{}", drawn(60.0));
         assert!(drawn(0.0).contains("M100.0 64.0L100.0 36.0") && !drawn(0.0).contains("z\""));
         assert!(drawn(90.0).contains(r#"r="6.5""#));

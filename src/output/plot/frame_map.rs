@@ -69,7 +69,7 @@ impl StepEndFields {
         }
     }
 
-    /// Transfers the fields to a frame of `n` cells. `places` are the new numbers of the present cells; new cells get zero.
+    /// Transfers the fields to a frame of `n` cells. `places[i]` is the new index of cell i; new cells get zero.
     pub fn transfer_to(&mut self, places: &[usize], n: usize) {
         self.tractions = extend_field(&self.tractions, places, n, |_| 0.0);
         self.slip = extend_field(&self.slip, places, n, |_| [0.0; 2]);
@@ -104,7 +104,7 @@ impl StepEndFields {
     }
 }
 
-/// Draws the maps of one kind, each with its colour bar or key. `None` if no state has anything to show.
+/// Draws the maps of one kind, each with a colour bar or a key of the zones. `None` if no state has anything to show.
 pub fn maps_svg(
     frame: &ContactFrame,
     surface: &SurfaceProperties,
@@ -192,7 +192,8 @@ impl MapFigure<'_> {
         peak
     }
 
-    /// Colours a block of cells in the colour of its larger zone, if at least half of its cells are in contact.
+    /// Colours each block of cells in the colour of its larger zone, stick or slip, if at least half of its cells are
+    /// in contact.
     fn zones(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields) {
         let mut by_zone = [String::new(), String::new()];
         for (corners, cells) in self.shapes.corners.iter().zip(&self.shapes.cells) {
@@ -206,7 +207,8 @@ impl MapFigure<'_> {
         by_zone.iter().zip(STICK_SLIP_COLOURS).for_each(|(outlines, fill)| paint(canvas, outlines, fill));
     }
 
-    /// Draws arrows of the mean slip in squares. An arrow as long as a square stands for the largest slip.
+    /// Draws an arrow of the mean slip in each square of the map. An arrow as long as a square stands for the largest
+    /// slip, `peak`.
     fn arrows(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &StepEndFields, peak: f64) {
         if peak <= 0.0 {
             return;
@@ -258,7 +260,7 @@ fn outline(corners: &[Vector2<f64>], axes: &[Axis; 2]) -> String {
     format!("M{}z", points.join("L"))
 }
 
-/// The stroke hides hairlines between neighbours.
+/// Fills outlines with a colour. The stroke hides hairlines between neighbours.
 fn paint(canvas: &mut Canvas, outlines: &str, fill: &str) {
     if !outlines.is_empty() {
         canvas
@@ -318,8 +320,8 @@ mod tests {
     use crate::geometry::Side;
     use crate::output::surface_properties::SurfaceFibre;
 
-    /// Frame of 2 x 2 cells, named by the signs of their x and y: (-, -) is open, (-, +) sticks, (+, -) slips along x, (+, +) along
-    /// -y.
+    /// Frame of 2 x 2 cells and its fields. At negative x, the lower cell is open and the upper cell sticks. At
+    /// positive x, the lower cell slips along x and the upper cell along -y.
     fn state() -> (ContactFrame, StepEndFields) {
         let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
         let fields = FrameState {
@@ -347,8 +349,8 @@ mod tests {
         picture.lines().any(|line| line.contains(&fill) && line.contains(&format!("M{x:.1} {y:.1}L")))
     }
 
-    /// Truth: positions and colours computed by hand. 2 mm take 270 pixels from the upper left corner (58, 40), y upwards. The
-    /// largest value is darkest.
+    /// Truth: positions and colours computed by hand. The sides of 2 mm take 270 pixels each, and the upper left corner
+    /// of the map is (58, 40). The largest value is darkest.
     #[test]
     fn cells_have_the_colours_of_their_values() {
         let darkest = colour::map_colour((COLOUR_LEVELS as f64 - 0.5) / COLOUR_LEVELS as f64);

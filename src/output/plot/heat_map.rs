@@ -17,7 +17,7 @@ pub struct HeatMap {
     pub values: Vec<Option<f64>>,
 }
 
-/// Left, top, width, height.
+/// Plot area: left, top, width, height.
 const AREA: [f64; 4] = [76.0, 34.0, 384.0, 314.0];
 const MIN_LABELLED_WIDTH_PX: f64 = 50.0;
 const MIN_LABELLED_HEIGHT_PX: f64 = 16.0;
@@ -87,8 +87,8 @@ impl HeatMap {
 mod tests {
     use super::*;
 
-    /// Truth: positions computed by hand: columns of 192 pixels from 76, and rows of 157 pixels upwards from 348. The smallest
-    /// value is lightest, the largest darkest; a missing value has no colour.
+    /// Truth: positions computed by hand: columns of 192 pixels from 76, and rows of 157 pixels upwards from 348. The
+    /// smallest value is lightest and the largest value darkest. A missing value has no colour.
     #[test]
     fn fields_lie_where_their_values_do() {
         let names = [vec!["0".into(), "90".into()], vec!["a".into(), "b".into()]];

@@ -7,8 +7,8 @@ use crate::output::plot::loops::four_digits;
 use crate::output::plot::{Canvas, PANEL, arrange_panels};
 use crate::output::summary::Units;
 
-/// Draws forces and areas over the entries and, with cycles or sliding, wear volume, wear depth and the load over cycles or
-/// distance.
+/// Draws forces and areas over the entries. With cycles or sliding, it also draws wear volume, wear depth and load over
+/// the cycles or the sliding distance.
 pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
     let mut panels = vec![forces(records, units), areas(records, units)];
     for along in [WearAbscissa::Cycles, WearAbscissa::Distance] {
@@ -117,7 +117,7 @@ fn wear_volume_panel(records: &[IncrementRecord], along: WearAbscissa, units: &U
     chart(along, &title, &label, series, units).panel_with_bands(&[band])
 }
 
-/// Normal force of the jumps. For fretting cycles: its mean over both reversal points, and the forces at these points.
+/// Normal force of the wear jumps. For fretting cycles, the panel also shows the normal forces at both reversal points.
 fn load_panel(records: &[IncrementRecord], along: WearAbscissa, units: &Units) -> Option<Canvas> {
     let belongs = |record: &&IncrementRecord| match along {
         WearAbscissa::Cycles => record.stroke_ends.is_some(),

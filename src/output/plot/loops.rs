@@ -18,7 +18,7 @@ pub struct LoopCurve {
 }
 
 impl LoopCurve {
-    /// Loop of a cycle of a run, along the direction of the largest displacement from the centre.
+    /// Loop of a recorded cycle, along the direction of the largest displacement from the centre of the stroke.
     pub fn of(cycle: &FrettingLoop) -> Self {
         let far = |a: &&[f64; 5], b: &&[f64; 5]| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1]));
         let end = cycle.points.iter().max_by(far).copied().unwrap_or_default();
@@ -63,8 +63,8 @@ pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
     chart.svg()
 }
 
-/// Formats a number with four significant digits, or as an integer from 1e4 to 1e6. Magnitudes below 1e-3 or from 1e6 get a power
-/// of ten.
+/// Formats a number with four significant digits. Magnitudes from 1e4 to 1e6 give an integer. Magnitudes below 1e-3 or
+/// from 1e6 get a power of ten.
 pub(crate) fn four_digits(value: f64) -> String {
     let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     if (-3..6).contains(&digits) {
@@ -94,7 +94,8 @@ mod tests {
         }
     }
 
-    /// Truth: the loop of a spring and a friction element has the area 4 F (a - F / k).
+    /// Truth: a spring (stiffness k) with a friction element (force F) has a loop of area 4 F (a - F / k) at the
+    /// amplitude a.
     #[test]
     fn the_area_is_the_energy_of_a_slider_on_a_spring() {
         let cycle = parallelogram(0.08, 120.0, 6000.0);
@@ -122,7 +123,8 @@ mod tests {
             })
             .collect();
         assert_eq!((points.len(), points[0]), (5, points[4]));
-        // The displacements are 5, 3, -5 and -3; the forces, upwards, are 100, -100, -100 and 100.
+        // The displacements are 5, 3, -5 and -3. The forces, positive upwards in the figure, are 100, -100, -100
+        // and 100.
         let share = (points[0][0] - points[1][0]) / (points[0][0] - points[2][0]);
         assert!((share - 0.2).abs() < 2e-3, "{points:?}");
         assert!(points[0][1] < points[1][1] && (points[1][1] - points[2][1]).abs() < 0.11);

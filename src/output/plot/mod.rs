@@ -17,7 +17,7 @@ use std::fmt::Write as _;
 
 use crate::output::vtu::escaped;
 
-/// Width and height.
+/// Width and height of a panel.
 pub(crate) const PANEL: [f64; 2] = [560.0, 400.0];
 const NOTE_HEIGHT_PX: f64 = 26.0;
 
@@ -92,7 +92,7 @@ pub(crate) fn arrange_panels(panels: &[Canvas], size: [f64; 2], columns: usize) 
     arrange_panels_with_note(panels, size, columns, "")
 }
 
-/// As [`arrange_panels`], with the line of text `note` below, unless it is empty.
+/// Arranges panels as [`arrange_panels`] does, and writes the text `note` below the panels, unless it is empty.
 pub(crate) fn arrange_panels_with_note(
     panels: &[Canvas],
     size: [f64; 2],

@@ -22,7 +22,7 @@
     return (digits < -4 || digits > 6 ? x.toExponential(4) : x.toFixed(Math.max(0, 4 - digits))).replace("-", "\u2212");
   };
   const units = data.units || {};
-  // Slip is a length; in rolling, it is the slip per rolled distance, without unit.
+  // Slip is a length. In rolling, slip is given per rolled distance and has no unit.
   const rolls = (frame) => Boolean(data.rolling[data.frames[frame].entry]);
   const rolling = (data.frames || []).map((_, i) => rolls(i));
   const slipWords = !rolling.includes(true) ? "Slip in the increment" : rolling.includes(false) ? "Slip (of rolling per distance)" : "Slip per rolled distance";
@@ -279,7 +279,7 @@
     }
     if (section.id === "view" && !view) { section.classList.remove("unseen"); view = window.orthowearView({ data, meshes, floats, whole, shownFields, valuesOf, largest, largestOfAll, label, inMenu, unitOf, fill, colour, ZONES, colourBar, units }); }
     if (section.id === "view") view.resize();
-    try { history.replaceState(null, "", `#${section.id}`); } catch { /* Some places have no address. */ }
+    try { history.replaceState(null, "", `#${section.id}`); } catch { /* Browsers refuse this for pages without an address of their own. */ }
   };
   sections.forEach((section, i) => {
     const tab = Object.assign(document.createElement("button"), { type: "button", textContent: section.dataset.tab, id: `tab-${section.id}` });

@@ -38,7 +38,7 @@ window.orthowearView = (page) => {
   const largestU = Math.max(1e-300, ...bodies.map((b) => largest(b.fields.displacement)));
   const flat = bodies.every((b) => data.frames.some((f) => meshes[f.mesh].points.length === surfaces[b.surface].points.length));
   if (flat) { $("view-relief").value = "50"; $("view-body2").checked = false; $("view-body1").checked = false; }
-  // Magnification of displacements for the slider position 0 to 100. At 100, the largest displacement appears as a quarter of the size.
+  // Magnification of displacements for the slider position 0 to 100. At 100, the largest displacement appears as a quarter of the size of the bodies, or of the frame for half-spaces.
   const factor = () => { const s = Number($("view-scale").value) / 100; return s === 0 ? 0 : Number(((0.25 * (flat ? frameSize : bounds.size)) / largestU * s ** 3).toPrecision(2)); };
 
   // Surfaces that the controls select, as triangles: 9 coordinates and 9 colour values per triangle.
@@ -161,7 +161,7 @@ window.orthowearView = (page) => {
     notes.push("The rigid-body motion of body 2 is not part of its displacement. Rotate by dragging or with the arrow keys; zoom with the wheel, + and −.");
     $("view-note").textContent = notes.join(" ");
   }
-  // If a field of the bodies is chosen while both are hidden, show body 1; otherwise the view would be empty.
+  // If a field of the bodies is chosen while both bodies are hidden, body 1 is shown. Otherwise the view would be empty.
   $("view-field").addEventListener("change", (event) => {
     if (event.target.value.startsWith("body:") && !$("view-body1").checked && !$("view-body2").checked) $("view-body1").checked = true;
     if (event.target.value.startsWith("frame:")) $("view-frame").checked = true;
