@@ -1,10 +1,10 @@
-//! Error against run time: the scene of two half-spaces for several numbers of cells, and the block scene for several element
-//! sizes. Runs the program as a user does, and writes tables and charts.
+//! Error against run time: the scene of two half-spaces with several numbers of cells, and the block scene with several
+//! element sizes. Runs the program as a user does, and writes tables and charts.
 //!
 //!     cargo build --release
 //!     cargo run --release --example error_vs_time -- [half-spaces] [block] [--out DIR]
 //!
-//! Without names both scenes are run. DIR is docs/benchmarks by default. The block needs gmsh.
+//! Without names, both scenes are run. DIR is docs/benchmarks by default. The block needs gmsh.
 
 mod machine;
 mod places;
@@ -24,15 +24,15 @@ use places::{program, root};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Normal forces of the two steps of the half-space scene at tilt 30, from an independent program, extrapolated from 128 and 256
-/// cells per side.
+/// Normal forces (N) after the two steps of the half-space scene with a tilt of 30 degrees. They come from an
+/// independent program, extrapolated from 128 and 256 cells per side.
 const EXTRAPOLATED: [f64; 2] = [417.87604, 303.76251];
 
 struct Sample {
     /// Cells along the frame, or elements along the contact patch.
     size: usize,
     seconds: f64,
-    /// Normal force after each step.
+    /// Normal force after each step, N.
     forces: Vec<f64>,
     operator_applications: u64,
     peak_megabytes: f64,
@@ -86,13 +86,13 @@ fn block(out: &Path) -> Outcome<()> {
     let scene = folder.join("indent-and-shift.toml");
     fs::write(&scene, first_steps(&fs::read_to_string(root().join("scenes/sphere-on-cfrp-block.toml"))?, 2))?;
     let mut samples = Vec::new();
-    // Element sizes in the patch are proportional to 1 / patch.
+    // The element size in the patch is proportional to 1 / patch.
     for (patch, outer, depth) in [(8, 3, 5), (12, 4, 7), (16, 5, 9), (24, 7, 12), (32, 9, 16), (40, 11, 19)] {
         let mesh = folder.join(format!("block-{patch}.msh"));
         make_block(&mesh, patch, outer, depth)?;
         let overrides = [
             format!("body1.mesh=\"{}\"", mesh.display()),
-            // The elements under the contact are measured.
+            // The benchmark measures the elements under the contact.
             "body1.near_field=\"mesh\"".to_owned(),
             "frame.cells=[28, 28]".to_owned(),
         ];
@@ -105,7 +105,8 @@ fn block(out: &Path) -> Outcome<()> {
     write_chart(&out.join("block.svg"), title, &samples, &errors)
 }
 
-/// Richardson extrapolation from the two finest meshes, for an error of second order in the element size.
+/// Richardson extrapolation of the forces from the two finest meshes. The error is assumed to be of second order in the
+/// element size.
 fn second_order_limit(samples: &[Sample]) -> Outcome<Vec<f64>> {
     let [.., coarse, fine] = samples else { return Err("fewer than two samples".into()) };
     let gain = (fine.size as f64 / coarse.size as f64).powi(2) - 1.0;
@@ -132,7 +133,7 @@ fn make_block(mesh: &Path, patch: usize, outer: usize, depth: usize) -> Outcome<
     if status.success() { Ok(()) } else { Err("gmsh failed".into()) }
 }
 
-/// The fastest of up to three runs, because slower runs were disturbed.
+/// Fastest of up to three runs. Slower runs were disturbed by other programs. Runs of at least 10 s are not repeated.
 fn fastest(size: usize, scene: &Path, overrides: &[String]) -> Outcome<Sample> {
     let mut best = run(size, scene, overrides)?;
     for _ in 0..2 {
@@ -172,7 +173,7 @@ fn run(size: usize, scene: &Path, overrides: &[String]) -> Outcome<Sample> {
     })
 }
 
-/// |force / reference - 1|
+/// Relative errors |force / reference - 1| of the forces of each sample.
 fn relative_errors(samples: &[Sample], references: &[f64]) -> Vec<Vec<f64>> {
     samples
         .iter()

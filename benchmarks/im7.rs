@@ -4,7 +4,7 @@ use orthowear::error::Result;
 use orthowear::geometry::fibre_axes;
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// Stiffness of IM7/8551-7, MPa. `tilt` is the fibre angle out of the surface, degrees.
+/// Stiffness of the CFRP IM7/8551-7, MPa. `tilt` is the fibre angle out of the surface, degrees.
 pub fn im7(tilt: f64) -> Result<Stiffness> {
     let constants = Orthotropic {
         e1: 167_230.0,

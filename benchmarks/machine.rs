@@ -1,9 +1,9 @@
-//! Head of every table: date, program version and machine.
+//! Head of every table: date, machine and versions.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Comment lines for a CSV file.
+/// Date, machine and versions as comment lines of a CSV file.
 pub fn comment() -> String {
     let cores = std::thread::available_parallelism().map_or(0, usize::from);
     format!(
@@ -33,7 +33,7 @@ fn first_line(program: &str, argument: &str) -> String {
     String::from_utf8_lossy(&output).lines().next().unwrap_or("unknown").to_owned()
 }
 
-/// Year-month-day (UTC), from the days since 1970-01-01.
+/// Current date as year-month-day (UTC), computed from the days since 1970-01-01.
 fn today() -> String {
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let (mut year, mut day) = (1970, seconds / 86400);

@@ -3,10 +3,11 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// Path of the program orthowear: $ORTHOWEAR_PROGRAM, or `orthowear` in the folder above the folder of this benchmark.
+/// Path of the program orthowear: $ORTHOWEAR_PROGRAM, or `orthowear` in the parent of the folder of this benchmark
+/// program.
 ///
 /// # Errors
-/// If it has not been built.
+/// If the program has not been built.
 pub fn program() -> Result<PathBuf, Box<dyn Error>> {
     if let Some(given) = std::env::var_os("ORTHOWEAR_PROGRAM") {
         return Ok(given.into());

@@ -1,6 +1,6 @@
-//! Text fields of CSV files.
+//! Quotes text fields of CSV files.
 
-/// Field in quotes. Quotes inside are doubled.
+/// CSV field in quotes. Quotes inside the text are doubled.
 pub fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }

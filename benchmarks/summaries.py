@@ -3,7 +3,8 @@
 
     python3 benchmarks/summaries.py [--check] [accuracy stability memory skips mutants verification]
 
-Replaces the text between two marks of each page. With --check nothing is written, and pages that are not current are an error.
+Replaces the text between two marks of each page. With --check, nothing is written, and the program fails if a page
+is not current.
 """
 
 import csv
@@ -24,7 +25,7 @@ def stored(name):
 
 
 def grouped(rows, key):
-    """Rows by the value of a column, in the order of their first appearance."""
+    """Groups rows by the value of a column. The groups have the order of their first appearance."""
     groups = {}
     for row in rows:
         groups.setdefault(row[key], []).append(row)
@@ -103,7 +104,7 @@ PAGES = {function.__name__: function for function in (accuracy, stability, memor
 
 
 def write(name, check=False):
-    """Writes a page, if it changes. Returns whether it was current."""
+    """Writes a page if it changes. Returns whether the page was current."""
     page = DOCS / f"{name}.md"
     text = page.read_text(encoding="utf-8")
     before, rest = text.split(BEGIN)

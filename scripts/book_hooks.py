@@ -1,5 +1,6 @@
-"""Hooks for MkDocs, which make the book render as on a forge: anchors of headings, links to files outside of docs/, lists directly
-after a line. They also make the search work from a folder.
+"""Hooks for MkDocs, so that the book renders like the Markdown files on a code hosting site. They adapt anchors of
+headings, links to files outside of docs/, and lists that directly follow a line. They also make the search work
+without a web server.
 """
 
 import json
@@ -13,7 +14,7 @@ ITEM = re.compile(r"(\* |\d+\. )")
 
 
 def slug(text, separator):
-    """Anchor of a heading as on forges: lower case, hyphens for blanks, no punctuation."""
+    """Anchor of a heading as on code hosting sites: lower case, hyphens for blanks, no punctuation."""
     kept = re.sub(r"[^\w\- ]", "", text.lower().strip())
     return kept.replace(" ", separator)
 
@@ -24,7 +25,7 @@ def on_config(config):
 
 
 def outside(match):
-    """Text for a link to a file outside of docs/: the text of the link and the path, because the file is not a page of the book."""
+    """Replaces a link to a file outside of docs/ by its text and path, because the file is not a page of the book."""
     text, target = match.group(1), match.group(2).removeprefix("../").split("#")[0]
     return f"`{target}`" if text in (target, target.rsplit("/", 1)[-1]) else f"{text} (`{target}`)"
 
@@ -42,8 +43,9 @@ def on_page_markdown(markdown, **_):
     return "\n".join(lines)
 
 
-# MkDocs loads its search index by a request, which browsers refuse for pages opened from a folder. The search page therefore gets
-# the worker, lunr and the index as one script. The other pages have only a form that leads to the search page.
+# MkDocs loads its search index by a request. Browsers refuse such requests for pages opened from a folder. Therefore,
+# the search page gets the worker, lunr and the index as one script. The other pages only have a form that leads to the
+# search page.
 WORKER = 'new Worker(joinUrl(base_url, "search/worker.js"))'
 FROM_SCRIPT = "new Worker(URL.createObjectURL(new Blob([book_search])))"
 NO_REQUESTS = "loadScripts = function (urls, callback) { callback(); };\ninit = function () { onJSONLoaded.call({ responseText: %s }); };\n"
@@ -51,7 +53,7 @@ MAIN = '<script src="./search/main.js"></script>'
 
 
 def once(text, old, new, where):
-    """Replaces a part of a text that must occur once."""
+    """Replaces a part of a text, and fails unless this part occurs exactly once."""
     if text.count(old) != 1:
         raise PluginError(f"{where}: {old} stands there {text.count(old)} times instead of once: another version of MkDocs?")
     return text.replace(old, new)

@@ -1,4 +1,4 @@
-"""Deliberate defects, and the tests that find them. Called by scripts/mutants."""
+"""Inserts deliberate defects, and lists the tests that find them. Called by scripts/mutants."""
 
 import csv
 import datetime
@@ -15,7 +15,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 COPY = ROOT / "target" / "mutants"
 DATA = ROOT / "docs" / "data" / "mutants.csv"
 
-# Code in the copy that tells which defect is active.
+# Code that is added to the copy. It returns whether a defect is active.
 SWITCH = '''
 /// Whether the mistake `name` is being made.
 pub fn mistake(name: &str) -> bool {
@@ -27,7 +27,7 @@ pub fn mistake(name: &str) -> bool {
 
 
 def with_mistakes(mutants):
-    """Sources with all defects in them, by name."""
+    """Texts of the sources with all defects, by file name. An environment variable activates one defect."""
     changed = {"src/lib.rs": (ROOT / "src/lib.rs").read_text() + SWITCH}
     for mutant in mutants:
         text = changed.get(mutant["file"]) or (ROOT / mutant["file"]).read_text()
@@ -39,7 +39,9 @@ def with_mistakes(mutants):
 
 
 def copied(changed):
-    """Copies the files under version control, with the `changed` sources. Unchanged files keep their times."""
+    """Writes a copy of the files under version control, with the `changed` sources. Unchanged files of an earlier copy
+    keep their modification times.
+    """
     names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True).stdout
     for name in filter(None, names.decode().split("\0")):
         source, target = ROOT / name, COPY / name
@@ -53,8 +55,8 @@ def copied(changed):
 
 
 def verification(arguments, mistake=""):
-    """Builds and runs the verification tests of the copy. They have a build folder of their own, because scripts/test would take
-    them for its own tests.
+    """Builds and runs the verification tests of the copy. The copy has its own build folder. Otherwise, scripts/test
+    would take these tests for its own tests.
     """
     environment = dict(os.environ, CARGO_TARGET_DIR=str(ROOT / "target" / "mutants-build"), ORTHOWEAR_MISTAKE=mistake)
     command = ["cargo", "test", "--release", "--locked", "--test", "verification", *arguments]
@@ -62,7 +64,7 @@ def verification(arguments, mistake=""):
 
 
 def failures(words, mistake=""):
-    """Number of tests whose names contain one of the words, and the names of the failed tests."""
+    """Runs the tests whose names contain one of the words. Returns their number, and the names of the failed tests."""
     ran = verification(["--no-fail-fast", "--", *words], mistake)
     failed = sorted(set(re.findall(r"^test (\S+) \.\.\. FAILED", ran.stdout, re.M)))
     passed = sum(int(number) for number in re.findall(r"test result: .*?(\d+) passed", ran.stdout))
@@ -72,7 +74,7 @@ def failures(words, mistake=""):
 
 
 def write(rows):
-    """Writes the results, and their summary in docs/mutants.md."""
+    """Writes the results to DATA, and their summary to docs/mutants.md."""
     with open(DATA, "w", newline="", encoding="utf-8") as out:
         out.write(f"# date: {datetime.date.today().isoformat()}\n# command: scripts/mutants\n")
         writer = csv.writer(out, lineterminator="\n")

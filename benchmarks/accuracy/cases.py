@@ -1,4 +1,4 @@
-"""Cases of the catalogue with independent reference values: scenes, and known results."""
+"""Cases of the verification catalogue with independent reference values: scenes and known results."""
 
 import csv
 import json
@@ -14,7 +14,7 @@ E, NU = 210e3, 0.3
 STAR = E / (1 - NU**2)
 
 STEEL = f'[materials.steel]\nmodel = "isotropic"\nE = {E}\nnu = {NU}\n'
-# Zero Poisson ratio, for which Cattaneo and Mindlin are exact.
+# Poisson's ratio of zero, for which the solutions of Cattaneo and Mindlin are exact.
 PLAIN = '[materials.plain]\nmodel = "isotropic"\nE = 210e3\nnu = 0.0\n'
 CFRP = ('[materials.cfrp]\nmodel = "orthotropic"\nE1 = 167230.0\nE2 = 9544.0\nE3 = 9544.0\nG12 = 5292.0\nG13 = 5292.0\n'
         "G23 = 3483.0\nnu12 = 0.272\nnu13 = 0.272\nnu23 = 0.369\n")
@@ -28,7 +28,9 @@ WORN_FRP = "[wear]\nlaw = \"frp\"\ni_L = 5.0e-10\ni_T = 6.25e-10\ni_N = 6.875e-1
 
 @dataclass
 class Case:
-    """A scene and its reference values: step, result, value, and the scale of the relative error."""
+    """A scene and its reference values. Each reference value has a step, the name of the result, the value, and the
+    scale of the relative error.
+    """
 
     name: str
     source: str
@@ -37,7 +39,7 @@ class Case:
     of: list = field(default_factory=list)
     keep: list = field(default_factory=list)
     known: float = 0.0
-    # Writes further files of the scene into a folder.
+    # Function that writes further files of the scene into a folder.
     prepare: object = None
 
 
@@ -46,7 +48,7 @@ def half_space(material, more=""):
 
 
 def scene(materials, below, above, half_width, gap, rest, cells=(16, 16), frame=""):
-    """Text of a scene on a grid frame."""
+    """Returns the text of a scene on a grid frame."""
     return (f"{materials}[body1]\n{below}[body2]\n{above}[frame]\nkind = \"grid\"\nhalf_width = [{half_width[0]}, {half_width[1]}]\n"
             f"cells = [{cells[0]}, {cells[1]}]\n{frame}[gap]\n{gap}[output]\nfields = []\n{rest}")
 
@@ -74,7 +76,7 @@ def elliptic(k):
 
 
 def hertz(force, radius, star):
-    """Contact radius, approach, peak pressure (Johnson 4.22 to 4.24)."""
+    """Contact radius, approach and peak pressure of a sphere (Johnson 4.22 to 4.24). `star` is the modulus E*."""
     a = (0.75 * force * radius / star) ** (1 / 3)
     return a, a * a / radius, 1.5 * force / (PI * a * a)
 
@@ -129,7 +131,7 @@ def lines():
     yield Case("line", "Hertz 1882, Johnson 1985",
                scene(STEEL, half_space("steel"), RIGID, (0.5, 0.5), cylinder, press(normal_force=500.0), (50, 1), along),
                known("press", approach=approach, peak_pressure=peak))
-    # Creepages for half and three quarters of the limiting friction force.
+    # Creepages at which the tangential force is half and three quarters of the friction limit.
     a = math.sqrt(8 * 500.0 * 20.0 / (PI * STAR))
     for share in (0.5, 0.75):
         creepage = 0.3 * a / 20.0 * (1 - math.sqrt(1 - share))
@@ -139,8 +141,8 @@ def lines():
                    scene(STEEL, half_space("steel"), half_space("steel"), (0.4, 0.5), cylinder, text, (50, 1), along),
                    [("roll", "tangential_force x", share * 150.0, math.hypot(500.0, share * 150.0))]
                    + known("roll", peak_pressure=1000.0 / (PI * a)))
-    # p_m is half of the mean pressure that closes the gap. The contact half-width b then satisfies sin^2(pi b) = 1/2, and the peak
-    # pressure is 2 p_m / sin(pi b).
+    # The mean pressure p_m is half of the mean pressure that closes the gap. The contact half-width b then satisfies
+    # sin^2(pi b) = 1/2, and the peak pressure is 2 p_m / sin(pi b).
     mean = PI * STAR * 2e-3 / 2
     yield Case("wave", "Westergaard 1939",
                scene(STEEL, half_space("steel"), RIGID, (0.5, 0.5), 'kind = "heights"\nfile = "wave.csv"\nspacing = [0.00048828125, 1.0]\n',
@@ -149,7 +151,9 @@ def lines():
 
 
 def wave(folder):
-    """Writes wave.csv: the gap 2e-3 mm (1 - cos 2 pi x) at the centres of 2048 intervals. x counts from the middle, hence + cos."""
+    """Writes wave.csv: the gap 2e-3 mm (1 - cos 2 pi x) at the centres of 2048 intervals. The code has + cos, because
+    i counts from one end, and x from the middle.
+    """
     with open(folder / "wave.csv", "w", newline="", encoding="utf-8") as out:
         csv.writer(out).writerows([[2e-3 * (1 + math.cos(2 * PI * (i + 0.5) / 2048))] for i in range(2048)])
 
@@ -161,14 +165,17 @@ def punches():
     outline = 'outline = { shape = "circle", radius = 2.0 }\n'
     yield Case("punch, circle", "Boussinesq 1885", of(2.2, outline), known("press", normal_force=4 * STAR * 0.01), ["load"])
     yield Case("punch, square", "Read 1997", of(0.5), known("press", normal_force=PI * 0.3667896 * STAR * 0.01), ["load"], known=1e-6)
-    # Ellipse with the semi-axes a = 2 and 1, eccentricity e and approach d: F = pi E* a d / K(e).
+    # Ellipse with the semi-axes a = 2 and 1 and the eccentricity e: the force at the approach d is F = pi E* a d /
+    # K(e).
     outline = 'outline = { shape = "ellipse", semi_axes = [2.0, 1.0] }\n'
     load = PI * STAR * 2.0 * 0.01 / elliptic(math.sqrt(0.75))[0]
     yield Case("punch, ellipse", "Johnson 1985, 3.42", of(2.2, outline), known("press", normal_force=load), ["load"])
 
 
 def anisotropic():
-    """Rigid spheres of R = 10 mm on an orthotropic half-space, P = 100 N (Willis 1966, values of the catalogue)."""
+    """Rigid spheres of radius R = 10 mm on an orthotropic half-space under P = 100 N (Willis 1966). The values are
+    from the catalogue.
+    """
     for name, tilt, azimuth, half, approach, peak in [
         ("along x", 0.0, 0.0, 0.5, 0.01674191382, 287.2075736),
         ("turned by 30", 0.0, 30.0, 0.5, 0.01674191382, 287.2075736),
@@ -180,8 +187,8 @@ def anisotropic():
 
 
 def friction():
-    """Equal bodies with nu = 0 (Cattaneo 1938, Mindlin 1949, Mindlin and Deresiewicz 1953, Ciavarella 1998). Indentation by rigid
-    spheres with friction (Spence 1975).
+    """Partial slip of equal bodies with nu = 0 (Cattaneo 1938, Mindlin 1949, Mindlin and Deresiewicz 1953, Ciavarella
+    1998), and indentation by rigid spheres with friction (Spence 1975).
     """
     star, mu, force = 105e3, 0.3, 1000.0
     a, approach, peak = hertz(force, 10.0, star)
@@ -206,7 +213,7 @@ def friction():
     tangent = math.tan(math.radians(5.0))
     depth = math.sqrt(force * PI * tangent / (2 * star))
     text = pressed + step("pull", tangential_force=[0.5 * mu * force, 0.0])
-    # For nu = 0, tangential and normal contact compliance are equal (E*/G* = 1).
+    # For nu = 0, the tangential and normal contact compliances are equal (E*/G* = 1).
     yield Case("partial slip of a cone", "Ciavarella 1998", of(text, 'kind = "cone"\nslope = 5.0\n', 0.32),
                [shift("pull", mu * depth * (1 - math.sqrt(0.5)), depth)] + known("pull", approach=depth), ["load"])
     for nu, mu, kappa, ratio in [(0.3, 0.2, 1.01927, 1.01487), (0.0, 0.5, 1.07479, 1.05997), (0.3, 0.3, 1.0243, 1.01948)]:
@@ -219,7 +226,9 @@ def friction():
 
 
 def fibres():
-    """CFRP under a steel sphere, R = 50 mm: exact values (Willis 1966); with friction and wear, those of an independent program."""
+    """CFRP under a steel sphere of radius R = 50 mm. Without friction, the values are exact (Willis 1966). With
+    friction and wear, they come from an independent program.
+    """
     data = json.loads((ROOT / "tests/data/sphere-on-frp.json").read_text(encoding="utf-8"))
     of = lambda tilt, half, text: scene(STEEL + CFRP, half_space("cfrp", f"fibre = {{ tilt = {tilt} }}\n"), half_space("steel"), (half, half),
                                         'kind = "sphere"\nradius = 50.0\n', text)
@@ -246,7 +255,9 @@ def fibres():
 
 
 def wear():
-    """Sliding under a force: wear volumes (Archard, friction energy), approach of a worn sphere (catalogue, four decimals)."""
+    """Wear of a sphere that slides under a force: wear volumes (Archard, friction energy), and approach of the worn
+    sphere (from the catalogue, four decimals).
+    """
     star, force, radius = STAR, 1000.0, 10.0
     a, approach, peak = hertz(force, radius, star)
     of = lambda text, half, gap='kind = "sphere"\nradius = 10.0\n': scene(STEEL, half_space("steel"), RIGID, (half, half), gap, text)

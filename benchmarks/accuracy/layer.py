@@ -1,6 +1,7 @@
-"""The mesh of benchmarks/pareto/layer.toml without gmsh: a block of 8 x 8 x 1 mm of hexahedra with 27 nodes."""
+"""Writes the mesh of benchmarks/pareto/layer.toml without gmsh: a block of 8 x 8 x 1 mm of hexahedra with 27 nodes."""
 
-# Corners of a hexahedron in half side lengths, corners of each edge and face in gmsh's order, and nodes of a face.
+# Corners of a hexahedron in half side lengths; corners of each edge and face in gmsh's order; nodes of a face in half
+# side lengths.
 CORNERS = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)]
 EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)]
 FACES = [(0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7)]
@@ -13,12 +14,14 @@ def places():
 
 
 def halved(ends):
-    """The given points with the midpoints between them."""
+    """Returns the points `ends` with the midpoints between them."""
     return [x for a, b in zip(ends, ends[1:]) for x in (a, (a + b) / 2)] + [ends[-1]]
 
 
 def make(folder, patch=6, beside=4, down=6):
-    """Writes layer.msh with `patch` elements along the frame (1.2 mm), `beside` on each side of it, and `down` over the depth."""
+    """Writes layer.msh with `patch` elements along the frame (1.2 mm), `beside` elements on each side of the frame,
+    and `down` elements over the depth.
+    """
     growth, sides = 1.6, [0.6]
     first = (4 - 0.6) * (growth - 1) / (growth**beside - 1)
     for i in range(beside):

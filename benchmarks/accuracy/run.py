@@ -4,9 +4,9 @@
     cargo build --release --locked
     python3 benchmarks/accuracy/run.py [--asked 1e-2 3e-3 1e-3] [--program FILE] [--write] [BEGINNINGS OF NAMES ...]
 
-Runs each case with each requested error on one thread, one run after the other, and prints a row for each run. With --write the
-rows are written to docs/data/accuracy.csv, and their summary to docs/accuracy.md. A row shows the result with the largest true
-error. All runs together take some minutes.
+Runs each case with each requested error on one thread, one run after the other, and prints a row for each run. A
+row shows the result with the largest true error. With --write, the rows are written to docs/data/accuracy.csv, and
+their summary to docs/accuracy.md. All runs together take some minutes.
 """
 
 import argparse
@@ -33,7 +33,7 @@ LIMIT = 120
 
 
 def run(program, case, asked, folder):
-    """Results of a case as a dict."""
+    """Runs a case with the requested error `asked`, and returns its results as a dict."""
     more = "".join(f", {key} = {json.dumps(names)}" for key, names in (("of", case.of), ("keep", case.keep)) if names)
     (folder / "scene.toml").write_text(f"accuracy = {{ relative = {asked}{more} }}\n{case.text}", encoding="utf-8")
     if case.prepare:

@@ -1,11 +1,13 @@
-//! Cost of finite boundary-element bodies with dense and compressed equations: seconds to assemble and solve, memory, error.
+//! Cost of finite boundary-element bodies with dense and compressed equations: seconds to assemble and solve, memory,
+//! error.
 //!
 //!     cargo run --release --example bem -- [--sides N ..] [--dense UNKNOWNS] [--loaded NODES] [--tolerance DIGITS] [--case CASE]
 //!         [--threads N]
 //!
-//! A block of CFRP, 8 x 8 x 4, has N first-order elements along its long sides, finer in the middle of the top. CASE is "block"
-//! (base fixed), "rollers" (base and sides fixed along their normals), "plate" (8 x 8 x 0.4, one side fixed) or "free". Dense
-//! equations are solved for at most UNKNOWNS unknowns. The tolerance of the compression is 10^-DIGITS.
+//! The body is a block of CFRP, 8 x 8 x 4 mm, with N first-order elements along its long sides. The elements are finer
+//! in the middle of the top. CASE is "block" (base fixed), "rollers" (base and sides fixed along their normals),
+//! "plate" (8 x 8 x 0.4 mm, one side fixed) or "free". Dense equations are solved only for at most UNKNOWNS unknowns.
+//! The responses of NODES nodes of the top are computed. The tolerance of the compression is 10^-DIGITS.
 
 #[path = "../im7.rs"]
 mod im7;
@@ -26,7 +28,7 @@ use orthowear::geometry::Point;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Accuracy of the integrals.
+/// Relative accuracy of the boundary integrals.
 const ACCURACY: f64 = 1e-6;
 
 struct Settings {
@@ -36,7 +38,7 @@ struct Settings {
     case: String,
 }
 
-/// Surface elements of a block 8 x 8 x `height`, finer in the middle of the top.
+/// Surface elements of a block of 8 x 8 x `height` mm, finer in the middle of the top.
 fn block(n: usize, height: f64) -> Vec<Panel> {
     let deep = ((n as f64 * height / 8.0).round() as usize).max(1);
     let across = |k: usize| {
@@ -90,7 +92,7 @@ fn peak() -> f64 {
 fn processor() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after = text.rsplit(')').next().unwrap_or("");
-    // Fields 14 and 15 of proc(5), in hundredths of a second.
+    // Fields 14 and 15 of proc(5) are user and system time, in hundredths of a second.
     after.split_whitespace().skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>()
         / 100.0
 }
@@ -160,7 +162,7 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
     Ok(())
 }
 
-/// Slope of value `k` against value 0, by least squares.
+/// Slope of value `k` over value 0 of the points, by least squares.
 fn slope(points: &[[f64; 3]], k: usize) -> f64 {
     let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
     let [x, y] = [mean(0), mean(k)];
@@ -203,7 +205,7 @@ fn main() -> Outcome<()> {
     );
     println!("|{}", "---|".repeat(12));
     let mut logs: Vec<[f64; 3]> = Vec::new();
-    // Each size has its own process, and so its own peak memory.
+    // Each size runs in its own process, so that its peak memory is measured separately.
     for side in &sides {
         let mut command = std::process::Command::new(std::env::current_exe()?);
         let output = command.args(&words).args(["--sides", &side.to_string()]).output()?;

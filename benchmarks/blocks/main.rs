@@ -26,10 +26,11 @@ use orthowear::material::Stiffness;
 
 use structured::{BlockElements, GradedBlock};
 
-/// Half side length of the frame, mm, and its cells along a side.
+/// Half side length of the frame (mm), and number of cells along a side.
 const FRAME: (f64, usize) = (1.2, 24);
 
-/// Blocks: half-width, which equals the depth (mm), and numbers of elements from the contact to the side and down to the base.
+/// Blocks: half-width, which equals the depth (mm); number of elements from the contact to the side; number of elements
+/// from the contact to the base.
 const SIZES: [(f64, usize, usize); 4] = [(6.0, 6, 10), (12.0, 8, 12), (24.0, 10, 14), (48.0, 12, 17)];
 
 fn main() -> Result<()> {
@@ -53,7 +54,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// A block fixed at its base, with element faces as cells of the frame.
+/// Block fixed at its base. Its element faces at the contact coincide with the cells of the frame.
 fn block(
     material: &Stiffness,
     (size, outer, deep): (f64, usize, usize),
@@ -88,7 +89,8 @@ fn block(
     FeBody::new(spec, "contact", Side::Lower, frame)
 }
 
-/// Normal force, N, between `lower` and a steel half-space at an approach of 0.02 mm, with the gap of a sphere of radius 50 mm.
+/// Normal force (N) between `lower` and a steel half-space at an approach of 0.02 mm. The gap is the gap of a sphere of
+/// radius 50 mm.
 fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
     let steel = Stiffness::isotropic(210e3, 0.3)?;
     let mut upper = HalfSpaceBody::new(&steel, Side::Upper, frame)?;

@@ -3,7 +3,7 @@
 
     deck.py BLOCK.msh CAP.msh OUT.inp [--stiffness K] [--friction MU] [--approach D] [--tilt DEG]
 
-Groups as in meshes/README.md. K: contact stiffness, N/mm3 (the penalty of CalculiX).
+The meshes have the groups of meshes/README.md. K is the contact stiffness of CalculiX's penalty method, N/mm3.
 """
 
 import argparse
@@ -12,7 +12,7 @@ import math
 import meshio
 import numpy as np
 
-# Faces of CalculiX's 8-node brick by local nodes: S1 to S6.
+# Faces S1 to S6 of CalculiX's 8-node brick, by local nodes.
 FACES = [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)]
 
 
@@ -27,7 +27,7 @@ def read(path):
 
 
 def faces_of(hexahedra, quads):
-    """(element, face number) of each quadrilateral."""
+    """Returns (element, face number) of each quadrilateral."""
     wanted = {tuple(sorted(quad)) for quad in quads.tolist()}
     found = []
     for element, nodes in enumerate(hexahedra.tolist()):

@@ -4,14 +4,14 @@
     cargo build --release
     .venv/bin/python benchmarks/calculix/run.py [--out DIR] [CELLS ...] [--own CELLS ...] [--near-field CELLS ...]
 
-Needs gmsh, CalculiX (`ccx`, Debian package calculix-ccx) and the Python environment of scripts/setup. CELLS are the numbers of
-elements along the contact patch (default 10). Those after --own (default 14 20) are for orthowear only. --near-field (default 4
-6 8): numbers of elements along the edges of a block without refinement at the contact, with near fields of half-spaces
-(near-field.toml).
+Needs gmsh, CalculiX (`ccx`, Debian package calculix-ccx) and the Python environment of scripts/setup. CELLS are
+numbers of elements along the contact patch (default 10). The numbers after --own (default 14 20) are for orthowear
+only. The numbers after --near-field (default 4 6 8) are elements along the edges of a block without refinement at
+the contact. These runs use near fields of half-spaces (near-field.toml).
 
-Both programs get one thread. Times are CPU seconds (user and system) of the whole run: the least of three runs of orthowear,
-one run of CalculiX. CalculiX enforces contact by a penalty, and each stiffness has its own row. Errors are of the normal force,
-against REFERENCE.
+Both programs get one thread. Times are CPU seconds (user and system) of the whole run: the least of three runs of
+orthowear, one run of CalculiX. CalculiX enforces contact by a penalty, and each penalty stiffness has its own row.
+Errors of the normal force are relative to REFERENCE.
 """
 
 import argparse
@@ -40,7 +40,9 @@ def cpu_seconds(command, cwd, log):
 
 
 def meshes(cells, folder):
-    """Writes the meshes of block and cap with `cells` elements along the patch, and about proportional element sizes outside."""
+    """Writes the meshes of block and cap with `cells` elements along the patch. Outside the patch, element sizes are
+    approximately proportional to 1 / `cells`.
+    """
     outer, depth = round(0.32 * cells) + 1, round(3.6 + 0.34 * cells)
     common = {"patch_cells": cells, "outer_cells": outer}
     for script, name, own in [
@@ -53,7 +55,7 @@ def meshes(cells, folder):
 
 
 def coarse_meshes(cells, folder):
-    """Meshes of the same bodies with `cells` elements along the edges of the block."""
+    """Writes meshes of the same bodies with `cells` elements along the edges of the block."""
     for script, name, own in [
         ("far-field-block", "block", {"half_size": 12, "depth": 12, "cells": cells}),
         ("steel-cap", "cap", {"patch_cells": 2, "outer_cells": cells // 2, "height_cells": cells // 2, "first_height": 2}),
@@ -120,7 +122,7 @@ def main():
     (arguments.out / "calculix.csv").write_text("\n".join(head + rows) + "\n", encoding="utf-8")
 
 
-# Normal force of the exact bodies, N (see benchmarks/README.md).
+# Limit of orthowear's normal force under mesh refinement, N (see benchmarks/README.md).
 REFERENCE = 440.0
 
 if __name__ == "__main__":

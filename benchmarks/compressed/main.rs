@@ -1,5 +1,5 @@
-//! Cost of the compressed half-space operator compared with the dense one: seconds to build, seconds per product, memory, error.
-//! With `--tolerance DIGITS` the compression has the tolerance 10^-DIGITS.
+//! Cost of the compressed half-space operator compared with the dense operator: seconds to build, seconds per product,
+//! memory, error. With `--tolerance DIGITS` the compression has the tolerance 10^-DIGITS.
 //!
 //!     cargo run --release --example compressed -- [--cells N ..] [--dense N] [--tolerance DIGITS] [--tilt DEGREES]
 //!         [--threads N]
@@ -25,7 +25,7 @@ type Cells = (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>);
 
 /// About `n` quadrilaterals and triangles that fill the unit square, finer in the middle.
 fn cells(n: usize) -> Cells {
-    // A third of the `m` x `m` squares is split into two triangles.
+    // Each third of the `m` x `m` squares is split into two triangles.
     let m = (n as f64 * 0.75).sqrt().round() as usize;
     let node = |i: usize, j: usize| {
         let graded = |k: usize| {
@@ -61,7 +61,8 @@ fn cells(n: usize) -> Cells {
     (centers, corners, areas)
 }
 
-/// Green's function of CFRP with fibres at angle `tilt` below steel.
+/// Sum of the surface Green's functions of a lower half-space of CFRP with the fibre angle `tilt` (degrees) and a steel
+/// half-space.
 fn green(tilt: f64) -> Outcome<SurfaceGreen> {
     let steel = Stiffness::isotropic(210e3, 0.3)?;
     Ok(SurfaceGreen::sum(&[
@@ -70,7 +71,8 @@ fn green(tilt: f64) -> Outcome<SurfaceGreen> {
     ]))
 }
 
-/// Least seconds of a product with all components and with pressures only, and the first product.
+/// Least seconds of a product with all components, least seconds of a product with pressures only, and the result of
+/// the first.
 fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64>) {
     let n = operator.n_cells();
     let mut gap = vec![0.0; 3 * n];
@@ -88,8 +90,9 @@ fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64
     (all, normal, gap)
 }
 
-/// Iterations of the conjugate gradient method to a relative residual of 1e-8. The unknowns are the pressures that displace the
-/// cells of a disc by 1.
+/// Iterations of the conjugate gradient method to a relative residual of 1e-8. The unknowns are the pressures that
+/// displace the cells of a disc by 1. `inverse` states whether the approximate inverse of the operator is the
+/// preconditioner.
 fn iterations(
     operator: &CompressedFlexibility,
     (centers, areas): (&[[f64; 2]], &[f64]),
@@ -168,7 +171,8 @@ fn main() -> Outcome<()> {
          it, without | error |"
     );
     println!("|{}", "---|".repeat(11));
-    // Each size runs in its own process: memory that another size has freed would hide the growth of the resident memory.
+    // Each size runs in its own process. Otherwise, memory freed by another size would hide the growth of the resident
+    // memory.
     let mut seconds: Vec<[f64; 3]> = Vec::new();
     for size in &settings.sizes {
         let mut command = std::process::Command::new(std::env::current_exe()?);

@@ -12,7 +12,7 @@ use crate::Outcome;
 use crate::im7::im7;
 use crate::structured::GradedBlock;
 
-/// The block with the number n has n^3 equal elements. "graded" is refined towards a patch of 24 x 24 elements.
+/// Names of the blocks. A number n means n^3 equal elements. "graded" is refined towards a patch of 24 x 24 elements.
 pub const NAMES: [&str; 4] = ["20", "30", "40", "graded"];
 
 pub struct Case {
@@ -22,7 +22,7 @@ pub struct Case {
     pub contact: Vec<usize>,
 }
 
-/// Compared elimination orders.
+/// Elimination orders that are compared.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Ordering {
     /// Nested dissection by METIS.
@@ -32,8 +32,8 @@ pub enum Ordering {
 }
 
 impl Case {
-    /// The block is orthotropic (IM7, fibres at 30 degrees) and fixed at its base. The contact nodes lie within 0.5 mm of the
-    /// centre of its top face, along x and along y.
+    /// Makes the block `name`, of orthotropic material (IM7, fibres at 30 degrees) and fixed at its base. The contact
+    /// nodes lie on the top face, at most 0.5 mm from its centre along x and along y.
     pub fn new(name: &str) -> Outcome<Self> {
         let block = match name {
             "graded" => GradedBlock {
@@ -66,7 +66,7 @@ impl Case {
         Ok(Self { model, graph, contact })
     }
 
-    /// Elimination order of the rows, contact rows last, and the number of contact rows.
+    /// Elimination order of the rows, with the contact rows last, and the number of contact rows.
     pub fn order(&self, ordering: Ordering) -> Outcome<(Vec<usize>, usize)> {
         let held = |node: &usize| self.model.free_dof(*node, 0).is_some();
         let nodes: Vec<usize> = (0..self.graph.n_nodes()).filter(held).collect();
@@ -113,8 +113,9 @@ impl Case {
         Ok(order.into_iter().map(|i| first[i]).chain(self.contact.iter().copied()).collect())
     }
 
-    /// Writes the stiffness matrix (lower triangle by columns), the METIS order and the contact rows. Little-endian: i64 n, number
-    /// of entries, number of contact rows; i64 column offsets, row indices, order, contact rows; f64 values.
+    /// Writes the stiffness matrix (lower triangle by columns), the METIS order and the contact rows, little-endian.
+    /// The file contains as i64: n, number of entries, number of contact rows; column offsets, row indices, order,
+    /// contact rows. The values follow as f64.
     pub fn write(&self, path: &Path) -> Outcome<()> {
         let (order, n_contact) = self.order(Ordering::Metis)?;
         let (offsets, rows, values) = self.model.stiffness().lower();

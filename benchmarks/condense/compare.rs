@@ -1,4 +1,4 @@
-//! Measures all programs on all blocks alternately, each in a separate process.
+//! Measures all programs on all blocks. The programs take turns, and each run is a separate process.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -14,12 +14,12 @@ use crate::{Outcome, machine};
 
 type Values = BTreeMap<String, f64>;
 
-/// Compared stages. Assembly is left out, because it is the same for all programs.
+/// Stages that are compared. Assembly is omitted, because it is the same for all programs.
 const STAGES: [&str; 4] = ["order", "symbolic", "factor", "flexibility"];
 
 struct Contestant {
     name: &'static str,
-    /// Arguments of `measure` after the name of the block, or the program file of a peer.
+    /// Arguments of `measure` after the name of the block (orthowear), or the file of another program.
     how: How,
 }
 
@@ -102,7 +102,7 @@ pub fn compare(settings: &Settings) -> Outcome<()> {
     Ok(fs::write(settings.out.join("condense.csv"), table)?)
 }
 
-/// Least values of each program over the repetitions; `None` for missing programs.
+/// Least values of each program over the repetitions; `None` for programs that do not exist.
 fn measure(settings: &Settings, name: &str, matrix: &Path) -> Outcome<Vec<Option<Values>>> {
     let mut best: Vec<Option<Values>> = vec![None; CONTESTANTS.len()];
     for _ in 0..settings.repeats {
@@ -114,7 +114,7 @@ fn measure(settings: &Settings, name: &str, matrix: &Path) -> Outcome<Vec<Option
                 .for_each(|(key, least)| *least = least.min(values[key]));
         }
     }
-    // MUMPS uses orthowear's elimination order, so its time counts for MUMPS, too.
+    // MUMPS uses orthowear's elimination order. The time of the ordering therefore also counts for MUMPS.
     if let [Some(own), _, Some(mumps), ..] = &mut best[..] {
         for key in ["order_cpu", "order_wall"] {
             mumps.insert(key.to_owned(), own[key]);

@@ -1,4 +1,4 @@
-//! Cost of condensing a finite-element block to its contact nodes, stage by stage, compared with CHOLMOD and MUMPS.
+//! Cost of the condensation of a finite-element block to its contact nodes, by stages, compared with CHOLMOD and MUMPS.
 
 mod case;
 mod compare;

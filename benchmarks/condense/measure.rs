@@ -1,4 +1,4 @@
-//! Condenses one block in this process, stage by stage.
+//! Condenses one block in this process, and measures each stage.
 
 use std::time::Instant;
 
@@ -16,7 +16,7 @@ pub enum Route {
     BackSolve,
 }
 
-/// Wall-clock and processor seconds since the last call.
+/// Times of the last call of `lap`: instant, and processor seconds of the process.
 struct Watch(Instant, f64);
 
 impl Watch {
@@ -77,7 +77,7 @@ pub fn measure(name: &str, ordering: Ordering, route: Route) -> Outcome<()> {
     Ok(())
 }
 
-/// Trace of the flexibility, by back-solves in batches.
+/// Trace of the flexibility of the contact rows, by solutions for batches of unit forces.
 fn back_solves(factor: &impl SymmetricSolver, contact: &[usize]) -> Outcome<f64> {
     const BATCH: usize = 64;
     let n = factor.n();
@@ -91,7 +91,7 @@ fn back_solves(factor: &impl SymmetricSolver, contact: &[usize]) -> Outcome<f64>
     Ok(trace)
 }
 
-/// As [`measure`], by conjugate gradients instead of a factor.
+/// Condenses a block by conjugate gradients instead of a factor, and prints `key value` lines as [`measure`].
 pub fn iterate(name: &str) -> Outcome<()> {
     let mut watch = Watch(Instant::now(), cpu_seconds());
     let case = Case::new(name)?;

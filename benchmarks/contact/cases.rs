@@ -8,17 +8,19 @@ use super::rough::Rough;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Case {
-    /// (a) Frictionless Hertz under a force.
+    /// (a) Frictionless Hertz contact under a prescribed force.
     Hertz,
-    /// (b) Equal spheres pressed and then pulled with 0.875 mu P (Cattaneo and Mindlin).
+    /// (b) Equal spheres, pressed and then pulled with 0.875 of the friction limit (Cattaneo and Mindlin).
     PartialSlip,
-    /// (c) A steel sphere on CFRP with fibres at 30 degrees, approach and shift at 45 degrees in one increment.
+    /// (c) Steel sphere on CFRP with fibres at 30 degrees. One increment contains the approach and the shift at 45
+    /// degrees.
     Fibres,
-    /// (d) A self-affine rough surface without friction, real contact on about one per cent of the frame.
+    /// (d) Frictionless contact of a self-affine rough surface. About 1 % of the frame is in contact.
     Roughness,
-    /// (e) The load of (b), then two cycles of 40 increments each.
+    /// (e) The load of (b), then two cycles of the force with 40 increments each.
     Cycles,
-    /// (f) The spheres of (b) in steady rolling with creepage along and across, about half of the contact slipping.
+    /// (f) The spheres of (b) in steady rolling, with longitudinal and lateral creepage. About half of the contact
+    /// slips.
     Rolling,
 }
 
@@ -43,7 +45,8 @@ impl Case {
         if self == Self::Rolling { &[64, 128, 256] } else { &[64, 128, 256, 512, 1024] }
     }
 
-    /// Number of increments by which the seconds are divided: the increments of the cycles in (e), 1 in all other cases.
+    /// Number of increments by which the seconds are divided: the increments of both cycles in (e), 1 in all other
+    /// cases.
     pub fn increments(self) -> usize {
         if self == Self::Cycles { 2 * 40 } else { 1 }
     }
@@ -69,8 +72,8 @@ impl Case {
         (self == Self::Hertz).then(|| hertz_radius(STEEL / (1.0 - NU * NU)).powi(2) / RADIUS)
     }
 
-    /// Writes the scene (and the files that it reads) with `n` x `n` cells. `method` is as in `[solver]` of the scene. `width` is
-    /// the contact diameter of spheres divided by the side of the frame.
+    /// Writes the scene and the files that it reads, with `n` x `n` cells. `method` is the value of `solver.method` in
+    /// the scene. `width` is the contact diameter of spheres divided by the side of the frame.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -147,7 +150,7 @@ fn hertz_radius(reduced: f64) -> f64 {
     (3.0 * FORCE * RADIUS / (4.0 * reduced)).cbrt()
 }
 
-/// A steel half-space below `upper` (rigid or steel).
+/// Text of the bodies and the frame: a steel half-space below `upper` (rigid or steel).
 fn bodies(upper: &str, half_width: f64, n: usize) -> String {
     let above =
         if upper == "rigid" { "kind = \"rigid\"" } else { "kind = \"half-space\"\nmaterial = \"steel\"" };

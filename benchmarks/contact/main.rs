@@ -23,7 +23,7 @@ struct Settings {
     cells: Option<Vec<usize>>,
     threads: Vec<usize>,
     repeats: usize,
-    /// Seconds. If a run takes longer, finer grids of its case are left out.
+    /// Time limit, seconds. If a run takes longer, finer grids of its case are omitted.
     limit: f64,
     /// Contact diameter of spheres (a, b, e, f), divided by the side of the frame.
     width: f64,
@@ -136,7 +136,7 @@ fn measure_case(
     Ok(runs)
 }
 
-/// Exponents k of the growth of the seconds on one thread, N^k for N cells.
+/// Exponents k in the growth N^k of the seconds with the number of cells N, on one thread.
 fn growth_of(case: Case, runs: &[(usize, usize, Run)]) -> Option<String> {
     let seconds: Vec<(f64, f64)> = runs
         .iter()
@@ -177,7 +177,7 @@ fn row(case: Case, (n, threads): (usize, usize), run: &Run, (wanted, single): (f
     )
 }
 
-/// Compares the methods "auto" (default), "bb" and "uzawa" (the method of the source paper) on the scene with fibres.
+/// Compares the methods "auto" (default), "bb" and "uzawa" on the scene with fibres.
 fn uzawa(program: &std::path::Path, settings: &Settings) -> Outcome<()> {
     println!("| cells | method | s | applications | residual | normal force |");
     println!("|{}", "---|".repeat(6));

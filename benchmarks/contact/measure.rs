@@ -1,4 +1,4 @@
-//! Runs a scene as a user does, in a separate process.
+//! Runs the program on a scene in a separate process, as a user does.
 
 use std::path::Path;
 use std::process::Command;
@@ -10,25 +10,25 @@ use super::cases::Case;
 
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// Seconds of all stages from the cold start to the certificate.
+    /// Seconds of all stages except the output.
     pub total: f64,
-    /// Part of `total` that the kernel table takes, seconds.
+    /// Seconds of the stage "flexibility", which computes the kernel table. Part of `total`.
     pub table: f64,
     /// Applications of the operator in all increments.
     pub applications: f64,
-    /// Largest memory, MiB.
+    /// Peak memory, MiB.
     pub memory: f64,
     /// Largest natural residual of all increments.
     pub residual: f64,
     /// Reported quantity of the case.
     pub quantity: f64,
-    /// Contact area at the end, mm2.
+    /// Contact area of the last entry, mm2.
     pub contact: f64,
     /// "converged", or the status of a run that did not converge.
     pub status: String,
 }
 
-/// Runs `case` on `n` x `n` cells. `how`: method and width as in [`Case::write`].
+/// Runs `case` on `n` x `n` cells. `how` contains method and width as in [`Case::write`].
 ///
 /// # Errors
 /// If the program cannot be run or leaves no summary.

@@ -1,4 +1,5 @@
-//! A self-affine rough surface with the Hurst exponent 0.8, the same on every grid: a sum of waves with random phases.
+//! Self-affine rough surface with the Hurst exponent 0.8: a sum of waves with random phases. The surface is the same on
+//! every grid.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -14,13 +15,13 @@ const HURST: f64 = 0.8;
 /// Share of the frame in real contact, which determines the force.
 const CONTACT: f64 = 0.01;
 
-/// (kx, ky, amplitude, phase) of the waves on a frame of unit width, with kx ≥ 0.
+/// Waves (kx, ky, amplitude, phase) of the surface on a frame of unit width, with kx ≥ 0.
 pub struct Rough {
     waves: Vec<(i32, i32, f64, f64)>,
 }
 
 impl Default for Rough {
-    /// The surface of the benchmark: fixed seed, root mean square slope 0.1.
+    /// The surface of the benchmark, with a fixed seed and a root mean square slope of 0.1.
     fn default() -> Self {
         let mut state = 20_261_121_u64;
         let mut random = || {
@@ -53,8 +54,8 @@ impl Default for Rough {
 const SLOPE: f64 = 0.1;
 
 impl Rough {
-    /// Force at which about the share CONTACT of the frame of unit area is in contact. For these few waves, a mean pressure p gives
-    /// the contact area 2.7 p / (E* slope).
+    /// Normal force at which about the share CONTACT of a frame of unit area is in contact. `reduced` is the modulus
+    /// E*, MPa. For these few waves, a mean pressure p gives the contact area 2.7 p / (E* slope).
     pub fn force(&self, reduced: f64) -> f64 {
         CONTACT * reduced * SLOPE / 2.7
     }
@@ -63,8 +64,8 @@ impl Rough {
     pub fn heights(&self, n: usize) -> Vec<f64> {
         let place = |i: usize| 2.0 * PI * ((i as f64 + 0.5) / n as f64 - 0.5);
         let (count, offset) = (2 * SHORTEST as usize + 1, SHORTEST);
-        // Each wave is the cosine of 2 pi (kx x + ky y) + phase. For each x and ky, the sum over kx is evaluated once, as real and
-        // imaginary parts.
+        // Each wave is amplitude times the cosine of 2 pi (kx x + ky y) + phase. For each x and ky, the sum over kx is
+        // evaluated once, as real and imaginary parts.
         let mut heights = vec![0.0; n * n];
         for (i, row) in heights.chunks_mut(n).enumerate() {
             let mut sums = vec![[0.0; 2]; count];

@@ -1,4 +1,5 @@
-//! Cost of one transform of the padded frame. The time of all transforms is a lower bound for the time of a contact solution.
+//! Cost of one Fourier transform of the frame, padded to twice its size. The time of all transforms is a lower bound
+//! for the time of a contact solution.
 
 use std::time::Instant;
 
@@ -6,10 +7,10 @@ use realfft::RealFftPlanner;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-/// Number of columns transposed at a time.
+/// Number of columns that are transposed together.
 const BLOCK: usize = 16;
 
-/// Least seconds, over several repetitions, of one real transform of 2n x 2n values on one thread.
+/// Seconds of one real transform of 2n x 2n values on one thread: the smallest of several repetitions.
 pub fn seconds(n: usize) -> f64 {
     let m = 2 * n;
     let rows = RealFftPlanner::<f64>::new().plan_fft_forward(m);

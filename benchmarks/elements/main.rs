@@ -1,5 +1,5 @@
-//! Error of load and peak pressure against processor seconds, for every element type. The cases are a steel block under a steel
-//! sphere, and the CFRP block of scenes/sphere-on-cfrp-block.toml.
+//! Error of load and peak pressure against processor seconds, for every element type. The two cases are a steel block
+//! under a steel sphere, and the CFRP block of scenes/sphere-on-cfrp-block.toml.
 //!
 //!     cargo build --release
 //!     cargo run --release --example elements -- [--out DIR]
@@ -40,11 +40,11 @@ const ELEMENTS: [(&str, ElementKind); 9] = [
     ("wedge15", Wedge15),
 ];
 
-/// Cells of the frame along the patch: one cell per first-order element, two per second-order element. The spacing of surface nodes
-/// is then the same for both orders.
+/// Cells along the side of the patch: one cell per first-order element, two cells per second-order element. The spacing
+/// of surface nodes is then the same for both orders.
 const CELLS: [usize; 4] = [8, 12, 16, 24];
 
-/// Element whose extrapolated values are the reference, and an additional finer frame for it.
+/// Element type whose extrapolated values are the reference, and the cells along a finer frame for this type.
 const REFERENCE: (&str, usize) = ("hex20", 32);
 
 const HERTZ: &str = r#"
@@ -138,7 +138,7 @@ fn run(folder: &Path, element: &str, cells: usize, unknowns: usize) -> Outcome<S
         "output.fields=[]".to_owned(),
         format!("body1.mesh=\"{}\"", folder.join("block.msh").display()),
         format!("body1.element=\"{element}\""),
-        // The elements under the contact are compared.
+        // The benchmark compares the elements under the contact.
         "body1.near_field=\"mesh\"".to_owned(),
         format!("frame.cells=[{cells}, {cells}]"),
     ] {
@@ -168,7 +168,8 @@ fn children_seconds() -> f64 {
     seconds(usage.ru_utime) + seconds(usage.ru_stime)
 }
 
-/// Richardson extrapolation from the two finest runs, for an error of second order in the sizes of cells and elements.
+/// Richardson extrapolation of value `value` from the two finest runs. The error is assumed to be of second order in
+/// the size of cells and elements.
 fn limit(samples: &[Sample], value: usize) -> f64 {
     let [.., coarse, fine] = samples else { return f64::NAN };
     let gain = (fine.cells as f64 / coarse.cells as f64).powi(2) - 1.0;

@@ -13,10 +13,11 @@ use crate::structured::{BlockElements, GradedBlock};
 
 /// Half the edge length of the contact patch, mm.
 pub const PATCH: f64 = 1.5;
-/// Half the edge length of the block, and its height, mm.
+/// Half the edge length of the block, which equals its height, mm.
 const SIZE: f64 = 12.0;
 
-/// A block 24 x 24 x 12 mm with `n` elements along the edge of the contact patch, growing outward and downward.
+/// Block of 24 x 24 x 12 mm with `n` elements along the edge of the contact patch. The elements grow with the distance
+/// from the patch.
 pub fn block(kind: ElementKind, n: usize) -> Outcome<Mesh> {
     let solids = if kind.n_corners() == 4 { BlockElements::Tet4 } else { BlockElements::Hex8 };
     let mesh = GradedBlock {
@@ -38,7 +39,8 @@ fn face_kind(solid: ElementKind, face: ElementKind) -> ElementKind {
     kinds.find(|kind| kind.n_corners() == face.n_corners()).expect("a face of the solid")
 }
 
-/// Wedges and triangles in place of hexahedra and quadrangles.
+/// Copy of a mesh with each hexahedron split into two wedges, and quadrangles of other groups than "sides" into two
+/// triangles.
 fn wedges(mesh: &Mesh) -> Mesh {
     let mut cut = Mesh { source: mesh.source.clone(), points: mesh.points.clone(), ..Mesh::default() };
     let kinds: [(ElementKind, &[&[usize]]); 3] = [
@@ -78,7 +80,7 @@ fn numbered(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// For each node of a solid after its corner nodes: the corners whose mean is this node.
+/// For each node of a solid beyond its corner nodes: the corners whose mean is the position of the node.
 fn between(kind: ElementKind) -> Vec<Vec<usize>> {
     let nodes = kind.reference_nodes();
     let corners = kind.n_corners();
@@ -88,7 +90,7 @@ fn between(kind: ElementKind) -> Vec<Vec<usize>> {
             (mean - x[k]).abs() < 1e-12
         })
     };
-    // Diagonals of faces are left out, because their centres are the centres of the faces.
+    // Diagonals of faces are omitted, because the mean of two opposite corners is the centre of the face.
     let faces = || kind.local_faces().iter().map(|(face, local)| &local[..face.n_corners()]);
     let edges = || faces().flat_map(|f| (0..f.len()).map(move |i| vec![f[i], f[(i + 1) % f.len()]]));
     let all = || std::iter::once((0..corners).collect::<Vec<_>>());
@@ -96,7 +98,7 @@ fn between(kind: ElementKind) -> Vec<Vec<usize>> {
     nodes[corners..].iter().map(|&x| lists().find(|list| is_mean(list, x)).expect("a mean")).collect()
 }
 
-/// Elements of second order; the solids become `kind`.
+/// Mesh with elements of second order in place of first-order elements. The solids become elements of type `kind`.
 fn raised(mut mesh: Mesh, kind: ElementKind) -> Mesh {
     let mut known: HashMap<Vec<usize>, usize> = HashMap::new();
     for block in 0..mesh.blocks.len() {
@@ -124,7 +126,7 @@ fn raised(mut mesh: Mesh, kind: ElementKind) -> Mesh {
     mesh
 }
 
-/// As [`between`], for a face: its edges in order, then the centre of a quadrilateral with nine nodes.
+/// As [`between`], for a face: first its edges in order, then the centre of a quadrilateral with nine nodes.
 fn between_on_face(face: ElementKind) -> Vec<Vec<usize>> {
     let n = face.n_corners();
     let edges = (0..n).map(|i| vec![i, (i + 1) % n]);

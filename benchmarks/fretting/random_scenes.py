@@ -1,18 +1,22 @@
 #!/usr/bin/env python3
-"""Random fretting scenes: errors of worn volumes and tangential forces, estimated errors and times.
+"""Random fretting scenes: errors of wear volumes and tangential forces, estimated errors and times.
 
-usage: random_scenes.py PROGRAM [--count 200] [--only N ..] [--seed 1] [--increments N] [--whole] [--processes 2]
-                        [--truth FILE.json] [--check FILE.json] [--out FILE.csv]
+    random_scenes.py PROGRAM [--count 200] [--only N ..] [--seed 1] [--increments N] [--whole] [--processes 2]
+                     [--truth FILE.json] [--check FILE.json] [--out FILE.csv]
 
-A sphere of steel on steel or CFRP is pressed by a force and moved along a line, or in a tenth of the scenes along an ellipse. The
-amplitude of force or displacement is 0.3 to 0.99 of the amplitude at gross slip, or more. Each scene runs twice:
+A steel sphere is pressed by a force on steel or CFRP, and moved along a line. In a tenth of the scenes it moves
+along an ellipse. The amplitude of force or displacement is 0.3 to 0.99 of the amplitude at gross slip. In a quarter
+of the scenes it is larger. Each scene runs twice:
 
-* one cycle with negligible wear. Truth: strokes of 32 and 64 equal increments (ellipse: 64 and 128) as load points of a `history`,
-  until the wear of a cycle settles or for 100 cycles; 64 and 128, if 32 and 64 differ by more than half the tolerance. The limit is
+* One cycle with negligible wear. The reference is a `history` of load points with 32 and 64 equal increments per
+  stroke (ellipse: 64 and 128). The cycles repeat until the wear of a cycle settles, at most 100 times. If the wear
+  volumes of 32 and 64 increments differ by more than half the tolerance, 64 and 128 are used. The reference is
   extrapolated with first order in the increments.
-* all cycles, if `--whole` is given. Truth: a tenth of the tolerance, and the same extrapolation of given increments.
+* All cycles, if `--whole` is given. The reference is a run with a tenth of the tolerance, and the same
+  extrapolation of given increments.
 
-Errors are relative to the worn volume, or to the largest force at a reversal point. Each row has a scene, the last lines count.
+Errors are relative to the wear volume, or to the largest force at a reversal point. Each scene has a row. The last
+lines count the rows within the tolerance.
 """
 import argparse
 import csv
@@ -29,7 +33,7 @@ import time
 from pathlib import Path
 
 NORMAL_FORCE = 200.0  # N
-TOLERANCE = 1e-3  # the default of wear.tolerance
+TOLERANCE = 1e-3  # default of wear.tolerance
 MATERIALS = """
 [materials.steel]
 model = "isotropic"
@@ -56,7 +60,9 @@ radius = 50.0
 
 
 def draw(seed, number):
-    """A random scene: bodies, laws, path and cells. `share` is the ratio of the amplitude to the amplitude at gross slip."""
+    """Draws a random scene: bodies, laws, path and cells. `share` is the ratio of the amplitude to the amplitude at
+    gross slip.
+    """
     generator = random.Random(f"{seed} {number}")
     uniform = generator.uniform
     forced = generator.random() < 0.5
@@ -81,14 +87,14 @@ def draw(seed, number):
 
 
 def largest_force(scene, angle):
-    """Tangential force at an angle, at which the whole contact slips, N."""
+    """Tangential force along the direction `angle` (degrees) at which the whole contact slips, N."""
     first, second = scene["mu"]
     turned = math.radians(angle - scene["azimuth"])
     return NORMAL_FORCE / math.hypot(math.cos(turned) / first, math.sin(turned) / second)
 
 
 def text(scene, steps, wear=1.0, tolerance=TOLERANCE):
-    """The scene as TOML, with its `steps`. `wear` is a factor on the wear coefficients."""
+    """Returns the scene as TOML with the given `steps`. `wear` is a factor on the wear coefficients."""
     body = f'material = "im7"\nfibre = {{ tilt = {scene["tilt"]}, azimuth = {scene["azimuth"]} }}' if scene["cfrp"] else 'material = "steel"'
     first, second = scene["mu"]
     friction = f'law = "elliptic"\nmu1 = {first}\nmu2 = {second}\nangle = {scene["azimuth"]}' if scene["elliptic"] else f'law = "coulomb"\nmu = {first}'
@@ -122,11 +128,11 @@ wear = false
 
 
 class Failed(Exception):
-    """A run that did not converge: its status."""
+    """A run did not converge. The message is its status."""
 
 
 def run(program, folder, scene, steps, **changes):
-    """Summary of a run, its seconds and its messages."""
+    """Runs a scene, and returns the summary and the seconds of the run."""
     path, out = folder / "scene.toml", folder / "out"
     path.write_text(text(scene, steps, **changes))
     start = time.perf_counter()
@@ -142,14 +148,15 @@ def run(program, folder, scene, steps, **changes):
 
 
 def amplitude(program, folder, scene):
-    """Amplitude of the force (N), or of the displacement (mm). A sphere slips as a whole after 1.5 times the displacement at which
-    the initial stiffness gives the friction force (Mindlin)."""
+    """Amplitude of the force (N), or of the displacement (mm). The displacement at gross slip is 1.5 times the
+    displacement at which the initial stiffness gives the friction limit (Mindlin).
+    """
     if scene["forced"]:
         return scene["share"] * largest_force(scene, scene["angle"])
     way = 1e-6
     step = f'[[steps]]\nname = "touch"\nshift = {{ distance = {way}, angle = {scene["angle"]} }}\nwear = false\n'
     summary, _ = run(program, folder, scene, step)
-    # Pressing a body with inclined fibres already gives a tangential force.
+    # If fibres are inclined, pressing alone gives a tangential force, which is subtracted.
     pressed, moved = (entry["tangential_force"] for entry in summary["steps"][-2:])
     force = [now - before for now, before in zip(moved, pressed)]
     direction = math.degrees(math.atan2(force[1], force[0]))
@@ -157,7 +164,7 @@ def amplitude(program, folder, scene):
 
 
 def path_points(scene, size, increments):
-    """Positions of a cycle after its + reversal point, `increments` per stroke."""
+    """Positions of a cycle after its + reversal point, with `increments` positions per stroke."""
     cosine, sine = (f(math.radians(scene["angle"])) for f in (math.cos, math.sin))
     points = []
     for point in range(1, 2 * increments + 1):
@@ -171,7 +178,9 @@ def path_points(scene, size, increments):
 
 
 def marched(program, folder, scene, size, increments, cycles):
-    """Wear volume of the last cycle and of the cycle before, and tangential forces at the reversal points (+, -) of the last cycle."""
+    """Computes `cycles` cycles in increments. Returns the wear volumes of the last cycle and of the cycle before, and
+    the tangential forces at the reversal points (+, -) of the last cycle.
+    """
     columns = ["tangential_x", "tangential_y"] if scene["forced"] else ["shift_x", "shift_y"]
     points = path_points(scene, size, increments)
     first = points[-1]
@@ -186,7 +195,7 @@ def marched(program, folder, scene, size, increments, cycles):
 
 
 def settled(program, folder, scene, size, increments):
-    """As `marched`, with more cycles until the wear of a cycle changes by less than 1e-5."""
+    """As `marched`, with more cycles until the wear volume of a cycle changes by less than 1e-5 of its value."""
     for cycles in (4, 10, 30, 100):
         now, before, forces = marched(program, folder, scene, size, increments, cycles)
         if abs(now - before) <= 1e-5 * now:
@@ -202,7 +211,9 @@ def cycles_step(scene, size, count, increments, more=""):
 
 
 def truth_of_cycle(program, folder, scene, size):
-    """Wear volume of a cycle by marched strokes, its changes by refinement and settling, and the forces at the reversal points."""
+    """Reference of one cycle: extrapolated wear volume, its changes by refinement and by the last cycle, and
+    extrapolated forces at the reversal points.
+    """
     first = 32 if scene["minor"] is None else 64
     coarse, _, coarse_forces = settled(program, folder, scene, size, first)
     fine, before, fine_forces = settled(program, folder, scene, size, 2 * first)
@@ -218,8 +229,9 @@ def truth_of_cycle(program, folder, scene, size):
 
 
 def truth_of_all(program, folder, scene, size):
-    """Wear volume of all cycles with a tenth of the tolerance, and its change by the last refinement. Given increments are not
-    extrapolated by the program."""
+    """Reference of all cycles with a tenth of the tolerance: extrapolated wear volume, and its change by refinement.
+    The program does not extrapolate a given number of increments, so this function does.
+    """
     first = 32 if scene["minor"] is None else 64
     both = [run(program, folder, scene, cycles_step(scene, size, scene["count"], n), tolerance=TOLERANCE / 10)[0] for n in (first, 2 * first)]
     coarse, fine = (summary["steps"][-1]["worn_volume"] for summary in both)
@@ -227,7 +239,7 @@ def truth_of_all(program, folder, scene, size):
 
 
 def one_cycle(program, folder, scene, size, increments, truth):
-    """Errors of one cycle, and of its estimate."""
+    """Errors of one cycle, its estimated error, and the time of the run."""
     summary, seconds = run(program, folder, scene, cycles_step(scene, size, 1, increments, ", jumps = 1"), wear=1e-8)
     entry = summary["steps"][-1]
     largest = max(math.hypot(*force) for force in truth["forces"])
@@ -245,14 +257,14 @@ def one_cycle(program, folder, scene, size, increments, truth):
 
 
 def checked_scene(seed, number, size, truth):
-    """Scene of one cycle with its truth, for tests/data/fretting-cycles.json."""
+    """Scene of one cycle with its reference values, for tests/data/fretting-cycles.json."""
     scene = draw(seed, number)
     steps = cycles_step(scene, size, 1, None, ", jumps = 1")
     return {"number": number, "ellipse": scene["minor"] is not None, "volume": truth["volume"], "forces": truth["forces"], "scene": text(scene, steps, wear=1e-8)}
 
 
 def all_cycles(program, folder, scene, size, increments, truth):
-    """Errors of the wear volume of all cycles, and of its estimate."""
+    """Error of the wear volume of all cycles, its estimated error, and the time of the run."""
     summary, seconds = run(program, folder, scene, cycles_step(scene, size, scene["count"], increments))
     entry = summary["steps"][-1]
     relative = lambda value: value / truth["volume"] if truth["volume"] > 0.0 else value
@@ -267,7 +279,7 @@ def all_cycles(program, folder, scene, size, increments, truth):
 
 
 def measure(task):
-    """Row of the table, and the truths of the scene."""
+    """Computes the row of a scene in the table, and the reference values of the scene."""
     program, seed, number, increments, whole, truth = task
     scene = draw(seed, number)
     row = {"number": number, **{key: scene[key] for key in ("cfrp", "tilt", "angle", "share", "forced", "cells", "minor", "elliptic")}}
@@ -298,7 +310,7 @@ COLUMNS = [
 
 
 def report(rows, error, estimate, seconds):
-    """Counts of errors within the tolerance, and of estimates near the errors."""
+    """Prints how many errors are within the tolerance, and how many estimates are close to the errors."""
     found = [row for row in rows if row.get(error) is not None]
     if not found:
         return

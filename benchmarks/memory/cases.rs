@@ -1,4 +1,4 @@
-//! Scenes for the memory measurement: the scenes of scenes/, and larger ones for every kind of body.
+//! Scenes of the memory measurement: the scenes in scenes/, and larger scenes for every kind of body.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use super::writer::{VARIANTS, write};
 
 use crate::structured::{BlockElements, GradedBlock};
 
-/// A scene with overrides.
+/// A scene with overrides, for which memory is measured.
 pub struct Case {
     /// Heading in the table.
     pub group: &'static str,
@@ -21,9 +21,9 @@ pub struct Case {
 }
 
 enum Base {
-    /// A file of scenes/.
+    /// Name of a file in scenes/.
     File(String),
-    /// Text of the scene, and the block for its block.msh.
+    /// Text of a scene, and the block that becomes its mesh file block.msh.
     Block(String, Box<GradedBlock>),
 }
 
@@ -40,7 +40,7 @@ const INSIDE: [&str; 2] = [
 
 const BARE: &str = "output.fields=[]";
 
-/// Half side length of the plates under mesh frames.
+/// Half side length of the plates whose faces are the cells of mesh frames, mm.
 const PLATE: f64 = 1.5;
 
 impl Case {
@@ -60,7 +60,7 @@ impl Case {
         Self { group, name: name.into(), base: Base::Block(scene, Box::new(block)), sets, least: false }
     }
 
-    /// Path of the scene file. Writes scene and mesh into `folder` unless it is in scenes/.
+    /// Path of the scene file. If the scene is not in scenes/, writes the scene and its mesh into `folder` first.
     pub fn place(&self, folder: &Path) -> Outcome<PathBuf> {
         match &self.base {
             Base::File(name) => Ok(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)),
@@ -74,7 +74,7 @@ impl Case {
     }
 }
 
-/// All cases. With `quick`, smaller cases that take seconds each.
+/// All cases. With `quick`, only smaller cases, which take seconds each.
 pub fn all(quick: bool) -> Vec<Case> {
     let mut cases = scenes();
     cases.extend(grids(quick));
@@ -184,7 +184,7 @@ fn finite_elements(quick: bool) -> Vec<Case> {
     for &n in sizes {
         for least in [false, true] {
             for (fields, sets) in [("no fields", &[BARE][..]), ("with fields", &[])] {
-                // Conjugate gradients are slow.
+                // Conjugate gradients are slow, so they are measured on small blocks without fields only.
                 if least && (n > 12 || fields == "with fields") {
                     continue;
                 }

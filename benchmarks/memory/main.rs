@@ -1,9 +1,11 @@
-//! Memory estimate of `check` compared with the measured peak of the run: the scenes of scenes/ and larger ones.
+//! Memory estimate of `check` compared with the measured peak of the run, for the scenes in scenes/ and for larger
+//! scenes.
 //!
 //!     cargo run --release --example memory -- [--out FILE] [--quick] [NAME ..]
 //!
-//! FILE is docs/data/memory.csv by default. `python3 benchmarks/summaries.py memory` then writes the summary of docs/memory.md.
-//! Names select the rows whose group or name contains one of them. With names or --quick the rows are only printed.
+//! FILE is docs/data/memory.csv by default. `python3 benchmarks/summaries.py memory` then writes the summary in
+//! docs/memory.md. A NAME selects the rows whose group or name contains it. With names or --quick, the rows are only
+//! printed.
 
 mod cases;
 #[path = "../machine.rs"]
@@ -34,7 +36,7 @@ const HEADER: &str = "# command: cargo run --release --example memory
 group,scene,threads,estimate_MiB,peak_MiB,ratio
 ";
 
-/// Accepted range of the ratio of estimate to peak.
+/// Accepted range of the estimate divided by the measured peak.
 const WANTED: [f64; 2] = [0.8, 1.2];
 
 fn main() -> Outcome<()> {
@@ -64,7 +66,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Rows of all cases, with a head.
+/// Table of all cases with its head.
 fn table(cases: &[Case]) -> Outcome<String> {
     let program = program()?;
     let mut text = machine::comment() + HEADER;

@@ -1,4 +1,4 @@
-//! Memory estimate of `check` and peak of a run, each in a separate process, without the cache.
+//! Measures the memory estimate of `check` and the peak memory of a run. Each is a separate process without the cache.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::Outcome;
 use super::cases::Case;
 
-/// Factor between successive trial limits in the search for the least one.
+/// Factor between successive trial limits in the search for the smallest accepted limit.
 const STEP: f64 = 1.1;
 
 /// Memory of a case, MiB.
@@ -24,7 +24,7 @@ impl Measured {
     }
 }
 
-/// Estimate and peak of a case.
+/// Measures estimate and peak of a case.
 ///
 /// # Errors
 /// If the program cannot be run, refuses the scene or fails.
@@ -54,7 +54,7 @@ pub fn row(program: &Path, case: &Case, threads: usize) -> Outcome<Measured> {
     Ok(Measured { estimate, peak: peak / f64::from(1 << 20) })
 }
 
-/// Option with the least memory that `check` accepts, found by trial.
+/// Option with the smallest memory limit that `check` accepts, found by trial. The limit leads to conjugate gradients.
 fn least(check: &dyn Fn(&[String]) -> Outcome<Output>) -> Outcome<Vec<String>> {
     let mut bytes = 1.2e7;
     loop {
@@ -70,7 +70,7 @@ fn least(check: &dyn Fn(&[String]) -> Outcome<Output>) -> Outcome<Vec<String>> {
     }
 }
 
-/// Memory in the output of `check`, MiB.
+/// Memory estimate in the output `told` of `check`, MiB.
 fn estimate(told: &str) -> Option<f64> {
     let line = told.lines().find(|line| line.starts_with("memory"))?;
     line.split_once("about ")?.1.split_whitespace().next()?.parse().ok()

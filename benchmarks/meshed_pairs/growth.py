@@ -1,9 +1,11 @@
-"""Iterations of the contact solver against the number of cells and the thickness, for two overlapping plates of aluminium.
+"""Iterations of the contact solver against the number of cells and the thickness, for two overlapping plates.
 
     python growth.py PROGRAM [--cells 8 16 32 50] [--thickness 1 0.25 0.08 0.03]
 
-Each plate is 15 mm long and 10 mm wide, held at its outer end, and overlaps the other plate by 10 mm. The plates are pressed together and pulled by
-0.8 of the friction limit at 30 degrees, in four increments. Cells are the nodes of one contact surface, and thickness is that of a plate over its width.
+Each plate is of aluminium, 15 mm long and 10 mm wide, and fixed at its outer end. The plates overlap by 10 mm. They
+are pressed together and pulled by 0.8 of the friction limit at 30 degrees, in four increments. The cells are the
+nodes of one contact surface. --cells is the number of nodes along each side, --thickness the thickness of a plate
+divided by its width.
 """
 import argparse
 import tempfile
@@ -15,11 +17,11 @@ from pairs import mesh_text, run
 WIDTH = 10.0  # mm
 LAYERS = 4
 MU = 0.3
-PRESSURE = 1.0  # mean pressure, MPa
+PRESSURE = 1.0  # mean contact pressure, MPa
 
 
 def plates(n, thickness):
-    """Scene and meshes with `n` nodes along each side of the contact surface."""
+    """Makes the scene and the meshes with `n` nodes along each side of the contact surface."""
     half, height = WIDTH / 2, thickness * WIDTH
     inner, ys = np.linspace(-half, half, n), np.linspace(-half, half, n)
     outer = np.linspace(half, 2 * half, max(2, n // 2 + 1))[1:]

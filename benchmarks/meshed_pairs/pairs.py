@@ -2,8 +2,9 @@
 
     python pairs.py PROGRAM [--other PROGRAM2] [--count 200] [--seed 1] [--out FILE.csv] [--keep DIR]
 
-Pair k of a seed is always the same. One body of each pair is a finite-element block. Its partner is a second block, a half-space or rigid.
-`--only K` runs one pair; `--keep DIR` keeps the files of pairs that do not converge, are refused, or fail a check.
+Pair k of a seed is always the same. One body of each pair is a finite-element block. Its partner is a second block,
+a half-space or a rigid body. `--only K` runs one pair. `--keep DIR` keeps the files of pairs that do not converge,
+are refused, or fail a check.
 """
 import argparse
 import csv
@@ -26,7 +27,8 @@ SLOWER = 1.5  # factor of time from which a pair is reported as slower
 MIN_SECONDS = 0.05  # times of the contact solver below this are not compared
 HALF_LENGTH = 5.0  # half side length of the contact region along x, mm
 
-# Per element: gmsh type of the solid, solids of one grid cell (corners as bits x + 2 y + 4 z), faces (local corners), edges with a mid-side node.
+# For each element: gmsh's type number, solids of one grid cell, faces (local corners), and edges with a mid-side node.
+# The corners of a grid cell are numbered x + 2 y + 4 z with x, y, z = 0 or 1.
 HEX = (0, 1, 3, 2, 4, 5, 7, 6)
 HEX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 HEX_EDGES = ((0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7))
@@ -39,15 +41,17 @@ TET_EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))
 SOLIDS = {"hex8": (5, (HEX,), HEX_FACES, ()), "hex20": (17, (HEX,), HEX_FACES, HEX_EDGES), "tet10": (11, TETS, TET_FACES, TET_EDGES),
           "wedge6": (6, WEDGES, WEDGE_FACES, ()), "wedge15": (18, WEDGES, WEDGE_FACES, WEDGE_EDGES)}
 FACE_TYPE = {(3, False): 2, (4, False): 3, (3, True): 9, (4, True): 16}
-NODES_PER_CELL = {"hex8": 1, "hex20": 3, "tet10": 4, "wedge6": 1, "wedge15": 4}  # contact nodes per cell of the grid of a large contact surface
+NODES_PER_CELL = {"hex8": 1, "hex20": 3, "tet10": 4, "wedge6": 1, "wedge15": 4}  # contact nodes per grid cell on a large contact surface
 FACES_PER_CELL = {"hex8": 1, "hex20": 1, "tet10": 2, "wedge6": 2, "wedge15": 2}
 
 
 def mesh_text(element, xs, ys, zs, contact, top, bulge):
-    """Mesh of a block in gmsh format 2.2 and the number of its contact nodes and faces.
+    """Mesh of a block in gmsh format 2.2, number of its contact nodes, and number of its contact faces.
 
-    Groups: body, contact (faces of the top or bottom within |x| <= contact[0], |y| <= contact[1]), opposite (the other one of top and
-    bottom), left and right (ends along x). `bulge(x, y)` moves the contact surface along z; the motion fades towards the opposite face.
+    Groups: "body"; "contact", the faces of the top or bottom within |x| <= contact[0] and |y| <= contact[1];
+    "opposite", all faces of the opposite side; "left" and "right", the ends along x. `top` states whether the
+    contact is at the top. `bulge(x, y)` moves the contact surface along z. This motion decreases linearly to zero
+    at the opposite side.
     """
     gmsh_type, solids, faces, edges = SOLIDS[element]
     cell = np.array([[b & 1, b >> 1 & 1, b >> 2] for b in range(8)]) * 2
@@ -94,7 +98,9 @@ def log_uniform(random, low, high):
 
 
 def material(random, name, modulus):
-    """Scene text of a material with Young's modulus `modulus` (along the fibre), and whether it has a fibre."""
+    """Text of a material in the scene with Young's modulus `modulus` (along the fibre), and whether the material has a
+    fibre.
+    """
     if random.random() < 0.6:
         return f'[materials.{name}]\nmodel = "isotropic"\nE = {modulus}\nnu = {random.uniform(0.0, 0.42)}\n', False
     return (f'[materials.{name}]\nmodel = "transversely-isotropic"\nE1 = {modulus}\nE2 = {modulus * random.uniform(0.05, 0.5)}\n'
@@ -102,7 +108,9 @@ def material(random, name, modulus):
 
 
 def draw(seed, k):
-    """Pair k: dict with `scene` (text), `meshes` (text by file name) and what the checks and the tables need."""
+    """Draws pair k. Returns a dict with `scene` (text), `meshes` (text by file name), and the values that the checks
+    and tables need.
+    """
     random = np.random.default_rng([seed, k])
     choose = lambda options, weights=None: options[random.choice(len(options), p=weights)]
     a = HALF_LENGTH
@@ -127,7 +135,7 @@ def draw(seed, k):
     moduli = [70e3 * ratio ** 0.5, 70e3 * ratio ** -0.5]
     soft = min(moduli[i] for i in (0, 1) if kinds[i] != "rigid")
 
-    # Unconstrained body: at most one, without any support, or held along x and y only.
+    # At most one body is unconstrained. It has no supports, or supports along x and y only.
     free = choose(blocks) if random.random() < 0.35 else None
     free_kind = choose(["all", "normal"])
     indent = a * log_uniform(random, 3e-4, 5e-3)  # approach of a solid block
@@ -135,7 +143,7 @@ def draw(seed, k):
     across = 90.0 if sliced else choose([0.0, 90.0, random.uniform(0, 180)])  # direction of a cylinder's axis
 
     width, meshes, bodies, materials, notes = 2 * b, {}, [], [], []
-    density = log_uniform(random, 0.6, 1.7)  # squares of the other block over squares of the frame's block
+    density = log_uniform(random, 0.6, 1.7)  # number of grid squares of the other block, divided by that of the frame's block
     points, rho = None, random.uniform(1.05, 2.5)
     elements = [choose(["hex8", "hex8-eas", "hex8-default", "hex20", "tet10", "wedge6", "wedge15"], [0.1, 0.2, 0.2, 0.15, 0.12, 0.13, 0.1])
                 for _ in (0, 1)]
@@ -147,8 +155,9 @@ def draw(seed, k):
         if kind_of[frame_body] in ("hex20", "tet10", "wedge15"):
             points = "faces"  # cells around nodes need first-order faces
         elif points == "faces" and (kind_of[frame_body] == "wedge6" or sliced):
-            points = "nodes"  # cells on 3-node faces are smaller than allowed
-    # Squares of the grid of the frame's body in the contact region, so that the frame has about `cells` cells.
+            points = "nodes"  # 3-node faces as cells are smaller than the program allows
+    # Number of grid squares in the contact region of the frame's body. With these squares, the frame has approximately
+    # `cells` cells.
     e = kind_of[frame_body]
     frame_squares = cells / FACES_PER_CELL[e] if points == "faces" else cells * (1.0 if points else rho) / NODES_PER_CELL[e]
     rows, contact_nodes, limits = 0, [], []
@@ -172,7 +181,7 @@ def draw(seed, k):
             nx, ny = max(3, round((squares * a / b) ** 0.5)), max(2, round((squares * b / a) ** 0.5))
         support = choose(["base", "end", "ends", "foundation"], [0.35, 0.35, 0.15, 0.15]) if i != free else "free"
         height = (2 * a if sliced else width) * log_uniform(random, 0.03, 2.0)
-        # Cells along x: beyond the contact at the supported ends, and sometimes at the free end.
+        # Grid lines along x. The block extends beyond the contact at supported ends, and sometimes at free ends.
         side = choose(["left", "right"])
         step = 2 * a / nx
         x = np.linspace(-a, a, nx + 1)
@@ -236,7 +245,7 @@ def draw(seed, k):
     else:
         gap = f'kind = "{curved}"\nradius = {radius}\n' + (f"angle = {across}\n" if curved == "cylinder" else "")
 
-    # Loads. The reference force belongs to a strain of the softer body of indent / a in the contact region.
+    # Loads. The reference force corresponds to a strain of indent / a of the softer body in the contact region.
     area = 4 * a * b if not sliced else 2 * a * width
     force = soft * indent / a * area * random.uniform(0.05, 0.5) * (1.0 if curved == "flat" else 0.3)
     force = min([force, *limits])
@@ -244,7 +253,7 @@ def draw(seed, k):
     forced = free is not None or random.random() < 0.5
     if free is not None and random.random() < 0.4:
         share = random.uniform(0.2, 1.0)
-        # "opposite" of a free block has the size of the contact region.
+        # The group "opposite" of an unconstrained block has the size of the contact region.
         bodies[free] += f'pressure = [{{ group = "opposite", value = {share * force / area} }}]\n'
         total = share * force
     press = f"normal_force = {max(0.0, force - total)}" if forced else f"approach = {indent * random.uniform(0.5, 2.0)}"
@@ -291,7 +300,9 @@ def draw(seed, k):
 
 
 def run(program, pair, folder, threads):
-    """Runs the program on a pair. Returns how it ended, its numbers, the forces of its entries and the failed checks."""
+    """Runs the program on a pair. Returns the row of the table (outcome, numbers, failed checks), and the forces and
+    motions.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scene.toml").write_text(pair["scene"])
     for name, text in pair["meshes"].items():
@@ -330,7 +341,9 @@ def run(program, pair, folder, threads):
 
 
 def states(entries):
-    """Forces (x, y, n) and motions (x, y, n) of body 2 of each entry; of cycles at the + and at the - reversal point."""
+    """Forces (x, y, n) and motions (x, y, n) of body 2 at the end of each entry. Cycles give two rows: the + and the -
+    reversal point.
+    """
     forces, motions = [], []
     for entry in entries:
         for end in entry.get("stroke_ends") or [entry]:
@@ -340,18 +353,21 @@ def states(entries):
 
 
 def faults(entries, pair):
-    """Failed checks of a converged run: residual, friction limit of the tangential force, dissipation of each increment."""
+    """Failed checks of a converged run. The checks are the residual, the friction limit of the tangential force, and
+    the dissipation of each increment.
+    """
     found = []
     forces, motions = states(entries)
     scale = np.abs(forces).max(initial=0.0)
     worst = max(e["certificate"]["natural_residual"] for e in entries)
     if not worst <= TOLERANCE:
         found.append(f"residual {worst:.1e}")
-    # On a curved frame normals are inclined by up to `slope`, so that pressures have a tangential part.
+    # On a curved frame, normals are inclined by up to `slope`. Pressures then have a tangential part.
     excess = np.max(np.hypot(forces[:, 0], forces[:, 1]) - (pair["mu"] + pair["slope"]) * forces[:, 2])
     if not excess <= 1e-7 * scale:
         found.append(f"tangential force exceeds mu N by {excess / scale:.1e} of the largest force")
-    # Tractions within the tolerance change the dissipation by about this part of the work of the loads.
+    # Errors of the tractions within the tolerance change the dissipation by about TOLERANCE times the work of the
+    # loads.
     work = np.array([0.0] + [e["dissipation"] for e in entries])
     scale = np.abs(work).max() + np.max(np.abs(forces).max(axis=0) * np.abs(motions).max(axis=0))
     if not np.all(np.diff(work) >= -TOLERANCE * scale):
@@ -360,14 +376,16 @@ def faults(entries, pair):
 
 
 def difference(one, other):
-    """Largest difference of two arrays over the largest value; infinite if the shapes differ."""
+    """Largest difference of two arrays, divided by the largest value of the first array. Infinite if the shapes
+    differ.
+    """
     if one.shape != other.shape:
         return np.inf
     return float(np.abs(one - other).max(initial=0.0) / max(np.abs(one).max(initial=0.0), 1e-300))
 
 
 def summarise(name, rows):
-    """Table of the outcomes of one program."""
+    """Prints a table of the outcomes of one program."""
     print(f"{name}: {len(rows)} pairs")
     for outcome, count in Counter(r["outcome"] for r in rows).most_common():
         print(f"  {outcome:14} {count:4}  " + ("" if outcome == "converged" else ", ".join(str(r["pair"]) for r in rows if r["outcome"] == outcome)))

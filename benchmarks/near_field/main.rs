@@ -1,10 +1,10 @@
-//! Error of the load against seconds for a rigid sphere on blocks: with the near field of a half-space, and with the same blocks
-//! condensed.
+//! Error of the load against seconds for a rigid sphere on blocks. The blocks are computed with the near field of a
+//! half-space, and with condensed meshes.
 //!
 //!     cargo build --release
 //!     cargo run --release --example near_field -- [--out DIR] [--repeats N] [--products]
 //!
-//! DIR is docs/benchmarks by default; `--products` leaves out the loads.
+//! DIR is docs/benchmarks by default. `--products` measures only the products with the operators, not the loads.
 
 #[path = "../im7.rs"]
 mod material;
@@ -61,8 +61,8 @@ approach = 0.02
 fields = []
 "#;
 
-/// Blocks: name, material, half-width (mm), which equals the depth, and load (N) of an independent program with 14³ hexahedra of 27
-/// nodes. The load is accurate to 1e-4 (steel) and 1e-3 (CFRP).
+/// Blocks: name, material, half-width (mm), which equals the depth, and reference load (N). An independent program with
+/// 14³ hexahedra of 27 nodes computed the load, to a relative accuracy of 1e-4 (steel) and 1e-3 (CFRP).
 const BLOCKS: [(&str, &str, f64, f64); 5] = [
     ("steel 3", STEEL, 3.0, 8414.4),
     ("steel 6", STEEL, 6.0, 7138.7),
@@ -71,8 +71,8 @@ const BLOCKS: [(&str, &str, f64, f64); 5] = [
     ("cfrp 6", CFRP, 6.0, 411.69),
 ];
 
-/// Meshes of the far field of a half-space: cells along an edge, order of the elements, ratio of the largest to the smallest cell
-/// size.
+/// Meshes that correct a half-space: cells along an edge, order of the elements, and ratio of the largest to the
+/// smallest cell size.
 const FAR: [(usize, usize, f64); 8] = [
     (4, 1, 1.0),
     (8, 1, 3.0),
@@ -86,7 +86,8 @@ const FAR: [(usize, usize, f64); 8] = [
 
 const PRODUCTS: usize = 15;
 
-/// Condensed meshes: first-order elements along the patch, around it, over the depth; cells of the frame.
+/// Condensed meshes: number of first-order elements along the patch, around the patch and over the depth, and number of
+/// cells along the frame.
 const CONDENSED: [(usize, usize, usize, usize); 4] =
     [(8, 4, 6, 7), (12, 6, 8, 11), (16, 7, 10, 14), (24, 9, 14, 22)];
 
@@ -288,7 +289,7 @@ fn mesh(folder: &Path, script: &str, numbers: &[(&str, f64)]) -> Outcome<()> {
     if status.success() { Ok(()) } else { Err("gmsh failed".into()) }
 }
 
-/// Load and seconds of the run whose seconds are the median.
+/// Runs a scene several times, and returns load and seconds of the run with the median time.
 fn sample(folder: &Path, what: String, settings: &[String], repeats: usize) -> Outcome<Sample> {
     let mut runs = Vec::new();
     for _ in 0..repeats.max(1) {
@@ -320,7 +321,7 @@ fn run(folder: &Path, settings: &[String]) -> Outcome<(f64, f64)> {
     Ok((seconds, load))
 }
 
-/// Number of unknowns: three for each node that is not on the base.
+/// Number of unknowns: three for each node outside the base.
 fn unknowns(path: &Path) -> Outcome<usize> {
     let mesh = orthowear::mesh::gmsh::read(path)?;
     let held = mesh.group_nodes("base")?.len();

@@ -9,28 +9,28 @@ pub const NAMES: [&str; 5] = ["hertz", "cattaneo-mindlin", "cfrp", "wear", "laye
 
 /// Numbers of cells along the frame.
 pub const CELLS: [usize; 10] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450];
-/// Requested relative errors.
+/// Relative errors requested with `accuracy`.
 const ACCURACIES: [&str; 6] = ["3e-2", "1e-2", "3e-3", "1e-3", "3e-4", "1e-4"];
-/// Maximum number of values of CELLS and of ACCURACIES with `--quick`.
+/// Maximum number of values of [`CELLS`] and of [`ACCURACIES`] that are used with `--quick`.
 const QUICK: usize = 5;
 
-/// Family of the unchanged scene.
+/// Family name of the unchanged scene.
 pub const OWN: &str = "as the scene is";
 
-/// A reference value.
+/// Reference value of a case.
 pub struct Truth {
-    /// Step at whose end the value is valid.
+    /// Name of the step. The reference is the value at the end of this step.
     pub step: &'static str,
     /// JSON pointer of the value in the last entry of this step in `summary.steps`.
     pub place: &'static str,
     pub value: f64,
-    /// Scale of the relative error.
+    /// The relative error is the difference from `value` divided by `scale`.
     pub scale: f64,
 }
 
 #[derive(Debug, Clone)]
 pub struct Configuration {
-    /// Name of the setting that varies.
+    /// Name of the kind of setting that varies.
     pub family: &'static str,
     pub label: String,
     pub sets: Vec<String>,
@@ -44,7 +44,7 @@ pub struct Case {
     pub name: &'static str,
     pub title: &'static str,
     pub source: &'static str,
-    /// Relative error of the values.
+    /// Relative error of the reference values.
     pub known: f64,
     /// Scene file, relative to the project folder.
     pub scene: &'static str,
@@ -58,20 +58,20 @@ pub fn configuration(family: &'static str, label: impl Into<String>, sets: &[Str
     Configuration { family, label: label.into(), sets: sets.to_vec(), mesh: None, asked: None }
 }
 
-/// Configuration with the accuracy `relative`. `table` has further entries of the `accuracy` table.
+/// Configuration with the requested accuracy `relative`. `table` is the text of further keys of the `accuracy` table.
 fn accuracy(relative: &str, table: &str) -> Configuration {
     let set = format!("accuracy={{ relative = {relative}{table} }}");
     let asked = relative.parse().ok();
     Configuration { asked, ..configuration("accuracy", format!("accuracy {relative}"), &[set]) }
 }
 
-/// Relative error 1 - p / p0 = (h / a)^2 / 3 of the peak pressure on a grid. p0 is the peak of Hertz's pressure, and p its mean
-/// over a cell of side h beside the centre. a is the contact radius.
+/// Relative error 1 - p / p0 = (h / a)^2 / 3 of the peak pressure on a grid. p0 is the peak of Hertz's pressure. p is
+/// the mean of Hertz's pressure over a cell of side h with a corner at the centre. a is the contact radius.
 pub fn sampled(half_width: f64, cells: f64, a: f64) -> f64 {
     (2.0 * half_width / cells / a).powi(2) / 3.0
 }
 
-/// `keep`: setting that the accuracy search does not refine.
+/// Configurations for the scenes of spheres. `keep` is the setting that the accuracy search does not refine.
 fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
     let first = |n: usize| if quick { n.min(QUICK) } else { n };
     let mut all = vec![configuration(OWN, "defaults", &[])];
@@ -94,7 +94,7 @@ fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
     all
 }
 
-/// Approach and peak pressure of a sphere (Hertz; Johnson 4.22 to 4.24), and the contact radius.
+/// Approach and peak pressure of a sphere (Hertz; Johnson 4.22 to 4.24), and the contact radius. `modulus` is E*.
 fn hertz(modulus: f64, radius: f64, force: f64) -> [f64; 3] {
     let a = f64::cbrt(0.75 * force * radius / modulus);
     [a * a / radius, 1.5 * force / (PI * a * a), a]
@@ -115,7 +115,8 @@ pub fn all(quick: bool) -> Vec<Case> {
         value("pull", "/peak_pressure", peak),
         Truth { scale: pressed, ..value("pull", "/shift/0", moved) },
     ];
-    // An independent program on 128 and 256 cells, extrapolated. Tilt 30, one increment for each step.
+    // The forces come from an independent program on 128 and 256 cells per side, extrapolated. The tilt is 30 degrees,
+    // and each step has one increment.
     let of_cfrp = vec![
         value("indent", "/normal_force", 417.87604),
         value("shift", "/normal_force", 303.76251),

@@ -1,29 +1,33 @@
-"""Reference solution of the benchmark's layer: an elastic half-space sphere on an elastic layer bonded to a rigid base.
+"""Reference solution of the benchmark's layer: a sphere, treated as elastic half-space, on an elastic layer bonded to
+a rigid base.
 
     python3 benchmarks/pareto/layer.py            (needs numpy)
 
-Frictionless, laterally infinite. With p^(k) the Hankel transform of order 0 of the pressure, the approach of the surfaces is
+The contact is frictionless, and the layer is laterally infinite. p^(k) is the Hankel transform of order 0 of the
+pressure. The surfaces approach each other by
 
-    u(r) = 2/E* int_0^oo g(k) p^(k) J0(kr) dk,        g(k) = (G(kh) E* / E1* + E* / E2*),        1/E* = 1/E1* + 1/E2*,
+    u(r) = 2/E* int_0^oo g(k) p^(k) J0(kr) dk,        g(k) = (G(kh) E* / E1* + E* / E2*),        1/E* = 1/E1* + 1/E2*.
 
-with E1* of the layer and E2* of the half-space. For a bonded layer of thickness h (Hayes, Keer, Herrmann and Mockros 1972;
-Johnson, Contact Mechanics, 1985, section 5.8)
+E1* belongs to the layer, E2* to the half-space. For a bonded layer of thickness h (Hayes, Keer, Herrmann and
+Mockros 1972; Johnson, Contact Mechanics, 1985, section 5.8),
 
     G(y) = (2 K sinh 2y - 4 y) / (2 K cosh 2y + 4 y^2 + 1 + K^2),        K = 3 - 4 nu.
 
-Substitute p^(k) = int_0^a phi(t) cos(kt) dt and u = d - r^2 / 2R in r < a. Abel's integral then gives (Lebedev and Ufliand 1958
-for the punch)
+Substitute p^(k) = int_0^a phi(t) cos(kt) dt and u = d - r^2 / 2R in r < a. Abel's integral then gives (Lebedev and
+Ufliand 1958 for the punch)
 
-    phi(x) + (2/pi) int_0^a M(x, t) phi(t) dt = E*/pi (d - x^2 / R),        M = int_0^oo (g(k) - 1) cos kx cos kt dk,
+    phi(x) + (2/pi) int_0^a M(x, t) phi(t) dt = E*/pi (d - x^2 / R),        M = int_0^oo (g(k) - 1) cos kx cos kt dk.
 
-phi(a) = 0 determines a for a given d. Force 2 pi int phi, peak pressure -int phi'(t) / t dt. phi is even and smooth: a
-polynomial in x^2 through Gauss points. The kernel is integrated by Gauss quadrature until g - 1 is below 1e-16.
+The condition phi(a) = 0 determines the contact radius a for a given approach d. The force is 2 pi int phi, and the
+peak pressure is -int phi'(t) / t dt. phi is even and smooth, and is approximated by a polynomial in x^2 through
+Gauss points. Gauss quadrature integrates the kernel until g - 1 is below 1e-16.
 
-Checks: the table of a flat punch, Hertz for a thick layer, and doubling the resolution (none of nine digits changes).
+Checks: the table of a flat punch, Hertz for a thick layer, and doubling the resolution (none of nine digits
+changes).
 
-Influence of the sides of a block of half-width W: between free and clamped sides, the force differs by 1.6e-5 for the
-benchmark's W = 4, and by 1.2e-4 for W = 3. At the distance 2 W of the first images, a force moves the surface of the layer by
-less than 1e-6 of the approach.
+The benchmark's layer is a block of finite half-width W. Between free and clamped sides, the force differs by 1.6e-5
+for W = 4 mm (used here), and by 1.2e-4 for W = 3 mm. The sides act like image forces. At the distance 2 W of the
+first images, a force moves the surface of the layer by less than 1e-6 of the approach.
 """
 
 import numpy as np
@@ -39,10 +43,12 @@ def bonded(y, nu):
 
 
 class Layer:
-    """Contact of a layer and a half-space."""
+    """Frictionless contact of a half-space with a bonded layer."""
 
     def __init__(self, modulus, other, nu, thickness, fineness=1):
-        """modulus, other: E / (1 - nu^2) of the layer and of the half-space (np.inf: rigid), MPa."""
+        """modulus, other: E / (1 - nu^2) of the layer and of the half-space, MPa (np.inf: rigid). thickness: thickness
+        of the layer, mm. fineness: factor of the numbers of quadrature points and of unknowns.
+        """
         self.combined = 1 / (1 / modulus + 1 / other)
         self.share = self.combined / modulus
         self.nu, self.thickness = nu, thickness
@@ -56,7 +62,7 @@ class Layer:
         self.order = 20 * fineness
 
     def solve(self, a, rights):
-        """Gauss points in 0..a, their weights, and phi for the given right-hand sides."""
+        """Gauss points from 0 to a, their weights, and phi for the given right-hand sides."""
         x, w = leggauss(2 * self.order)
         x, w = a * x[self.order:], a * w[self.order:]
         cosines = np.cos(np.outer(x, self.k))
@@ -81,7 +87,7 @@ class Layer:
         return approach, 2 * np.pi * np.sum(w * whole), peak
 
     def sphere(self, approach, radius):
-        """(contact radius, force, peak pressure) at an approach."""
+        """(contact radius, force, peak pressure) at a given approach."""
         # Secant method. It starts from the contact radius of a half-space, and from 0.8 times this radius.
         ends = [np.sqrt(approach * radius), 0.8 * np.sqrt(approach * radius)]
         errors = [self.sphere_of_radius(a, radius)[0] - approach for a in ends]
@@ -91,7 +97,7 @@ class Layer:
         return (ends[1], *self.sphere_of_radius(ends[1], radius)[1:])
 
     def punch(self, a):
-        """Force divided by 2 E* a approach."""
+        """Force on a flat punch of radius a, divided by 2 E* a times the approach."""
         _, w, phi = self.solve(a, [lambda x: np.full_like(x, 1.0)])
         return np.sum(w * phi[:, 0]) / a
 

@@ -1,4 +1,4 @@
-//! A finite-element layer under a half-space sphere: its meshes, and the settings to compare.
+//! Sphere on a finite-element layer: meshes of the layer, and the settings to compare.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,10 +9,11 @@ use super::cases::{CELLS, Case, Configuration, OWN, configuration, sampled, valu
 /// A mesh of the layer, made by gmsh from layer.geo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mesh {
-    /// Number of cells along the patch under the frame. The numbers over the depth and beside the patch follow from it.
+    /// Number of cells along the patch under the frame. This number determines the numbers of cells over the depth and
+    /// beside the patch.
     cells: usize,
     nodes: Nodes,
-    /// Whether cells have one size from top to base, or are small at the top.
+    /// Whether the cells have the same height from top to base. Otherwise, the cells are small at the top.
     even: bool,
 }
 
@@ -29,14 +30,14 @@ const DEPTH: f64 = 1.0;
 const PATCH: f64 = 1.2;
 
 impl Mesh {
-    /// Path of the mesh file, made in `folder` if it does not exist.
+    /// Path of the mesh file. If the file does not exist in `folder`, gmsh makes it.
     pub fn make(&self, folder: &Path) -> Outcome<PathBuf> {
         let file = folder.join(format!("{self:?}.msh").replace([' ', '{', '}', ':', ','], ""));
         if file.exists() {
             return Ok(file);
         }
         let n = self.cells as f64;
-        // Cells of one height, or cells that grow downward by a factor of about 1.2.
+        // The cells have the same height, or they grow downward by a factor of about 1.2.
         let first = if self.even { DEPTH / n } else { PATCH / n };
         let down = if self.even { n } else { ((1.0 + 0.2 * DEPTH / first).ln() / 1.2f64.ln()).ceil() };
         let beside = if self.even { n } else { (n / 3.0).ceil() + 2.0 };
@@ -67,7 +68,8 @@ fn near(cells: usize, nodes: Nodes) -> Mesh {
     Mesh { cells, nodes, even: true }
 }
 
-/// Condensed layer with the finest frame that suits its mesh: `per_face` cells along a face.
+/// Configuration with a condensed layer. Its frame is the finest frame that the mesh allows, with `per_face` cells
+/// along a face.
 fn condensed(
     label: &str,
     element: Option<&str>,
@@ -102,7 +104,7 @@ fn configurations(quick: bool) -> Vec<Configuration> {
             let label = format!("near field, {name} nodes, {n} along the patch");
             let mesh = Some(near(*n, nodes));
             all.push(Configuration { mesh, ..configuration("mesh of the near field", label, &[]) });
-            // With 200 cells along the frame, the error of the mesh dominates.
+            // With 200 cells along the frame, the error of the mesh exceeds the error of the cells.
             if !quick {
                 let set = ["frame.cells=[200, 200]".to_owned()];
                 let label = format!("near field, {name} nodes, {n} along the patch, 200 cells");

@@ -3,12 +3,13 @@
 //!     cargo build --release
 //!     cargo run --release --example pareto -- [--quick] [--repeats N] [SCENE ...]
 //!
-//! Runs the program as a user does, on one thread. Writes docs/benchmarks/pareto-*.csv and .svg, and with all scenes also
-//! benchmarks/RESULTS.md. Errors are relative to closed-form solutions, an integral equation and an independent program. Meshes are
-//! made by gmsh.
+//! Runs the program as a user does, on one thread. Writes docs/benchmarks/pareto-*.csv and .svg. If all scenes are run,
+//! also writes benchmarks/RESULTS.md. Errors are relative to closed-form solutions, an integral equation and an
+//! independent program. Meshes are made by gmsh.
 //!
-//! `--quick` runs few configurations once each and writes no files. It fails if a run does not converge or misses its requested
-//! accuracy. It also fails if the error of an unchanged scene exceeds the limit of its case. Times are not checked.
+//! `--quick` runs few configurations once each and writes no files. It fails if a run does not converge or misses its
+//! requested accuracy. It also fails if the error of an unchanged scene exceeds the limit of its case. Times are not
+//! checked.
 
 #[path = "../machine.rs"]
 mod machine;
@@ -32,14 +33,14 @@ use places::{program, root};
 
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Seconds from which a run is not repeated.
+/// Runs of at least this time are not repeated, seconds.
 const LONG: f64 = 10.0;
-/// Seconds below which a run is repeated three times as often as other runs.
+/// Runs of less than this time are repeated three times as often as other runs, seconds.
 const SHORT: f64 = 0.5;
 
 pub struct Sample {
     pub configuration: Configuration,
-    /// Largest relative error of the values of the case; `None` where the run did not converge.
+    /// Largest relative error of the values of the case; `None` if the run did not converge.
     pub error: Option<f64>,
     /// Seconds of the whole program, in ascending order.
     pub seconds: Vec<f64>,
@@ -52,7 +53,7 @@ impl Sample {
         self.seconds[self.seconds.len() / 2]
     }
 
-    /// Deviation from the median within which half of the runs lie.
+    /// Largest distance of the quartiles of the seconds from the median.
     pub fn scatter(&self) -> f64 {
         let n = self.seconds.len();
         let [low, high] = [self.seconds[n / 4], self.seconds[(3 * n / 4).min(n - 1)]];
@@ -84,7 +85,7 @@ fn main() -> Outcome<()> {
     done
 }
 
-/// All cases if `names` is empty.
+/// Cases with these names, or all cases if `names` is empty.
 fn chosen(quick: bool, names: &[String]) -> impl Iterator<Item = Case> {
     cases::all(quick).into_iter().filter(move |case| names.is_empty() || names.iter().any(|n| n == case.name))
 }
@@ -135,8 +136,8 @@ fn all(names: &[String], repeats: usize, folder: &Path, whole: bool) -> Outcome<
     Ok(())
 }
 
-/// Runs all configurations of a case in several rounds, each starting with another configuration, to spread disturbances evenly. If
-/// a run is repeated, its time in the first round does not count.
+/// Runs all configurations of a case in several rounds. Each round starts with another configuration, so that
+/// disturbances by other programs spread evenly. If a run is repeated, its first time does not count.
 fn measured(case: &Case, repeats: usize, folder: &Path) -> Outcome<Vec<Sample>> {
     let mut samples: Vec<Sample> = Vec::new();
     for configuration in &case.configurations {
@@ -166,7 +167,7 @@ fn measured(case: &Case, repeats: usize, folder: &Path) -> Outcome<Vec<Sample>> 
     Ok(samples)
 }
 
-/// Seconds and error of a run; the error is `None` if it did not converge.
+/// Seconds and error of a run. The error is `None` if the run did not converge.
 fn run(case: &Case, configuration: &Configuration, folder: &Path) -> Outcome<(f64, Option<f64>)> {
     let out = folder.join("results");
     let mut program = Command::new(program()?);

@@ -1,8 +1,9 @@
 """Runs the case with every program alternately, and prints medians, ratios and errors as a Markdown table.
 
-Called by benchmarks/peers/run. Each measurement is a separate process. The seconds of the peers are operator set-up and solve,
-without imports. The seconds of orthowear are all its stages from the cold start to the certificate, and the wall-clock time of
-the process.
+The script benchmarks/peers/run calls this program. Each measurement is a separate process. The seconds of the peers
+(the other programs) are the time of operator set-up and solution, without imports. The seconds of orthowear are the
+time of all its stages from the cold start to the certificate. The wall-clock time of the process is a separate
+column.
 """
 
 import argparse
@@ -57,7 +58,9 @@ fields = []
 
 
 def orthowear(target, folder, n, threads):
-    """Seconds of set-up, solution and process, and iterations, of a run without fields. Another run gives the pressures."""
+    """Runs orthowear without fields. Returns the seconds of set-up, solution and process, the iterations, and the
+    pressures. The pressures come from another run with fields.
+    """
     scene = folder / "hertz.toml"
     scene.write_text(SCENE.format(young=hertz.YOUNG, poisson=hertz.POISSON, half_width=repr(hertz.WIDTH / 2), cells=n,
                                   radius=hertz.RADIUS, force=hertz.FORCE, tolerance=hertz.TOLERANCE), encoding="utf-8")
@@ -79,7 +82,7 @@ ORTHOWEAR_PRESSURES = {}
 
 
 def cell_pressures(path, n):
-    """Pressures of a VTU file on the grid, [n, n], sorted by cell position."""
+    """Reads the pressures of a VTU file, [n, n], sorted by cell position."""
     mesh = meshio.read(path)
     middle = mesh.points[mesh.cells[0].data].mean(axis=1)
     index = np.rint((middle[:, :2] / hertz.WIDTH + 0.5) * n - 0.5).astype(int)
@@ -89,7 +92,7 @@ def cell_pressures(path, n):
 
 
 def peer(program, target, folder, n, threads):
-    """Seconds of set-up and solve, iterations and pressures of a run of a peer, or None if it fails."""
+    """Runs a peer. Returns the seconds of set-up and solution, iterations and pressures, or None if the run fails."""
     file = folder / "pressure.npy"
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
     python = target / "peers" / PEERS[program] / "bin/python"
@@ -102,7 +105,7 @@ def peer(program, target, folder, n, threads):
 
 
 def measure(run, programs, repeats):
-    """Runs of every program, alternating: {program: [run]}."""
+    """Runs all programs in turn, `repeats` times. Returns {program: [run]}."""
     runs = {program: [] for program in programs}
     for _ in range(repeats):
         for program in programs:
@@ -113,7 +116,9 @@ def measure(run, programs, repeats):
 
 
 def row(n, threads, program, runs, reference):
-    """A row of the table (medians of the times, errors of the last run), and the median of the seconds."""
+    """A row of the table (medians of the times, errors of the last run), and the median of the seconds of set-up and
+    solution.
+    """
     seconds = [one["set_up"] + one["solve"] for one in runs]
     median = statistics.median(seconds)
     solve = statistics.median(one["solve"] for one in runs)

@@ -1,7 +1,7 @@
-"""The common test case of all programs, and the errors of a result against the exact solution.
+"""Test case of all programs, and the errors of a result against the exact solution.
 
-A rigid paraboloid of radius 10 mm is pressed on a half-space of steel (E = 210 GPa, nu = 0.3) with 1000 N without friction. The
-frame is a square of n x n cells, twice as wide as the contact. Lengths in mm, forces in N.
+A rigid paraboloid of radius 10 mm is pressed on a half-space of steel (E = 210 GPa, nu = 0.3) with 1000 N without
+friction. The frame is a square of n x n cells, twice as wide as the contact. Lengths are in mm, forces in N.
 """
 
 import math
@@ -30,7 +30,9 @@ def gap(n):
 
 
 def love(n):
-    """Displacements around a cell under unit pressure (Love 1929), [2n, 2n]. The indices are offsets from the cell, modulo 2n."""
+    """Normal displacements around a cell under unit pressure (Love 1929), [2n, 2n]. The indices are offsets from the
+    cell, modulo 2n.
+    """
     h = WIDTH / n
     d = np.fft.fftfreq(2 * n, 1 / (2 * n)) * h
     x, y = np.meshgrid(d, d, indexing="ij")
@@ -45,8 +47,9 @@ def love(n):
 
 
 def natural_residual(pressure):
-    """Natural residual max |p - max(0, p - g / S_ii)| / p_max, with the gap g and the displacement S_ii of a cell by its own unit
-    pressure. The approach is the mean, over the cells with pressure, of elastic displacement plus undeformed gap.
+    """Natural residual max |p - max(0, p - g / S_ii)| / p_max. g is the gap, and S_ii the displacement of a cell by
+    its own unit pressure. The approach in g is the mean, over the cells with pressure, of elastic displacement plus
+    undeformed gap.
     """
     n = pressure.shape[0]
     kernel = love(n)

@@ -1,7 +1,7 @@
 """Solves the case with one of the peers, in its own environment: solve.py PROGRAM CELLS THREADS FILE.
 
-Prints the seconds of operator set-up and solve, and the iterations, as JSON. Imports and the height map are not timed. Writes
-the pressures to FILE (.npy).
+Prints the seconds of operator set-up and solution, and the iterations, as JSON. Imports and the height map are not
+timed. Writes the pressures to FILE (.npy).
 """
 
 import contextlib
@@ -17,7 +17,7 @@ import hertz
 
 
 def tamaas(n, threads):
-    """Non-periodic Boussinesq operator, conjugate gradients of Polonsky and Keer on pressures, prescribed force."""
+    """Non-periodic Boussinesq operator. Conjugate gradients of Polonsky and Keer on pressures with prescribed force."""
     import tamaas as tm
 
     tm.initialize(threads)
@@ -45,7 +45,9 @@ def tamaas(n, threads):
 
 
 def contact_mechanics(n, _threads):
-    """Free half-space, with the constrained conjugate gradients that are the default of NonSmoothContactSystem."""
+    """Half-space on a free (non-periodic) grid, with the constrained conjugate gradients that NonSmoothContactSystem
+    uses by default.
+    """
     from ContactMechanics import FreeFFTElasticHalfSpace
     from ContactMechanics.Systems import NonSmoothContactSystem
     from SurfaceTopography import Topography
@@ -57,7 +59,8 @@ def contact_mechanics(n, _threads):
         return NonSmoothContactSystem(substrate, surface)
 
     def solve(system):
-        # The tolerance of the penetration is relative to the approach, the tolerance of the forces to the mean force of a cell.
+        # The tolerance of the penetration is relative to the approach. The tolerance of the forces is relative to the
+        # mean force of a cell.
         result = system.minimize_proxy(
             external_force=hertz.FORCE, pentol=hertz.TOLERANCE * hertz.APPROACH,
             forcetol=hertz.TOLERANCE * hertz.FORCE / n**2, thermotol=hertz.TOLERANCE)
@@ -69,7 +72,9 @@ def contact_mechanics(n, _threads):
 
 
 def slippy(n, threads):
-    """Love's influence matrix, convolution by FFTW, conjugate gradients of Polonsky and Keer, prescribed force."""
+    """Love's influence matrix, convolution by FFTW, and conjugate gradients of Polonsky and Keer with prescribed
+    force.
+    """
     import slippy as package
 
     package.CUDA, package.CORES = False, threads

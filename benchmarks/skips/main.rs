@@ -1,10 +1,10 @@
-//! Savings by each kind of omitted work. Every scene runs alternately with all omissions and without one of them.
+//! Time that each kind of omitted work saves. Every scene runs alternately with all omissions and without one of them.
 //!
 //!     cargo build --release
 //!     cargo run --release --example skips -- [--repeats N] [SCENE ...]
 //!
-//! Runs the program as a user does, on one thread. With all scenes it writes docs/data/skips.csv.
-//! `python3 benchmarks/summaries.py skips` then writes the summary of docs/skips.md.
+//! Runs the program as a user does, on one thread. If all scenes are run, writes docs/data/skips.csv.
+//! `python3 benchmarks/summaries.py skips` then writes the summary in docs/skips.md.
 
 #[path = "../machine.rs"]
 mod machine;
@@ -28,7 +28,7 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 
 const HEADER: &str = "scene,omitted,saved_s,run_factor,contact_factor,difference\n";
 
-/// Titles, scene files, and overrides.
+/// Titles, files and overrides of the scenes.
 const SCENES: [(&str, &str, &[&str]); 12] = [
     ("Hertz, 80 cells", "hertz.toml", &["frame.cells=[80, 80]"]),
     ("Hertz, 300 cells", "hertz.toml", &["frame.cells=[300, 300]"]),
@@ -97,7 +97,7 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// One row for each kind of omitted work, and one for all kinds together.
+/// Table rows of a scene: one row for each kind of omitted work, and one row for all kinds together.
 fn rows(title: &str, scene: (&str, &[&str]), repeats: usize) -> Outcome<String> {
     let first = run(scene, None)?;
     let named = names(&first.summary);
@@ -150,8 +150,8 @@ fn names(summary: &Value) -> Vec<String> {
     entries.iter().filter_map(|entry| entry["skip"].as_str().map(str::to_owned)).collect()
 }
 
-/// Largest difference of forces, wear volumes and peak pressures at the end of two runs, relative to the largest value of the same
-/// kind in run `a`.
+/// Largest difference between two runs of forces, wear volumes and peak pressures at their ends. Each difference is
+/// relative to the largest value of the same kind in run `a`.
 fn apart(a: &Value, b: &Value) -> Outcome<f64> {
     let steps = |summary: &Value| summary["steps"].as_array().cloned().ok_or("no steps");
     let (a, b) = (steps(a)?, steps(b)?);
@@ -166,7 +166,7 @@ fn apart(a: &Value, b: &Value) -> Outcome<f64> {
             kind.iter().map(|place| step.pointer(place).and_then(Value::as_f64).unwrap_or(0.0)).collect()
         };
         let scale = a.iter().flat_map(values).fold(0.0, |sum: f64, value| sum.max(value.abs()));
-        // Jumps of different lengths end at the same number of cycles.
+        // Only the last entries are compared. Wear jumps of different lengths end at the same number of cycles.
         for (a, b) in a.last().iter().zip(b.last().iter()) {
             for (x, y) in values(a).into_iter().zip(values(b)) {
                 largest = largest.max(if scale > 0.0 { (x - y).abs() / scale } else { 0.0 });

@@ -1,8 +1,9 @@
-//! Writes the sweeps of `tests/verification/stability` to a CSV file: status, residual, iterations and warnings of each run.
+//! Runs the sweeps of `tests/verification/stability` and writes status, residual, iterations and warnings of each run
+//! to a CSV file.
 //!
 //!     cargo run --release --example stability -- [--out FILE]
 //!
-//! FILE is docs/data/stability.csv by default. `python3 benchmarks/summaries.py stability` then writes the summary of
+//! FILE is docs/data/stability.csv by default. `python3 benchmarks/summaries.py stability` then writes the summary in
 //! docs/stability.md.
 
 #[path = "../../tests/verification/audit.rs"]
@@ -52,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Rows of all sweeps, with a head.
+/// Table of all sweeps with its head.
 ///
 /// # Errors
 /// If a run does not end as expected.
@@ -111,7 +112,7 @@ fn row(group: &str, case: &Case, verdict: &Verdict) -> String {
     format!("{group},{sweep},{value},{end},{residual},{iterations},{touching},{message}\n")
 }
 
-/// Warnings of a run, shortened. Hints about units and load paths are left out, because they are the same in every row.
+/// Warnings of a run, shortened. Notes about units and load paths are omitted, because they are the same in every row.
 fn warnings(run: &Run) -> String {
     let doubts = run.warnings.iter().filter(|warning| warning.starts_with("WARNING"));
     doubts.map(|warning| short(warning)).collect::<Vec<_>>().join("; ")

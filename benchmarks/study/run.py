@@ -3,8 +3,9 @@
 
     cargo build --release && python3 benchmarks/study/run.py [--repeats N] [STUDY]
 
-Alternates the study on two threads with its runs as separate processes, two at a time. Prints medians of wall-clock time and
-processor time. Then prints the overhead per run: the study on one thread minus the separate runs.
+The study on two threads alternates with its runs as separate processes, two at a time. Prints medians of wall-clock
+time and processor time. Then prints the overhead per run, which is the time of the study on one thread minus the
+time of the separate runs.
 """
 
 import argparse

@@ -1,9 +1,9 @@
-//! Wear depth after 100 000 fretting cycles: error against run time, and number of contact solves, of each integrator. Also
+//! Wear depth after 100 000 fretting cycles: error, run time and number of contact problems of each integrator. Also
 //! compares the solver for sliding contacts with the solver for all unknowns.
 //!
 //!     cargo run --release --example wear -- [--cells N] [--repeats N] [--sliding]
 //!
-//! `--sliding` compares the two solvers only. Tables and charts are written to docs/benchmarks.
+//! `--sliding` only compares the two solvers. Tables and charts are written to docs/benchmarks.
 
 #[path = "../machine.rs"]
 mod machine;
@@ -22,7 +22,7 @@ use orthowear::{scene, simulation};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Number of equal jumps of the reference run.
+/// Number of equal wear jumps of the reference run.
 const FINE: usize = 200;
 
 struct Silent;
@@ -44,7 +44,7 @@ struct Run {
     last: IncrementRecord,
 }
 
-/// The run with the median time, of `repeats` runs with overrides.
+/// Runs the scene with overrides `repeats` times, and returns the run with the median time.
 fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
     let plan = scene::read(&path, overrides).map_err(|mistakes| mistakes.to_error().to_string())?;
@@ -66,7 +66,7 @@ fn run(overrides: &[String], repeats: usize) -> Outcome<Run> {
     Ok(runs[runs.len() / 2].clone())
 }
 
-/// Root mean square of `a` - `b` over the cells with wear in `b`, divided by the largest depth of `b`.
+/// Root mean square of `a` - `b` over the cells with wear in `b`, divided by the largest wear depth of `b`.
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     let squares: Vec<f64> =
         a.iter().zip(b).filter(|(_, b)| **b > 0.0).map(|(a, b)| (a - b).powi(2)).collect();
@@ -158,7 +158,8 @@ fn integrators(tilt: f64, cells: usize, repeats: usize) -> Outcome<()> {
     Ok(fs::write(out(&format!("wear-tilt{tilt}.svg")), chart.svg())?)
 }
 
-/// Compares "newton", which solves for all unknowns, with "auto", which solves for pressures alone where the contact slides.
+/// Compares two solver methods. "newton" solves for all unknowns. "auto" solves for pressures alone where the
+/// contact slides.
 fn sliding(repeats: usize) -> Outcome<()> {
     let mut text = machine::comment();
     writeln!(
@@ -207,7 +208,7 @@ fn main() -> Outcome<()> {
         }
     };
     let (cells, repeats) = (value("--cells", 64)?, value("--repeats", 3)?.max(1));
-    // With more threads, each parallel part would wait for another thread.
+    // With more threads, short parallel parts would take longer, because they would wait for other threads.
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     if !words.iter().any(|word| word == "--sliding") {
         for tilt in [0.0, 90.0] {

@@ -1,11 +1,11 @@
 """Frictional contact and wear of orthotropic bodies: finite elements and half-spaces coupled on a contact frame.
 
-A scene is read (`Scene.load`), made (`Scene.from_dict`) and changed (`Scene.replace`), then run (`Scene.run`, `Scene.steps`).
-Meshes of bodies may be objects of meshio and gmsh (`mesh`). `plot` draws results with matplotlib.
+A scene is read (`Scene.load`), made (`Scene.from_dict`) and changed (`Scene.replace`), then run (`Scene.run`,
+`Scene.steps`). Meshes of bodies may be objects of meshio and gmsh (`mesh`). `plot` draws results with matplotlib.
 
-Numbers are in the scene's own units, by default N, mm, MPa. Angles in scenes are degrees. Tractions act on body 2, the upper
-one. Forces and moments in summaries and entries act on body 1. Components are along (x, y, n); n is the outward normal of
-body 1.
+Numbers are in the scene's own units, by default N, mm, MPa. Angles in scenes are degrees. Tractions act on body 2,
+the upper body. Forces and moments in summaries and entries act on body 1. Components are along (x, y, n); n is the
+outward normal of body 1.
 """
 
 from . import mesh, plot, study

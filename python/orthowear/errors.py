@@ -6,9 +6,9 @@ from typing import Any
 
 
 class OrthowearError(Exception):
-    """Base class: a computation failed.
+    """Base class of all exceptions of failed computations.
 
-    `exit_code` is the exit code of the command line, `report` the text that the command line prints.
+    `exit_code` is the exit code of the command line. `report` is the text that the command line prints.
     """
 
     def __init__(
@@ -28,8 +28,8 @@ class OrthowearError(Exception):
 class InputError(OrthowearError, ValueError):
     """A scene, a mesh, a material or an argument is wrong.
 
-    `mistakes` has one dict for each mistake of a scene, all mistakes at once: `key`, `message`, `mend` (allowed values and how
-    to fix the mistake) and `line` (from 1, None if unknown).
+    `mistakes` contains all mistakes of a scene, one dict each: `key`, `message`, `mend` (allowed values and how to
+    fix the mistake) and `line` (from 1, None if unknown).
     """
 
 
@@ -50,4 +50,4 @@ class InterruptedRunError(OrthowearError):
 
 
 class NotConvergedWarning(UserWarning):
-    """A run did not converge: its results are valid only up to the last converged entry of the history."""
+    """A run did not converge. Its results are valid only up to the last converged entry of `steps`."""

@@ -28,13 +28,20 @@ class Fields:
     """Fields of an entry in the N cells of the frame, as NumPy arrays.
 
     Attributes:
-        points (N, 3): centres of the cells in global axes, length. xy (N, 2): centres along the frame's x, y from its origin.
-        areas (N,): length^2. axes (N, 3, 3): local axes x, y, n of each cell as rows.
-        tractions (N, 3): on body 2 along (x, y, n), force / length^2. gap (N, 3): along (x, y, n), length.
+        points (N, 3): centres of the cells in global axes, length.
+        xy (N, 2): centres along the frame's x, y from its origin, length.
+        areas (N,): areas of the cells, length^2.
+        axes (N, 3, 3): local axes x, y, n of each cell as rows.
+        tractions (N, 3): tractions on body 2 along (x, y, n), force / length^2.
+        gap (N, 3): gap along (x, y, n), length.
         slip (N, 2): slip of the increment along (x, y), length; in rolling, slip per rolled distance.
-        contact (N,): 0 open, 1 stick, 2 slip. wear_depth (N,): sum over both bodies, length. wear_depth_error (N,): its estimated error.
-        grid: number of cells along x, y, or None if the frame is not a grid. places (N,): grid index of each cell, y fastest.
-        units: names of the units of `length` and `force`. rolling: whether the entry belongs to a rolling step.
+        contact (N,): 0 open, 1 stick, 2 slip.
+        wear_depth (N,): wear depth, sum over both bodies, length.
+        wear_depth_error (N,): estimated error of the wear depth, length.
+        grid: number of cells along x, y, or None if the frame is not a grid.
+        places (N,): grid index of each cell, y fastest.
+        units: names of the units of `length` and `force`.
+        rolling: whether the entry belongs to a rolling step.
 
     The arrays are read-only. Copy them to change values. `pressure` is a view of `tractions`.
     """
@@ -78,8 +85,8 @@ class Fields:
         return shaped
 
     def _along(self, axis: int) -> Array:
-        """Positions of all rows of a grid along an axis, including rows outside of the outline. If only one row has cells, the
-        positions of the other rows are NaN.
+        """Positions of all rows of a grid along an axis, including rows outside of the outline. If only one row has
+        cells, the positions of the other rows are unknown (NaN).
         """
         if self.grid is None:
             raise ValueError("the frame is not a grid")
@@ -135,7 +142,7 @@ class FieldAttributes:
         return self.fields.to_grid(values)
 
     def __getattr__(self, name: str) -> Any:
-        # Copy and pickle call this before any attribute is set.
+        # `copy` and `pickle` call this method before the object has attributes.
         fields = self.__dict__.get("fields")
         if fields is None and name in FieldAttributes.__annotations__:
             raise AttributeError(f"{name}: there are no fields, because no increment was computed")

@@ -9,19 +9,20 @@ import numpy as np
 from . import _orthowear
 from .fields import Array, read_only
 
-#: Default limit of the memory of a dense matrix, bytes.
+#: Default memory limit of a dense matrix, bytes.
 MAX_DENSE_BYTES = 1 << 30
 
 
 class Flexibility:
     """Linear map from tractions on body 2 (force / length^2) in N cells to the change of the gap (length).
 
-    Its matrix S is symmetric positive definite in the inner product weighted by the areas: A S = (A S)^T. A is diagonal with
-    the area of each cell three times (`np.repeat(areas, 3)`). If body 1 is rigid, the map gives the displacement of body 2
-    along (x, y, n). If body 2 is rigid, it gives the displacement of body 1 with the opposite sign. In both cases the tractions
-    act on body 2.
+    Its matrix S is symmetric positive definite in the inner product weighted by the areas: A S = (A S)^T. A is
+    diagonal with the area of each cell three times (`np.repeat(areas, 3)`). If body 1 is rigid, the map gives the
+    displacement of body 2 along (x, y, n). If body 2 is rigid, the map gives the displacement of body 1 with the
+    opposite sign. In both cases the tractions act on body 2.
 
-    `shape`, `dtype` and `matvec` are the interface of scipy.sparse.linalg.aslinearoperator. Vectors are (3 N,), cell by cell.
+    `shape`, `dtype` and `matvec` are the interface of scipy.sparse.linalg.aslinearoperator. Vectors have the shape
+    (3 N,), cell by cell.
     """
 
     dtype = np.dtype(float)
@@ -43,7 +44,9 @@ class Flexibility:
         return self._core.apply(np.ascontiguousarray(tractions, dtype=float))
 
     def matvec(self, tractions: Any) -> Array:
-        """Same as `apply`, for vectors (3 N,): x, y, n of the first cell, then of the second, and so on."""
+        """Same as `apply`, for vectors (3 N,). A vector contains x, y, n of the first cell, then x, y, n of the second
+        cell, and so on.
+        """
         return self.apply(np.asarray(tractions, dtype=float).reshape(-1, 3)).ravel()
 
     def rmatvec(self, values: Any) -> Array:

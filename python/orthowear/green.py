@@ -17,10 +17,11 @@ from .scene import NAME
 def green(
     material: Mapping[str, Any], angles: Any, *, tilt: float = 0.0, azimuth: float = 0.0, body: int = 1
 ) -> Array:
-    """Surface Green's function Γ(φ) of a half-space, 1 / (force / length^2), shape (..., 3, 3) for angles of shape (...).
+    """Surface Green's function Γ(φ) of a half-space, 1 / (force / length^2), shape (..., 3, 3) for angles of shape
+    (...).
 
-    A point force F at the origin displaces the surface at distance r in direction φ by Γ(φ) F / r. Rows are components of the
-    displacement, columns of the force, along (x, y, n).
+    A point force F at the origin displaces the surface at distance r in direction φ by Γ(φ) F / r. Rows of Γ belong
+    to components of the displacement, columns to components of the force, both along (x, y, n).
 
     Args:
         material: As in a scene's [materials.NAME].
@@ -57,7 +58,7 @@ def green(
 
 
 def _degrees(name: str, value: Any, dimension: int | None = None) -> Array:
-    """Converts to an array of finite numbers. `dimension` is the required number of array dimensions."""
+    """Converts `value` to an array of finite numbers. `dimension` is the required number of array dimensions."""
     try:
         found = np.asarray(value, dtype=float)
     except (TypeError, ValueError):

@@ -9,7 +9,7 @@ from .fields import UNITS, UNKNOWN_UNITS, FieldAttributes, Fields
 
 
 class Entries(list[dict[str, Any]]):
-    """Increments and cycle jumps of a run, one dict each (docs/results.md). Forces and moments act on body 1.
+    """Increments and wear jumps of a run, one dict each (docs/results.md). Forces and moments act on body 1.
 
     units: names of the units of `length` and `force`. By default, the words "length" and "force".
     """
@@ -19,14 +19,16 @@ class Entries(list[dict[str, Any]]):
         self.units: dict[str, str] = {**UNKNOWN_UNITS, **(units or {})}
 
     def to_pandas(self) -> Any:
-        """Returns a pandas.DataFrame with a row per entry. Lists and dicts become columns like shift.0 and certificate.min_gap."""
+        """Returns a pandas.DataFrame with a row per entry. Lists and dicts become several columns, such as shift.0 and
+        certificate.min_gap.
+        """
         import pandas
 
         return pandas.DataFrame([flatten(entry) for entry in self])
 
 
 def flatten(value: Any, key: str = "") -> dict[str, Any]:
-    """Flattens nested dicts and lists to values by dotted keys."""
+    """Flattens nested dicts and lists to one dict with dotted keys."""
     if not isinstance(value, dict | list):
         return {key: value}
     parts = value.items() if isinstance(value, dict) else enumerate(value)
@@ -65,7 +67,7 @@ class Result(FieldAttributes):
 
     @property
     def entries(self) -> Entries:
-        """Increments and cycle jumps of the run."""
+        """Increments and wear jumps of the run."""
         return Entries(self.summary["steps"], self.summary.get("units", UNITS))
 
     def __repr__(self) -> str:

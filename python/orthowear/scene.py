@@ -19,7 +19,7 @@ from .flexibility import Flexibility
 from .mesh import files as meshes
 from .result import Result
 
-#: Name in messages of a scene that was not read from a file.
+#: Name of a scene in messages, if the scene was not read from a file.
 NAME = "scene"
 
 
@@ -76,21 +76,23 @@ def _warn(summary: Mapping[str, Any], level: int = 3) -> None:
 class Scene:
     """A scene, parsed and validated: two bodies, a frame, laws and load steps (docs/scene.md).
 
-    Scenes are immutable, and made by `load`, `from_dict` and `replace`. A pickled scene contains its values, the meshes made
-    from objects, and the folder of relative paths. It does not contain the mesh files that it names.
+    Scenes are immutable, and made by `load`, `from_dict` and `replace`. A pickled scene contains its values, the
+    meshes made from objects, and the folder of relative paths. It does not contain the mesh files that its keys
+    name.
     """
 
     def __init__(self, core: _orthowear.Scene, path: Path) -> None:
         self._core = core
-        # Absolute, because the working directory of the process may change.
+        # The path is absolute, because the working directory of the process may change.
         self._path = path.absolute()
         self._files = meshes.mesh_files_of(core.to_dict())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
-        """Reads the scene file at `path`. `overrides` replace values: {"gap.radius": 25.0, "steps.indent.approach": 0.01}.
+        """Reads the scene file at `path`. `overrides` replace values: {"gap.radius": 25.0, "steps.indent.approach":
+        0.01}.
 
-        Raises InputError with all mistakes at once.
+        Raises InputError with all mistakes of the scene.
         """
         files: list[meshes.MeshFile] = []
         replaced = _with_mesh_paths("overrides", {} if overrides is None else overrides, OVERRIDES, files)
@@ -99,11 +101,12 @@ class Scene:
 
     @classmethod
     def from_dict(cls, scene: Mapping[str, Any], folder: str | os.PathLike[str] | None = None) -> Scene:
-        """Makes a scene from a dict with the keys of a scene file. Relative paths in it start in `folder`.
+        """Makes a scene from a dict with the keys of a scene file. Relative paths in the dict start in `folder`.
 
-        Values are numbers, texts, booleans, paths, NumPy arrays, and lists and dicts of these. None stands for an absent key. A
-        mesh may be an object instead of a path: a `meshio.Mesh`, `gmsh.model`, or an `orthowear.mesh.Mesh`. Its file is written
-        to a temporary folder, and kept as long as a scene uses it.
+        Values are numbers, texts, booleans, paths, NumPy arrays, and lists and dicts of these. None stands for an
+        absent key. A mesh may be an object instead of a path: a `meshio.Mesh`, `gmsh.model`, or an
+        `orthowear.mesh.Mesh`. The object is written to a mesh file in a temporary folder. The file exists as long
+        as a scene uses it.
         """
         path = _path("folder", "." if folder is None else folder) / NAME
         files: list[meshes.MeshFile] = []
@@ -138,7 +141,9 @@ class Scene:
     def check(
         self, *, threads: int | None = None, max_memory: int | str | None = None, cache: bool = True
     ) -> dict[str, Any]:
-        """Estimates a run, with the work that it omits: cells, contact_problems, memory_bytes, seconds, bodies, skipped, notes."""
+        """Estimates size, memory and time of a run. Returns a dict with cells, contact_problems, memory_bytes,
+        seconds, bodies, skipped (omitted work) and notes.
+        """
         return self._core.check(_settings(threads, max_memory, cache))
 
     def run(
@@ -153,13 +158,14 @@ class Scene:
         """Runs the scene.
 
         Args:
-            out: Directory for the files that the command line writes. Without it no files are written.
+            out: Directory for the files that the command line writes. By default, no files are written.
             threads: Number of threads, by default the number of cores. The results are bitwise the same for any number.
             max_memory: Bytes, a size like "4 GiB", or a share of the available memory like "50 %".
-            progress: Called with the stage, the completed fraction of it, and the residual or None.
-            cache: Whether flexibilities of meshed bodies are stored for later runs, and reused from earlier ones.
+            progress: Called with the name of the stage, the completed fraction of the stage, and the residual or None.
+            cache: Whether flexibilities of meshed bodies are stored for later runs, and reused from earlier runs.
 
-        A run that does not converge raises no exception. It emits NotConvergedWarning, and its `status` is not "converged".
+        A run that does not converge raises no exception. It emits NotConvergedWarning, and its `status` is not
+        "converged".
         """
         settings = _settings(threads, max_memory, cache)
         if progress is not None and not callable(progress):
@@ -176,7 +182,8 @@ class Scene:
         max_memory: int | str | None = None,
         cache: bool = True,
     ) -> Steps:
-        """Runs the scene step by step: iterates over an `Entry` for each increment or cycle jump, as soon as it is computed.
+        """Runs the scene step by step: iterates over an `Entry` for each increment or wear jump, as soon as it is
+        computed.
 
         The run is at most one entry ahead of the iteration. `close()` and the end of a `with` block stop the run.
         """
@@ -191,7 +198,9 @@ class Scene:
         max_memory: int | str | None = None,
         cache: bool = True,
     ) -> Flexibility:
-        """Operator from tractions to the gap on the frame: of both bodies, or of body 1 or 2 with the other body rigid."""
+        """Operator from tractions to the change of the gap on the frame. The operator is the flexibility of both
+        bodies, or of `body` (1 or 2) alone, with the other body rigid.
+        """
         if body not in (None, 1, 2):
             raise ValueError(f"body is {body!r}, but it must be 1, 2 or None")
         scene = self if body is None else self.replace({f"body{3 - body}": {"kind": "rigid"}})
@@ -207,7 +216,7 @@ def _unpickled(scene: dict[str, Any], path: Path) -> Scene:
 
 
 class Entry(FieldAttributes):
-    """An increment or cycle jump: its `record` as in Result.entries, and its fields.
+    """An increment or wear jump: its `record`, as in Result.entries, and its fields.
 
     The arrays of the fields are also attributes of the entry: entry.pressure. Values of the record are items:
     entry["approach"].
@@ -246,7 +255,7 @@ class Steps(Iterator[Entry]):
 
     @property
     def summary(self) -> dict[str, Any] | None:
-        """Summary of the completed run. None before its end, and if `close` has stopped the run."""
+        """Summary of the completed run. None before the end of the run, and after `close` has stopped the run."""
         return self._core.summary()
 
     def close(self) -> None:

@@ -14,8 +14,8 @@ from . import _orthowear
 from .errors import InputError
 from .scene import _settings
 
-#: Retries of a task that raises an exception; a run that does not converge raises none. Dask itself restarts the runs of lost
-#: workers (distributed.scheduler.allowed-failures).
+#: Number of retries of a task that raises an exception. A run that does not converge raises no exception. Dask
+#: itself restarts the runs of lost workers (distributed.scheduler.allowed-failures).
 RETRIES = 3
 
 
@@ -76,18 +76,19 @@ class Study:
 
         Args:
             out: Folder for the table, with a subfolder per run. Default: name of the study with the suffix .study, next to its file.
-            only: Numbers of the runs to compute, from 0 (the command line counts from 1). No table is written then (see `collect`).
-                With a client the result also contains the runs that were computed earlier.
-            resume: Keep converged runs, and resume unfinished ones.
-            threads: Number of threads of all runs together, by default the number of cores. With a client: of each run, by default 1.
-            max_memory: Memory limit of all runs together. With a client: of each run.
+            only: Numbers of the runs to compute, from 0 (the command line counts from 1). With `only`, no table is written (see
+                `collect`). With a client, the result also contains the runs that were computed earlier.
+            resume: Keep converged runs, and resume unfinished runs.
+            threads: Number of threads of all runs together, by default the number of cores. With a client: number of threads of each
+                run, by default 1.
+            max_memory: Memory limit of all runs together. With a client: memory limit of each run.
             progress: Called with the number of finished runs and the number of requested runs.
             cache: Whether flexibilities of meshed bodies are cached and shared.
-            client: A dask.distributed.Client. Each run is one task. If a worker is lost, its run starts again on another worker,
-                with `resume` from its last checkpoint. All workers must see the folders of the study and its results under the same
-                paths.
+            client: A dask.distributed.Client. Each run is one task. If a worker is lost, its run starts again on another worker. With
+                `resume`, the run continues from its last checkpoint. All workers must see the folders of the study and its results
+                under the same paths.
 
-        A run that fails or does not converge raises no exception. See `status` in its row.
+        A run that fails or does not converge raises no exception. Its row has the outcome in `status`.
         """
         folder = (self.path.with_suffix(".study") if out is None else Path(out)).resolve()
         numbers = None if only is None else self._numbers(only)
@@ -110,7 +111,8 @@ class Study:
         return numbers
 
     def collect(self, out: str | os.PathLike[str] | None = None) -> StudyResult:
-        """Writes the table from the run folders in `out`, which any program may have filled. Runs without a folder have no status.
+        """Writes the table from the run folders in `out`. Any program may have written these folders. Runs without a
+        folder have no status.
         """
         folder = (self.path.with_suffix(".study") if out is None else Path(out)).resolve()
         return StudyResult(folder, *self._core.collect(folder, True))
@@ -122,7 +124,7 @@ class StudyResult:
     def __init__(self, folder: Path, summary: dict[str, Any], exit_code: int, kept: int) -> None:
         self.folder = folder
         self.summary = summary
-        #: Exit code of the command line: the most severe one of all runs.
+        #: Exit code of the command line: the most severe code of all runs.
         self.exit_code = exit_code
         #: Number of earlier runs whose results are used. After `collect`: number of runs with results.
         self.kept = kept
@@ -149,8 +151,9 @@ class StudyResult:
     def to_xarray(self) -> Any:
         """Returns an xarray.Dataset of the collected results over the axes. Missing runs and results are NaN.
 
-        An axis with several keys, or of samples, has the coordinates 0, 1, ... Its keys give further coordinates along the
-        axis. Values that are lists or tables, such as `frame.cells`, are coordinates as text: "[16, 16]".
+        An axis with several keys, or of samples, has the coordinates 0, 1, ... Each key of such an axis gives a
+        further coordinate along the axis. Values that are lists or tables, such as `frame.cells`, are coordinates
+        as text: "[16, 16]".
         """
         import json
 
@@ -240,7 +243,7 @@ def _run_on_workers(
         for done, task in enumerate(as_completed(tasks, raise_errors=False), 1):
             if failure is None and task.status == "error":
                 failure = task.exception()
-            # A released task is not computed again if its worker is lost.
+            # After its release, a task is not computed again if its worker is lost.
             task.release()
             if progress is not None:
                 progress(done, len(numbers))

@@ -39,7 +39,7 @@ pub fn to_toml(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<Value>> {
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         return to_array(value, key).map(|list| Some(Value::Array(list)));
     }
-    // NumPy numbers and arrays.
+    // NumPy numbers and arrays have this method.
     if value.hasattr("tolist")? {
         return to_toml(&value.call_method0("tolist")?, key);
     }

@@ -20,7 +20,8 @@ pub const PAUSE: Duration = Duration::from_millis(50);
 /// Number of unfinished computations.
 static ACTIVE: Mutex<usize> = Mutex::new(0);
 
-/// Guard that counts one running computation. When the last one ends, the cancellation flag of the process is reset.
+/// Guard that counts one running computation. When the last computation ends, the cancellation flag of the process is
+/// reset.
 struct Active;
 
 impl Active {
@@ -56,13 +57,13 @@ impl<M> WorkerChannel<M> {
 
 /// A computation in a thread of its own.
 pub struct BackgroundTask<M, T> {
-    // In a mutex, because objects that Python threads share must be `Sync`.
+    // The mutex makes the receiver `Sync`, which objects that Python threads share must be.
     messages: Mutex<Receiver<M>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<T, String>>>,
 }
 
-/// Thread pool that the computation runs on. By default, it has as many threads as the machine has cores.
+/// Thread pool of the computation. By default, it has as many threads as the machine has cores.
 fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, String> {
     let builder =
         rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(THREAD_STACK_BYTES);
@@ -92,8 +93,8 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
         Ok(Self { messages: Mutex::new(messages), stop, thread: Some(thread) })
     }
 
-    /// The next message, `None` after the last one. A signal stops the computation. The exception of the signal is raised after the
-    /// computation has ended.
+    /// Waits for the next message; `None` after the last message. A signal stops the computation. The exception of the
+    /// signal is raised after the computation has ended.
     pub fn next_message(&mut self, py: Python<'_>) -> PyResult<Option<M>> {
         loop {
             let messages = self.messages.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -118,7 +119,7 @@ impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
         py.detach(|| thread.map(JoinHandle::join));
     }
 
-    /// Result of the computation, `None` after [`close`](Self::close).
+    /// Waits for the result of the computation; `None` after [`close`](Self::close).
     pub fn join(&mut self, py: Python<'_>) -> PyResult<Option<T>> {
         let Some(thread) = self.thread.take() else { return Ok(None) };
         match py.detach(|| thread.join()) {
@@ -135,7 +136,7 @@ impl<M, T> Drop for BackgroundTask<M, T> {
     }
 }
 
-/// Runs `work`, a computation without messages.
+/// Runs a computation `work` that sends no messages.
 pub fn run_in_background<T: Send + 'static>(
     py: Python<'_>,
     threads: Option<usize>,

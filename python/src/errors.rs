@@ -50,7 +50,7 @@ fn listed(mistakes: &Diagnostics) -> Vec<Value> {
         .collect()
 }
 
-/// Exception of an error of the library. It names the key of the scene if the error has one.
+/// Exception for an error of the library. If the error has a scene key, the exception names the key.
 pub fn scene_error(py: Python<'_>, plan: &Plan, failure: &SceneError) -> PyErr {
     if failure.error.kind() == ErrorKind::Input && !failure.key.is_empty() {
         return mistakes(py, &Diagnostics::from_error(&plan.document, &failure.key, &failure.error));
@@ -58,7 +58,7 @@ pub fn scene_error(py: Python<'_>, plan: &Plan, failure: &SceneError) -> PyErr {
     error(py, &failure.error)
 }
 
-/// Exception of an error of the library.
+/// Exception for an error of the library.
 pub fn error(py: Python<'_>, error: &Error) -> PyErr {
     let class = match error.kind() {
         ErrorKind::Input => "InputError",
@@ -71,12 +71,12 @@ pub fn error(py: Python<'_>, error: &Error) -> PyErr {
     raise(py, class, (&text, error.exit_code()), (json!([]), &format!("error: {text}\n")))
 }
 
-/// Exception of a wrong argument.
+/// Exception for a wrong argument.
 pub fn input(py: Python<'_>, text: &str) -> PyErr {
     error(py, &Error::input(text))
 }
 
-/// Exception of a defect of the program.
+/// Exception for a defect of the program.
 pub fn internal(py: Python<'_>, text: &str) -> PyErr {
     error(py, &Error::numerical(format!("internal error, please report it: {text}")))
 }

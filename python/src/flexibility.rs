@@ -57,7 +57,7 @@ impl Flexibility {
         fields::cells(py, self.frame())
     }
 
-    /// Change of the gap for tractions, both (N, 3).
+    /// Change of the gap due to `tractions`. Both arrays have the shape (N, 3).
     fn apply<'py>(
         &self,
         py: Python<'py>,

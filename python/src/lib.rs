@@ -1,7 +1,7 @@
 //! Compiled part of the Python package `orthowear`: scenes, runs and operators of the library as Python objects.
 //!
-//! It contains no algorithms. Each computation runs in a thread of its own without the interpreter's lock. The calling thread waits
-//! and checks for signals (`engine`).
+//! This crate contains no algorithms. Each computation runs in a separate thread without the interpreter's lock. The
+//! calling thread waits and checks for signals (`engine`).
 #![warn(clippy::too_many_lines)]
 
 mod convert;

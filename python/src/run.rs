@@ -28,21 +28,21 @@ use crate::{convert, errors};
 
 /// Messages of a run.
 pub enum Message {
-    /// Progress of a stage: its name, the completed fraction, the residual.
+    /// Progress of a stage: name of the stage, completed fraction, and residual.
     Progress(String, f64, Option<f64>),
-    /// An increment or cycle jump.
+    /// An increment or wear jump.
     Entry(Box<(IncrementRecord, Fields)>),
 }
 
 /// Results of a run.
 pub struct RunOutput {
     pub summary: Summary,
-    /// Fields of the last entry, `None` if the entries were sent one by one.
+    /// Fields of the last entry; `None` if the entries were sent one by one.
     pub fields: Option<Fields>,
     pub failure: Option<SceneError>,
 }
 
-/// Stores the fields of the last entry, or sends each entry on request.
+/// Observer that stores the fields of the last entry, or sends each entry on request.
 struct FieldCollector<'a> {
     line: &'a WorkerChannel<Message>,
     /// Each message requests one more entry.
@@ -98,7 +98,7 @@ pub struct RunRequest {
     pub out: Option<PathBuf>,
     /// Whether to send messages about the progress.
     pub progress: bool,
-    /// Receives a request for each entry. `None` keeps the fields of the last entry only.
+    /// Receives one request for each entry. If `None`, only the fields of the last entry are kept.
     pub requests: Option<Receiver<()>>,
 }
 
@@ -127,7 +127,8 @@ pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
     RunOutput { summary, fields: watcher.fields, failure }
 }
 
-/// Summary and fields of a run, or the exception that ended it. A run that did not converge has results and no exception.
+/// Summary and fields of a run, or the exception that ended the run. A run that did not converge has results and no
+/// exception.
 pub fn to_python_result<'py>(
     py: Python<'py>,
     plan: &Plan,

@@ -41,7 +41,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Memory limit, `None` for the limit of the scene.
+    /// Memory limit; `None` means the limit of the scene.
     pub fn limit(&self, py: Python<'_>) -> PyResult<Option<MemoryLimit>> {
         let limit = self.max_memory.as_deref().map(parse_max_memory).transpose();
         let limit = limit.map_err(|text| errors::input(py, &format!("max_memory: {text}")))?;
@@ -61,7 +61,7 @@ impl Scene {
         Ok(Self { path, plan })
     }
 
-    /// The plan with these settings.
+    /// Copy of the scene's plan with these settings.
     fn plan(&self, py: Python<'_>, settings: &Settings) -> PyResult<Arc<Plan>> {
         let mut plan = self.plan.clone();
         plan.override_memory_limit(settings.limit(py)?);
@@ -80,7 +80,7 @@ impl Scene {
         Self::made(py, path, plan)
     }
 
-    /// Makes a scene from a dict. `path` is its name in messages.
+    /// Makes a scene from a dict. `path` is the name of the scene in messages.
     #[staticmethod]
     fn from_dict(py: Python<'_>, scene: &Bound<'_, PyDict>, path: PathBuf) -> PyResult<Self> {
         let text = convert::scene_text(scene)?;
@@ -88,7 +88,7 @@ impl Scene {
         Self::made(py, path, plan)
     }
 
-    /// The same scene with more values replaced.
+    /// Copy of the scene with further values replaced.
     fn replace(&self, py: Python<'_>, overrides: &Bound<'_, PyDict>) -> PyResult<Self> {
         let document = &self.plan.document;
         let mut all = document.overrides.clone();
@@ -183,8 +183,8 @@ impl Scene {
         Flexibility::new(py, self.plan(py, &settings)?, settings.threads)
     }
 
-    /// Surface Green's function Γ(φ) of a half-space of the material of `body` (1 or 2), (len(angles), 3, 3). Angles in radians
-    /// from the frame's x.
+    /// Surface Green's function Γ(φ) of a half-space with the material of `body` (1 or 2), shape (len(angles), 3, 3).
+    /// `angles` are radians from the frame's x.
     fn green<'py>(
         &self,
         py: Python<'py>,

@@ -15,7 +15,7 @@ use crate::{convert, errors};
 /// Record and fields of an entry.
 type Entry<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
-/// Iterates over the entries of a run, which is at most one entry ahead.
+/// Iterates over the entries of a run. The run is at most one entry ahead of the iteration.
 #[pyclass(module = "orthowear._orthowear")]
 pub struct Steps {
     plan: Arc<Plan>,
@@ -60,7 +60,7 @@ impl Steps {
                 let (record, fields) = *entry;
                 Ok(Some((convert::to_python(py, &record)?, fields.to_python(py)?)))
             }
-            // This message is not sent, because `RunRequest::progress` is false.
+            // The run sends no progress messages, because `RunRequest::progress` is false.
             Ok(Some(Message::Progress(..))) => Ok(None),
             Ok(None) => {
                 self.requests = None;

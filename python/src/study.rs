@@ -42,8 +42,8 @@ impl Study {
         convert::to_python(py, &json!(StudyResult::new(&self.sweep, runs)))
     }
 
-    /// Computes the runs `numbers` (`None`: all) into the folder `out`. Writes the table if all runs are computed. Returns
-    /// study.json, the exit code, and the number of runs that were kept from earlier.
+    /// Computes the runs `numbers` (`None`: all) into the folder `out`. If `numbers` is `None`, also writes the table.
+    /// Returns the content of study.json, the exit code, and the number of reused earlier runs.
     fn run<'py>(
         &self,
         py: Python<'py>,
@@ -81,8 +81,8 @@ impl Study {
         Ok((convert::to_python(py, &json!(result))?, code, kept))
     }
 
-    /// Collects the runs from their folders in `out`, and writes the table if `write`. Returns study.json, the exit code, and the
-    /// number of completed runs.
+    /// Collects the runs from their folders in `out`, and writes the table if `write` is true. Returns the content of
+    /// study.json, the exit code, and the number of completed runs.
     fn collect<'py>(
         &self,
         py: Python<'py>,
@@ -114,7 +114,10 @@ impl Study {
     }
 }
 
-/// Results of the study; writes them if `write` is true. If there are problems, returns the first one as an error.
+/// Results of the study, exit code, and number of reused runs. Writes the results if `write` is true.
+///
+/// # Errors
+/// If the runs had problems (the error names the first problem), or the results cannot be written.
 fn concluded(
     job: &StudyRunner<'_>,
     ended: StudyOutcome,

@@ -17,7 +17,9 @@ os.environ.setdefault("ORTHOWEAR_CACHE_LIMIT", "0")
 
 
 def needed(name: str):
-    """Imports a package. If it is missing the test is skipped, or fails if all tools are required."""
+    """Imports a package. If the package is missing, the test is skipped. If all tools are required, the test fails
+    instead.
+    """
     if name == "gmsh" and (sys.platform, platform.machine()) == ("linux", "aarch64"):
         pytest.skip("gmsh has no Python package for Linux on ARM")
     try:
@@ -34,7 +36,9 @@ def missing(what: str):
 
 
 def small() -> dict:
-    """A sphere of radius 10 mm on steel with friction, 16 x 16 cells, pressed and pushed in 5 increments."""
+    """Scene of a rigid sphere of radius 10 mm on steel with friction: 16 x 16 cells, pressed and pushed in 5
+    increments.
+    """
     return {
         "materials": {"steel": {"model": "isotropic", "E": 210e3, "nu": 0.3}},
         "body1": {"kind": "half-space", "material": "steel"},
@@ -57,7 +61,7 @@ def scene():
 
 @pytest.fixture
 def program():
-    """The command-line program, built from the same sources."""
+    """Runs the command-line program, which is built from the same sources."""
     path = ROOT / "target" / "release" / ("orthowear.exe" if sys.platform == "win32" else "orthowear")
     found = path if path.exists() else shutil.which("orthowear")
     if found is None:

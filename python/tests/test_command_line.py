@@ -1,4 +1,4 @@
-"""The package gives bitwise the results of the command line."""
+"""The package gives the same results as the command line, bit by bit."""
 
 import json
 from pathlib import Path

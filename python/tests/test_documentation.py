@@ -1,4 +1,4 @@
-"""The examples of the documentation page of the package give the printed results."""
+"""The examples on the documentation page of the package print the output that the page shows."""
 
 import base64
 import importlib.machinery
@@ -54,13 +54,13 @@ def folder(tmp_path_factory, examples):
 
 
 def test_blocks(folder):
-    """Truth: `folder` compares the output of the blocks with the page. The blocks also make the picture."""
+    """Truth: the fixture `folder` compares the output of the blocks with the page. The blocks also make the picture."""
     assert (folder / "python-plots.svg").exists()
 
 
 def test_picture_is_current(folder):
-    """Truth: the picture in docs/ equals the picture that a block of the page makes. Machines may differ in the last digits, so
-    numbers in the SVG must agree within 0.01, and maps within 1 of 255 levels on average.
+    """Truth: the picture in docs/ equals the picture that a block of the page makes. Machines may differ in the last
+    digits. Therefore, numbers in the SVG must agree within 0.01, and maps within 1 of 255 levels on average.
     """
     version = re.search(r"^matplotlib==(\S+)", (ROOT / "scripts" / "requirements.txt").read_text(), re.M)[1]
     if needed("matplotlib").__version__ != version:
@@ -77,7 +77,7 @@ def test_picture_is_current(folder):
     for a, b in zip(*pixels, strict=True):
         assert a.shape == b.shape and np.abs(a - b).mean() < 1.0
     number = re.compile(r"(?<![#\w])-?\d+\.?\d*(?:e-?\d+)?")
-    # Element ids are hashes of the content.
+    # Element ids are hashes of the content. They are removed, because they change with the last digits.
     texts = [re.sub(r'(id="|#|url\(#)\w+', r"\1", image.sub("", text)) for text in (made, shown)]
     assert number.sub("0", texts[0]) == number.sub("0", texts[1])
     values = [np.array(number.findall(text), dtype=float) for text in texts]

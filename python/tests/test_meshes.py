@@ -1,4 +1,4 @@
-"""Meshes from objects of meshio and gmsh: bitwise the same results as from a file, and refusals."""
+"""Meshes from objects of meshio and gmsh give the same results as files, bit by bit. Invalid objects are refused."""
 
 import gc
 import multiprocessing
@@ -82,12 +82,14 @@ def same(a, b) -> bool:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_objects_give_the_bits_of_the_file(gmsh, tmp_path, kind):
-    """Truth: a file written by gmsh has the same elements, nodes and groups in the same order. The results are equal bit by bit."""
+    """Truth: the objects and the file written by gmsh have the same elements, nodes and groups in the same order.
+    Therefore, the results are equal bit by bit.
+    """
     meshio = needed("meshio")
     path = geometry(tmp_path, kind)
     gmsh.open(str(path))
     gmsh.model.mesh.generate(3)
-    gmsh.option.setNumber("Mesh.Binary", 1)  # Text has 16 digits, one less than some numbers need.
+    gmsh.option.setNumber("Mesh.Binary", 1)  # A text file has 16 digits. Some numbers need 17 digits.
     file = tmp_path / "block.msh"
     gmsh.write(str(file))
     given = [gmsh, gmsh.model, meshes.from_gmsh(gmsh)]
@@ -102,8 +104,8 @@ def test_objects_give_the_bits_of_the_file(gmsh, tmp_path, kind):
 
 
 def test_program_of_gmsh_and_package(gmsh, tmp_path):
-    """Truth: a mesh file of the gmsh program gives the same tractions. Another version may number nodes differently, which changes
-    the last bits.
+    """Truth: a mesh file of the gmsh program gives the same tractions. A program of another version than the package
+    may number nodes differently, which changes the last bits.
     """
     path = geometry(tmp_path)
     program = shutil.which("gmsh") or missing("the program gmsh is missing: scripts/setup installs it")
@@ -116,7 +118,7 @@ def test_program_of_gmsh_and_package(gmsh, tmp_path):
 
 
 def test_groups(gmsh, tmp_path):
-    """Truth: the geometry. The top has 6 x 6 faces in two groups, and there are 144 solids."""
+    """Truth: by the geometry, the top has 6 x 6 faces in two groups, and there are 144 solids."""
     meshio = needed("meshio")
     gmsh.open(str(geometry(tmp_path)))
     gmsh.model.mesh.generate(3)
@@ -179,7 +181,7 @@ def test_fibres_by_element():
 
 @pytest.mark.parametrize("kind", ["tetra10", "hexahedron20", "hexahedron27", "wedge15", "wedge18", "pyramid13", "pyramid14"])
 def test_nodes_of_second_order(kind):
-    """Truth: the manuals of VTK and gmsh give the corners between which each node lies."""
+    """Truth: for each node, the manuals of VTK and gmsh give the corners between which the node lies."""
     corners = {
         "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
         "hexahedron": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)],
@@ -233,7 +235,7 @@ def test_equal_meshes_are_equal_scenes():
     gc.collect()
     assert path.exists() and not other.exists()
     assert again.replace({"body1.contact": "base"}).to_dict()["body1"]["mesh"] == str(path)
-    # The finalizer of an older object does not remove the file of a newer one.
+    # The finalizer of an older object does not remove the file of a newer object with the same mesh.
     files._remove(path, os.getpid())
     assert path.exists()
     del again
@@ -242,8 +244,8 @@ def test_equal_meshes_are_equal_scenes():
 
 
 def test_steps_keep_the_file(tmp_path):
-    """Truth: steps whose scene is deleted give the results of a scene that is kept. Runs that write files read the mesh file once
-    more.
+    """Truth: `steps` gives the same results after the scene is deleted. A run with an output directory reads the mesh
+    file once more, so the file must still exist.
     """
     meshio = needed("meshio")
     expected = orthowear.Scene.from_dict(on(cube(meshio))).run(cache=False)
@@ -334,7 +336,7 @@ def run_of(scene):
 
 
 def test_scenes_with_meshes_travel(temporary):
-    """Truth: another process, or a pickled scene, gives the results of this process."""
+    """Truth: a scene sent to another process, or a pickled scene, gives the results of this process."""
     meshio = needed("meshio")
     scene = orthowear.Scene.from_dict(on(cube(meshio)))
     expected = scene.run(cache=False)
@@ -363,7 +365,8 @@ time.sleep(60)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
 def test_folders_of_killed_processes_are_cleared(monkeypatch, temporary):
-    """Truth: the folder of a running process stays. The folder of a killed process is removed when another process makes its own.
+    """Truth: the folder of a running process stays. The folder of a killed process is removed when another process
+    makes its own folder.
     """
     child = subprocess.Popen([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, text=True)
     folder = Path(child.stdout.readline().strip())

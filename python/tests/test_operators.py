@@ -22,7 +22,7 @@ def test_green_isotropic():
     assert np.allclose(found[:, 0, 0], factor * (1 - NU + NU * c**2), rtol=1e-12)
     assert np.allclose(found[:, 1, 1], factor * (1 - NU + NU * s**2), rtol=1e-12)
     assert np.allclose(found[:, 0, 1], factor * NU * c * s, rtol=0, atol=1e-12 * factor)
-    # A compressive force draws the surface towards it.
+    # A compressive force displaces the surface towards the force.
     assert np.allclose(found[:, 0, 2], (1 - 2 * NU) / 2 * factor * c, rtol=0, atol=1e-12 * factor)
 
 
@@ -49,7 +49,9 @@ def test_flexibility_of_a_square():
 
 
 def test_flexibility_is_symmetric_and_positive():
-    """Truth: the flexibility is symmetric (Betti's theorem) and positive definite (elastic energy)."""
+    """Truth: the flexibility is symmetric (Betti's theorem) and positive definite (elastic energy). The flexibility of
+    both bodies is the sum of the flexibilities of each body.
+    """
     scene = orthowear.Scene.from_dict(small()).replace(
         {"frame.cells": [6, 6], "body2": {"kind": "half-space", "material": "steel"}}
     )
@@ -71,7 +73,7 @@ def test_flexibility_gives_the_gap_of_a_run(scene):
 
 
 def test_wrong_shapes_and_sizes(scene):
-    """Truth: the message names the allowed values."""
+    """Truth: the message names the allowed shape, size or material parameter."""
     operator = scene.flexibility()
     with pytest.raises(orthowear.InputError, match=r"must be \(256, 3\)"):
         operator.apply(np.zeros((4, 3)))
@@ -101,6 +103,6 @@ def test_green_refuses_what_is_no_angle():
         orthowear.green(STEEL, "east")
     with pytest.raises(TypeError, match="material: 'steel' is of the type str; allowed: a dict"):
         orthowear.green("steel", 0.0)
-    # The isotropic plane is the surface for any azimuth.
+    # For a tilt of 90°, the surface is the plane of isotropy for any azimuth.
     normal = orthowear.green(cfrp, [0.0, 70.0], tilt=90.0)[:, 2, 2]
     assert normal[1] == pytest.approx(normal[0], rel=1e-9)

@@ -1,4 +1,4 @@
-"""Plots show the numbers of results, with their units."""
+"""Plots show the values of results, with their units."""
 
 import subprocess
 import sys
@@ -60,7 +60,7 @@ def test_maps(pyplot, result, name, component, values, label):
 
 
 def test_slip_is_where_there_is_contact(pyplot, result):
-    """Truth: open cells have no slip."""
+    """Truth: slip is drawn in the cells in contact, and only there."""
     ax = plot.field(result, "slip")
     shown = np.ma.masked_invalid(drawn(ax)[0].get_array())
     assert np.array_equal(~np.ma.getmaskarray(shown), result.to_grid(result.contact).T > 0)
@@ -119,7 +119,7 @@ def test_sections(pyplot, result):
 
 
 def test_turned_frames_and_outlines(pyplot):
-    """Truth: a section follows a row of the grid for any azimuth, without cells outside the outline."""
+    """Truth: for any azimuth, a section follows a row of the grid. Cells outside the outline are not drawn."""
     scene = orthowear.Scene.from_dict(small())
     turned = scene.replace({"frame.azimuth": 30.0, "frame.outline": {"shape": "circle", "radius": 0.33}}).run()
     ax = plot.section(turned)
@@ -153,7 +153,9 @@ def test_mesh_frames(pyplot):
 
 
 def test_curved_frames_are_told(pyplot):
-    """Truth: the faces of a hole over 180° overlap in the frame's plane. Against the arc length they do not overlap."""
+    """Truth: the faces of a hole over 180° overlap in the frame's plane, which causes a warning. Along the arc, they
+    do not overlap.
+    """
     result = orthowear.Scene.load(ROOT / "scenes" / "pin-in-hole.toml").run()
     with pytest.warns(UserWarning, match="give their positions with xy="):
         plot.field(result)
@@ -182,8 +184,8 @@ def test_histories(pyplot, result):
 
 
 def test_loops_and_cycles(pyplot):
-    """Truth: the area enclosed by a loop of force against displacement is the reported dissipation. The trapezoidal rule with 32
-    points agrees to 5 %.
+    """Truth: the area enclosed by a loop of force against displacement is the reported dissipation. The trapezoidal
+    rule with 32 points approximates this area within 5 %.
     """
     scene = orthowear.Scene.load(
         ROOT / "scenes" / "sphere-wear.toml",
@@ -214,7 +216,7 @@ def test_path_of_a_stroke(pyplot, result):
 
 
 def test_convergence(pyplot):
-    """Truth: curves show differences from the last run, rings the estimated errors."""
+    """Truth: curves show the differences from the last run. Rings show the estimated errors."""
     result = orthowear.Scene.load(ROOT / "scenes" / "hertz.toml", {"accuracy": 0.02}).run()
     ax = plot.convergence(result)
     accuracy = result.summary["accuracy"]

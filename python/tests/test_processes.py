@@ -30,7 +30,7 @@ def refused(scene):
 
 @pytest.fixture(scope="module")
 def other():
-    """A process that shares nothing with this one and has another working directory."""
+    """A process that shares no memory with this process and has another working directory."""
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), os.chdir, (tempfile.gettempdir(),)) as pool:
         yield pool
 
@@ -50,7 +50,7 @@ def scenes():
 
 @pytest.mark.parametrize("name", ["dict", "replaced", "file", "mesh file"])
 def test_another_process_gives_the_same_bits(other, name):
-    """Truth: the run in this process gives the same results."""
+    """Truth: a scene run in another process gives the same results as in this process, bit by bit."""
     scene = scenes()[name]
     expected = scene.run(cache=False)
     process, result = other.submit(run_of, scene).result()
@@ -70,7 +70,7 @@ def test_copies_are_the_scene():
 
 
 def test_exceptions_come_back(other):
-    """Truth: the same mistake raises the same exception in this process."""
+    """Truth: a mistake raises the same exception in another process as in this process."""
     scene = orthowear.Scene.from_dict(small())
     with pytest.raises(orthowear.InputError) as here:
         refused(scene)

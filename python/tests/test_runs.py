@@ -14,7 +14,7 @@ import orthowear
 
 
 def test_hertz():
-    """Truth: Hertz 1882 (K. L. Johnson, Contact Mechanics, 1985, chapter 4), with cells of 1/26 of the contact radius."""
+    """Truth: Hertz 1882 (K. L. Johnson, Contact Mechanics, 1985, chapter 4). The contact radius is 26 cells."""
     result = orthowear.Scene.load(ROOT / "scenes" / "hertz.toml").run()
     modulus, radius, force = 210e3 / (1 - 0.3**2), 10.0, 1000.0
     a = (3 * force * radius / (4 * modulus)) ** (1 / 3)
@@ -33,7 +33,7 @@ def test_cattaneo_mindlin():
     last = result.entries[-1]
     assert last["tangential_force"] == pytest.approx([270.0, 0.0], abs=1e-4)
     assert last["shift"][0] == pytest.approx(0.0040519, rel=1e-2)
-    # Tractions act on body 2, which is held back.
+    # Tractions act on body 2. Friction opposes its motion.
     assert (result.tractions[:, 0] * result.areas).sum() == pytest.approx(-270.0, rel=1e-6)
     assert np.all(np.hypot(*result.tractions[:, :2].T) <= 0.3 * result.pressure * (1 + 1e-6) + 1e-6)
     stick = result.areas[result.contact == 1].sum()
@@ -54,7 +54,7 @@ def test_steps_are_the_run(scene):
 
 
 def test_closed_steps_stop(scene):
-    """Truth: a run after one that was stopped is complete."""
+    """Truth: after a stopped run, the next run is complete."""
     with scene.steps() as steps:
         assert next(steps)["name"] == "press"
         next(steps)
@@ -69,7 +69,7 @@ def test_threads_give_the_same_bits(scene):
 
 
 def test_progress(scene):
-    """Truth: stages have names, and fractions are in 0..1. An exception of the callback ends the run."""
+    """Truth: stages have names, and fractions are from 0 to 1. An exception of the callback ends the run."""
     heard = []
     scene.run(progress=lambda *told: heard.append(told))
     assert "frame" in {stage for stage, _, _ in heard}
@@ -84,7 +84,7 @@ def test_progress(scene):
 
 
 def test_not_converged_is_said_aloud(scene):
-    """Truth: friction transmits at most mu times the normal force, 300 N."""
+    """Truth: friction transmits at most mu times the normal force, 300 N. A force of 400 N has no equilibrium."""
     sliding = scene.replace({"steps.push.tangential_force": [400.0, 0.0]})
     with pytest.warns(orthowear.NotConvergedWarning, match="gross-sliding"):
         result = sliding.run()
@@ -141,7 +141,9 @@ def test_interrupt(work):
 
 
 def test_import_is_quick():
-    """Truth: the import takes 0.3 s more than NumPy's on an idle machine. The bound is for a busy one."""
+    """Truth: on an idle machine, the import takes 0.3 s after the import of NumPy. The limit of 1 s allows for a busy
+    machine.
+    """
     code = "import time, numpy; t = time.perf_counter(); import orthowear; print(time.perf_counter() - t)"
     times = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(3)]
     assert min(times) < 1.0
@@ -163,7 +165,9 @@ def test_what_no_scene_has():
 
 
 def test_places_that_an_outline_leaves_out(scene):
-    """Truth: both axes have the centres of 16 cells over 0.8 mm, although the outline leaves out whole rows at the frame's edge."""
+    """Truth: on both axes, the centres are those of 16 cells over 0.8 mm, although the outline removes whole rows at
+    the frame's edge.
+    """
     outlined = scene.replace({"frame.outline": {"shape": "circle", "radius": 0.33}}).run()
     places = (np.arange(16) + 0.5) * 0.05 - 0.4
     assert outlined.fields.places.size < 256
@@ -199,7 +203,7 @@ def test_settings_of_wrong_types(scene, settings, message):
 
 
 def test_settings_of_numpy(scene):
-    """Truth: the run accepts NumPy values as it does the same Python values."""
+    """Truth: NumPy values of the settings are accepted like the equal Python values."""
     assert scene.run(threads=np.int64(1), max_memory=np.int64(1 << 30), cache=np.bool_(False)).status == "converged"
 
 

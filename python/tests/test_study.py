@@ -1,4 +1,6 @@
-"""Studies from Python: bitwise the results of the command line, on threads and on workers that are killed."""
+"""Studies from Python give the same results as the command line, bit by bit. This also holds on several threads, and
+if workers are killed.
+"""
 
 import csv
 import json
@@ -150,7 +152,7 @@ def client():
 
 
 def test_workers_that_die(folder, client):
-    """Truth: the table of the study in one process, byte by byte, although workers are killed."""
+    """Truth: although workers are killed, the table equals the table of the study in one process, byte by byte."""
     (folder / "scene.toml").write_text((folder / "scene.toml").read_text().replace("[24, 24]", "[96, 96]"))
     study = Study(folder / "study.toml")
     study.run(folder / "whole")
@@ -168,7 +170,7 @@ def test_workers_that_die(folder, client):
 
     result = study.run(folder / "parts", client=client, progress=progress)
     assert len(killed) == 3 and len(finished) >= 11
-    # A worker may have been killed after it wrote a summary.
+    # A worker may be killed after it wrote a summary. Its run is then computed again.
     assert sum(file.stat().st_mtime_ns != time for file, time in finished.items()) <= 1
     assert (result.exit_code, result.kept, result.unfinished) == (0, 12, [])
     assert (folder / "parts/study.csv").read_bytes() == (folder / "whole/study.csv").read_bytes()
@@ -177,7 +179,7 @@ def test_workers_that_die(folder, client):
     assert [run["status"] for run in some.runs].count("converged") == 2
     assert some.runs[9]["results"] == result.runs[9]["results"]
     assert not (folder / "some/study.csv").exists()
-    # Nothing is computed again.
+    # All runs are kept, so no run is computed again.
     times = [run["seconds"] for run in result.runs]
     again = study.run(folder / "parts", client=client, resume=True)
     assert [run["seconds"] for run in again.runs] == times

@@ -28,7 +28,8 @@ impl<T> AtKey<T> for crate::error::Result<T> {
     }
 }
 
-/// Dotted key `key` in the entry of step `index`. All load points of a history share one entry and the key `history`.
+/// Dotted scene key of `key` in step `index`, such as `steps.2.shift`. All load points of a history share one entry of
+/// `steps` and the key `history`.
 pub(crate) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
     let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let entry = steps[..=index].iter().filter(first).count() - 1;

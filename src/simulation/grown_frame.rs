@@ -1,7 +1,8 @@
 //! Frames that are enlarged when wear brings the contact to their edge.
 //!
-//! An enlargement adds about a quarter of the initial cells at both ends of each axis along which the bodies continue. After two
-//! enlargements, the frame has up to four times the initial cells.
+//! An enlargement adds cells at both ends of each axis along which both bodies continue beyond the frame. At each end
+//! it adds a quarter of the initial number of cells along the axis. After two enlargements, the frame thus has twice
+//! the initial cells along an axis, and up to four times the initial cells in total.
 
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;

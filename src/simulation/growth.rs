@@ -1,5 +1,5 @@
-//! Continues a run on a larger frame when wear brings the contact to the edge of its frame. Existing cells keep their tractions and
-//! depths ([`RunCheckpoint::transfer_to`]).
+//! Continues a run on a larger frame when wear brings the contact to the edge of its frame. Existing cells keep their
+//! tractions and wear depths ([`RunCheckpoint::transfer_to`]).
 
 use crate::body::hybrid::Unsuitable;
 use crate::error::{Error, Result};
@@ -14,12 +14,12 @@ use crate::simulation::grown_frame::no_grid;
 use crate::simulation::mesh_motion;
 use crate::simulation::plan_bodies::BODY_KEYS;
 
-/// Tolerance for changes of a cell's gap between two frames, relative to the largest gap, for the rounding of averages over mesh
-/// faces.
+/// Largest change of a cell's gap that an enlargement of the frame may cause, relative to the largest gap. Averages
+/// over mesh faces change by rounding.
 const GAP_TOLERANCE: f64 = 1e-9;
 
-/// As [`GAP_TOLERANCE`], relative to the largest gap due to applied loads of bodies with half-space near fields. The polynomials
-/// and the quadrature of this gap depend on the frame.
+/// Additional tolerance of bodies with half-space near fields, relative to the largest gap due to their applied loads.
+/// Polynomials and quadrature points approximate this gap, and depend on the frame.
 const OWN_LOAD_GAP_TOLERANCE: f64 = 1e-4;
 
 /// State from which a run continues on a larger frame.
@@ -30,7 +30,7 @@ pub struct FrameGrowth {
     pub gap: Vec<f64>,
     /// Whether the near field of each body on `frame` is a half-space.
     pub half_spaces: [bool; 2],
-    /// State before the jump that would bring the contact to the edge.
+    /// State before the wear jump that would bring the contact to the edge.
     pub checkpoint: RunCheckpoint,
 }
 
@@ -66,11 +66,14 @@ impl FrameGrowth {
         Ok(())
     }
 
-    /// Transfers the state to the larger frame of `simulation` with a note. Also returns the new indices of the old cells, `[N]`.
+    /// Transfers the state to the larger frame of `simulation`, and adds a note. Also returns the new indices of the
+    /// old cells, `[N]`.
     ///
     /// # Errors
-    /// If the near field of a body changes to or from a half-space, the old cells' gap changes, or a frame is no grid. If the
-    /// surfaces are closer outside the old cells than within, or a body cannot be solved.
+    /// * The near field of a body changes to or from a half-space.
+    /// * The gap of an old cell changes, or a new cell has a smaller gap than all old cells.
+    /// * A frame is no grid.
+    /// * A body cannot be solved.
     pub fn transfer_to(self, plan: &Plan, simulation: &Simulation) -> Result<(RunCheckpoint, Vec<usize>)> {
         let model = simulation.model();
         for (index, key) in BODY_KEYS.into_iter().enumerate() {
@@ -106,7 +109,10 @@ fn no_place(why: &str) -> String {
     format!("the body does not allow a half-space there, because {why}")
 }
 
-/// Refuses gaps that differ by more than rounding and `uncertainty` (mm), and new cells with a smaller gap than all old ones.
+/// Refuses an enlargement that changes the gap of an old cell by more than rounding plus `uncertainty` (mm). Also
+/// refuses new cells whose gap is smaller than the gaps of all old cells.
+///
+/// `before` and `now` are the gaps on both frames, `[3, N]`. `places` are the new indices of the old cells.
 fn ensure_same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f64) -> Result<()> {
     let [n_before, n] = [before.len() / 3, now.len() / 3];
     let largest = before.iter().fold(0.0_f64, |largest, gap| largest.max(gap.abs()));

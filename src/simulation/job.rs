@@ -3,13 +3,14 @@
 use crate::output::summary::Summary;
 use crate::scene::Plan;
 
-/// Stack size of computing threads, as of a main thread, bytes.
+/// Stack size of computing threads, bytes: 8 MiB, as of a main thread.
 pub const THREAD_STACK_BYTES: usize = 8 << 20;
 
 /// Starts a thread of a pool, and waits until it runs.
 ///
-/// Threads thus start one after the other. If memory runs out, the large stack of the next thread cannot be allocated, which is an
-/// error. Without memory for its small signal stack, a thread would end the program.
+/// Waiting starts the threads one after the other. If memory runs out, the large stack of the next thread cannot be
+/// allocated, and the caller receives an error. If all threads started at once, a thread could run out of memory for
+/// its small signal stack, which would abort the program.
 ///
 /// # Errors
 /// If the thread cannot be started.

@@ -13,7 +13,7 @@ use crate::scene::plan::Plan;
 use crate::simulation::build::Simulation;
 use crate::simulation::plan_bodies::{BODY_KEYS, worn_bodies};
 
-/// Wear depth until the next mesh motion.
+/// Wear depths at which the meshes move next.
 #[derive(Debug, Clone)]
 pub struct WearBudget {
     /// Wear depth at the last mesh motion, sum of both bodies, `[N]`, mm.
@@ -23,10 +23,11 @@ pub struct WearBudget {
 }
 
 impl WearBudget {
-    /// Budget of `simulation` after the mesh motions so far; `None` if the meshes do not move, or no longer move.
+    /// Budget of `simulation` after the mesh motions `moves`. `None` if the scene requests no mesh motion, or if the
+    /// motion has stopped.
     ///
     /// # Errors
-    /// If the contact group of a body is wrong.
+    /// If the contact group of a body is invalid.
     pub fn new(plan: &Plan, simulation: &Simulation, moves: &MeshUpdates) -> Result<Option<Self>> {
         let Some(share) = plan.mesh_motion_threshold.filter(|_| !moves.stopped) else { return Ok(None) };
         let n = simulation.model().frame.n_cells();
@@ -63,14 +64,14 @@ pub struct StiffnessUpdate {
 }
 
 impl Simulation<'_> {
-    /// Keeps the data to continue from `checkpoint` with moved meshes; bodies and operators are dropped.
+    /// Keeps the data to continue from `checkpoint` with moved meshes. Bodies and operators are dropped.
     pub fn into_stiffness_update(self, checkpoint: RunCheckpoint) -> StiffnessUpdate {
         StiffnessUpdate { previous: PreviousModel::of(self.model()), checkpoint }
     }
 }
 
 impl StiffnessUpdate {
-    /// Transfers the state to the bodies of `simulation` with a note.
+    /// Transfers the state to the bodies of `simulation`, and adds a note.
     ///
     /// # Errors
     /// As [`RunCheckpoint::transfer_to`].

@@ -1,8 +1,14 @@
-//! Simulation of a plan: builds bodies, frame and flexibility, runs the steps, and rebuilds the model when frame or meshes change.
+//! Simulation of a plan: builds bodies, frame and flexibility, runs the steps, and rebuilds the model when frame or
+//! meshes change.
 //!
-//! `validate` checks a plan, `build` builds the [`Simulation`], `segments` runs it and writes the results. After each segment,
-//! `rebuild` ends or continues the run: on a larger frame (made by `grown_frame`, with the state from `growth`) or with worn meshes
-//! (made by `worn_meshes`, with the state from `mesh_motion`). `resume` starts a run from a checkpoint.
+//! - `validate` checks a plan.
+//! - `build` builds the [`Simulation`].
+//! - `segments` runs the simulation and writes the results. A segment is the part of a run on one frame with one set of
+//!   meshes.
+//! - `rebuild` ends the run after a segment, or continues it on a larger frame or with worn meshes.
+//! - `grown_frame` makes the larger frame, and `growth` transfers the state to it.
+//! - `worn_meshes` makes the worn meshes, and `mesh_motion` transfers the state to them.
+//! - `resume` starts a run from a checkpoint.
 
 pub(crate) mod build;
 pub(crate) mod failure;

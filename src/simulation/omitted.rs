@@ -23,11 +23,11 @@ use crate::simulation::plan_bodies::SIDES;
 use crate::simulation::plan_bodies::bare_half_space;
 use crate::simulation::worn_meshes;
 
-/// Omitted work that the run of `plan` on `frame` will report, in the order of the report. Factorisations that the cache replaces
-/// are not included.
+/// Omitted work that the run of `plan` on `frame` will report, in the order of the report. The prediction does not
+/// include factorisations that a cached flexibility makes unnecessary.
 ///
 /// # Errors
-/// If the frame is not plane under a half-space, or a surface Green's function does not converge.
+/// If the frame on a half-space is not plane, or a surface Green's function does not converge.
 pub(crate) fn expected_omitted_work(
     plan: &Plan,
     frame: &ContactFrame,
@@ -59,7 +59,7 @@ pub(crate) fn expected_omitted_work(
     Ok(skipped)
 }
 
-/// Work that plan and frame omit for any operators, in the order of the report.
+/// Work that the plan and the frame omit with any operator, in the order of the report.
 pub(super) fn omitted_by_plan(plan: &Plan, frame: &ContactFrame) -> Vec<OmittedWork> {
     let mut skipped: Vec<OmittedWork> = candidate_cells::omitted_work(frame).into_iter().collect();
     skipped.extend(omitted_distant_entries(plan, frame));
@@ -129,12 +129,15 @@ fn skipped_stress(plan: &Plan) -> Vec<OmittedWork> {
     meshed.map(|index| OmittedWork::new(None, format!("{what} of body {}", index + 1), why)).collect()
 }
 
-/// Whether meshed bodies are solved again after condensation, even without applied loads.
+/// Whether the run needs the factorised stiffness of meshed bodies after condensation, even without applied loads.
+/// Written fields (other than SVG pictures) need the factor. Rows of the flexibility outside the candidate cells also
+/// need it.
 pub(crate) fn needs_factor_after_condensation(plan: &Plan, frame: &ContactFrame) -> bool {
     plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg) || frame.candidates.is_some()
 }
 
-/// Omitted work for a cached flexibility of body `index`. `solves`: fields or loads need the factor, which is then cached, too.
+/// Omitted work for a cached flexibility of body `index`. `solves` states whether fields or loads need the factor. The
+/// cache then contains the factor, too.
 pub(crate) fn omitted_factorisation(index: usize, solves: bool) -> OmittedWork {
     let factor = if solves { " and the factor for fields or loads" } else { "" };
     let (what, why) = (

@@ -1,4 +1,4 @@
-//! Bodies of a plan: keys, contact faces, unconstrained motions, half-spaces, and worn bodies.
+//! Keys, contact faces, unconstrained motions and half-spaces of the bodies of a plan, and the bodies that wear.
 
 use crate::body::{HalfSpaceBody, LoadCase};
 use crate::error::{Context, Error, Result as Checked};
@@ -57,8 +57,8 @@ pub(crate) fn bare_half_space(
     HalfSpaceBody::new(&elastic.stiffness_in_frame(0.0), SIDES[index], frame).at(BODY_KEYS[index])
 }
 
-/// Map between `frame` and the contact faces of body `index`. Errors of the map have the key `frame.half_width` on a grid, and the
-/// key of the contact group on other frames.
+/// Map between `frame` and the contact faces of body `index`. If the map fails on a grid, the error has the key
+/// `frame.half_width`. On other frames, the error has the key of the contact group.
 pub(crate) fn face_map(
     fe: &MeshedBodyPlan,
     index: usize,
@@ -83,7 +83,7 @@ pub(super) fn ensure_faces_other_body(
     let towards = frame.axes.normal() * if index == 0 { 1.0 } else { -1.0 };
     let outward = |face: &SurfaceFace| face.area_vector(&fe.mesh).dot(&towards);
     let looking: f64 = faces.iter().map(|face| outward(face).max(0.0)).sum();
-    // A lateral face of a block has a component along the normal by rounding only.
+    // Rounding alone gives a lateral face of a block a component along the normal.
     if looking > 1e-6 * faces.iter().map(|face| face.area(&fe.mesh)).sum::<f64>() {
         return Ok(());
     }

@@ -23,7 +23,7 @@ pub(super) struct RebuildState {
 pub(super) enum Change {
     GrownFrame(RunCheckpoint),
     MovedMeshes(RunCheckpoint, WornMeshes),
-    /// The meshes could not be moved.
+    /// The meshes could not be moved. The run continues with the same operators.
     SameOperators(RunCheckpoint),
 }
 
@@ -42,15 +42,15 @@ pub(super) struct Rebuilt<'p> {
 
 pub(super) struct SimulationBuilder<'a, 'p> {
     pub plan: &'p Plan,
-    /// Frame made for another plan, which this run uses instead of its own.
+    /// Frame of another plan, which this run uses instead of the frame of its own plan.
     pub frame: Option<&'a ContactFrame>,
     pub show: &'a mut (dyn FnMut(ProgressEvent) + Send),
     pub stop: &'a AtomicBool,
 }
 
 impl<'p> SimulationBuilder<'_, 'p> {
-    /// Builds the simulation with the meshes as moved so far. Its frame is the enlarged frame, or else `self.frame`, or else the
-    /// frame of the plan.
+    /// Builds the simulation with the worn meshes of `rebuilds`. The frame is the enlarged frame, if any; otherwise
+    /// `self.frame`, if any; otherwise the frame of the plan.
     pub fn build(&mut self, rebuilds: &RebuildState) -> std::result::Result<Simulation<'p>, SceneError> {
         let larger = frame_of_state(self.plan, rebuilds)?;
         let frame = larger.as_ref().or(self.frame);
@@ -98,7 +98,8 @@ impl<'p> SimulationBuilder<'_, 'p> {
         Ok(Rebuilt { simulation, checkpoint, rebuilds, cell_map: None })
     }
 
-    /// Applies `change` after a segment: returns the simulation of the next segment, and the state transferred to it.
+    /// Applies `change` after a segment. Returns the simulation of the next segment, and the state transferred to this
+    /// simulation.
     pub fn rebuild(
         &mut self,
         simulation: Simulation<'p>,

@@ -37,7 +37,7 @@ pub struct ResumePoint {
 }
 
 impl ResumePoint {
-    /// Returns `keeper`, set to continue from this checkpoint.
+    /// Returns the checkpoint writer `keeper`, set to continue after this checkpoint.
     pub fn keeper(&self, keeper: CheckpointWriter) -> CheckpointWriter {
         keeper.continuing_from(self.number, CompletedWork::of(self.checkpoint_data.snapshot.records()))
     }
@@ -122,8 +122,8 @@ pub fn decide_resume(
     Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data })))
 }
 
-/// Loads the results in `directory` into `summary`. Returns false, without a change, unless the results are readable, belong to
-/// `plan` and have one of the statuses `ways`.
+/// Loads the results in `directory` into `summary`. Returns false without a change if the results are not readable, do
+/// not belong to `plan`, or have none of the statuses `ways`.
 pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary: &mut Summary) -> bool {
     let Some(mut found) = matching_summary(plan, directory) else { return false };
     let Ok(status) = serde_json::from_value::<Status>(found["status"].take()) else { return false };
@@ -148,8 +148,8 @@ fn is_finished(plan: &Plan, directory: &Path) -> bool {
     matching_summary(plan, directory).is_some_and(|summary| summary["status"] == "converged")
 }
 
-/// Summary in `directory` if it has the scene, accuracy and version of `plan`, and is not older than the files that the scene
-/// names.
+/// Summary in `directory`, if it has the scene, accuracy and version of `plan`. The summary must not be older than the
+/// files that the scene names.
 fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
     let path = directory.join(SUMMARY_FILE);
     let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
@@ -162,7 +162,8 @@ fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
     is_of_plan.then_some(summary)
 }
 
-/// Whether `summary` has the accuracy that `plan` requests. This accuracy determines the cells, and an option may set it.
+/// Whether the run of `summary` requested the accuracy of `plan`. The scene's SHA-256 does not suffice for this
+/// comparison, because a command-line option can replace the accuracy.
 fn has_accuracy_of(plan: &Plan, summary: &Value) -> bool {
     match (summary["accuracy"]["requested"].as_f64(), &plan.accuracy) {
         (Some(requested), Some(accuracy)) => requested == accuracy.relative,

@@ -25,7 +25,7 @@ use crate::simulation::{SceneError, Simulation};
 
 /// Options of a run.
 pub struct RunOptions<'a> {
-    /// Frame made for another plan, which this run uses instead of its own.
+    /// Frame of another plan, which this run uses instead of the frame of its own plan.
     pub frame: Option<&'a ContactFrame>,
     /// Receives progress events.
     pub on_progress: &'a mut (dyn FnMut(ProgressEvent) + Send),
@@ -110,7 +110,7 @@ impl Observer for RunObserver<'_, '_> {
 struct Segment<'p> {
     simulation: Simulation<'p>,
     parts: RecorderParts,
-    /// Checkpoint from which the segment starts, with the order in which its operators were formed.
+    /// Checkpoint from which the segment starts, with the history of the operators that must be replayed.
     from: Option<(RunCheckpoint, OperatorHistory)>,
     rebuilds: RebuildState,
 }
@@ -232,7 +232,8 @@ fn run_segments<'p>(
     let initial = (summary.warnings.clone(), summary.skipped.clone());
     loop {
         let Segment { simulation, parts, from, rebuilds } = segment;
-        // Besides its initial entries, the summary lists the warnings and omitted work from the last built simulation only.
+        // The summary keeps its initial warnings and omitted work. Warnings and omitted work of the present simulation
+        // replace the entries of the previous segment.
         summary.warnings = initial.0.iter().chain(&simulation.report.warnings).cloned().collect();
         summary.skipped = initial.1.iter().chain(&simulation.report.skipped).cloned().collect();
         fill_from_build(summary, &simulation);
@@ -312,7 +313,8 @@ fn segment_recorder<'r>(
     }
 }
 
-/// Recorder for the remaining output after the last segment, without bodies.
+/// Recorder for the remaining output of a run whose next segment cannot be built. The previous bodies no longer exist,
+/// so it writes no body fields.
 fn final_recorder<'r>(
     plan: &Plan,
     frame: &'r ContactFrame,
@@ -403,8 +405,8 @@ mod tests {
         }
     }
 
-    /// Truth: the observer receives the frame of 4 x 4 = 16 cells once, before the four increments. A scene read from text has the
-    /// file's SHA-256.
+    /// Truth: the observer receives the frame of 4 x 4 = 16 cells once, before the four increments. A scene read from
+    /// text has the same SHA-256 as a scene read from its file.
     #[test]
     fn who_watches_hears_of_the_frame_first() {
         let (path, overrides) = small_scene();
@@ -427,8 +429,9 @@ mod tests {
         }
     }
 
-    /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic is reported as an internal error with the scene's SHA-256, also
-    /// in the summary. The checkpoint contains the two increments before the panic.
+    /// Truth (docs/verification.md: rel-no-panics; docs/command-line.md: code 1): a panic is reported as an internal
+    /// error with the scene's SHA-256, also in the summary. The checkpoint contains the two increments before the
+    /// panic.
     #[test]
     fn panics_are_internal_errors() {
         let folder = tempfile::tempdir().unwrap();

@@ -14,8 +14,8 @@ use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, wears, worn_bodies};
 /// Worn meshes of the two bodies; `None` for meshes that have not moved.
 pub type WornMeshes = [Option<Arc<Mesh>>; 2];
 
-/// Meshes of the worn bodies for a total wear depth `worn` (`[N]`, mm) of both bodies on `frame` (default: the plan's frame); both
-/// `None` if `worn` is empty.
+/// Meshes of the worn bodies for the wear depth `worn` on `frame` (sum of both bodies, `[N]`, mm). Without `frame`,
+/// `worn` belongs to the frame of the plan. If `worn` is empty, no mesh has moved.
 ///
 /// # Errors
 /// If the plan's frame is invalid, an element would invert or become too flat, or memory does not suffice.

@@ -33,7 +33,7 @@ def _mesh(value: Any) -> Mesh:
 
 
 class MeshFile:
-    """A mesh as a file, which is removed with the last scene that uses it.
+    """A mesh as a file. The file is removed with the last scene that uses it.
 
     The file name is a hash of the content, so that equal meshes give equal scenes.
     """
@@ -44,7 +44,7 @@ class MeshFile:
         weakref.finalize(self, _remove, path, os.getpid())
 
 
-# Reentrant, because garbage collection may remove a file while another one is written.
+# The lock is reentrant, because garbage collection may remove a file while the same thread writes another file.
 _lock = threading.RLock()
 _files: weakref.WeakValueDictionary[str, MeshFile] = weakref.WeakValueDictionary()
 #: Folders by process id: a forked process does not touch the folder of its parent.
@@ -56,7 +56,8 @@ def _folder() -> Path:
     if pid not in _folders:
         _clear_stale()
         folder = Path(tempfile.mkdtemp(prefix=PREFIX))
-        # Without file locks the folder must not contain a lock file, or other processes take it for stale.
+        # Without file locks, the folder must not contain a lock file. Otherwise, other processes would delete the
+        # folder as stale.
         if not _try_lock(folder / LOCK):
             (folder / LOCK).unlink(missing_ok=True)
         _folders[pid] = folder
@@ -69,12 +70,12 @@ def _clear(pid: int) -> None:
         shutil.rmtree(_folders[pid], ignore_errors=True)
 
 
-#: A folder whose lock file is not locked is stale after STALE_AFTER_SECONDS: its process was killed.
+#: A folder whose lock file is not locked is stale after STALE_AFTER_SECONDS (s), because its process was killed.
 PREFIX, LOCK, STALE_AFTER_SECONDS = "orthowear-meshes-", "lock", 60.0
 
 
 def _try_lock(path: Path) -> bool:
-    """Locks a file until the process ends. Returns whether it succeeded."""
+    """Locks a file until the process ends. Returns whether the lock was obtained."""
     try:
         import fcntl
     except ImportError:
@@ -145,13 +146,14 @@ def _paths(value: Any) -> Iterator[str]:
 
 
 def mesh_files_of(scene: Mapping[str, Any]) -> tuple[MeshFile, ...]:
-    """Files of those meshes in a scene's dict that were made from objects."""
+    """Files of the meshes in a scene's dict that were made from objects."""
     found = (_files.get(path) for path in set(_paths(scene)))
     return tuple(file for file in found if file is not None)
 
 
 def paths_to_meshes(value: Any, files: Iterable[MeshFile]) -> Any:
-    """Replaces the paths of mesh files in a part of a scene by meshes: the inverse of `meshes_to_paths`."""
+    """Replaces the paths of mesh files in a part of a scene by mesh objects. This is the inverse of `meshes_to_paths`.
+    """
     meshes = {str(file.path): file.mesh for file in files}
 
     def visit(part: Any) -> Any:

@@ -31,7 +31,7 @@ def from_gmsh(gmsh: Any) -> Mesh:
             if name:
                 names[int(dim), abs(int(tag))] = name
             for entity in model.getEntitiesForPhysicalGroup(dim, tag):
-                # A minus sign reverses the orientation of the elements, which is not used here.
+                # A negative tag reverses the orientation of the elements. The orientation is not used here.
                 groups.setdefault((int(dim), abs(int(entity))), set()).add(abs(int(tag)))
         found = [(entity, *model.mesh.getElements(*entity)) for entity in sorted(groups)]
     except Exception as error:  # gmsh raises plain exceptions

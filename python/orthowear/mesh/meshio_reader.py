@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from .msh import ELEMENT_TYPES, ElementBlock, Groups, Mesh, refuse, type_of
 
-#: Nodes beyond the corners, in the orders of gmsh and of VTK, which meshio uses: the corners of their edge, face or solid.
+#: Nodes of second-order elements after the corner nodes, in gmsh's order and in VTK's order. meshio uses VTK's order.
+#: Each node is given by the corners of its edge, face or solid: node "01" lies between corners 0 and 1.
 GMSH_EDGES = {
     "tetra": "01 12 02 03 23 13",
     "hexahedron": "01 03 04 12 15 23 26 37 45 47 56 67",
@@ -33,9 +34,10 @@ def is_meshio(value: Any) -> bool:
 def from_meshio(mesh: Any) -> Mesh:
     """Reads a `meshio.Mesh` with physical groups.
 
-    Groups are its cell sets, and its integer cell data `gmsh:physical` (0: none), named by `field_data`. Float cell data of 3
-    or 9 components are fields, for fibres along a field: `fibre = {"field": NAME}`. The order of the elements is kept. Nodes of
-    second-order elements must be in meshio's order, that is, in the order of VTK.
+    The groups are the cell sets of the mesh, and its integer cell data `gmsh:physical` (0: no group) with names
+    from `field_data`. Float cell data of 3 or 9 components are fields, for fibres along a field:
+    `fibre = {"field": NAME}`. The order of the elements is kept. Nodes of second-order elements must be in meshio's
+    order, that is, in the order of VTK.
     """
     if not is_meshio(mesh):
         refuse(f"a {type_of(mesh)} is not a meshio.Mesh with points, cells, cell_sets and cell_data")
@@ -52,7 +54,7 @@ def from_meshio(mesh: Any) -> Mesh:
         if len(wrong):
             refuse(f"an element of the type {block.type} refers to node {wrong[0]}, but the mesh has {len(points)} nodes, counted from 0")
         nodes = _gmsh_order(block.type, nodes, points)
-        # One block for each sequence of elements in the same groups.
+        # Consecutive elements in the same groups form one block.
         ends = np.flatnonzero(np.diff(places)) + 1
         for start, end in zip([0, *ends], [*ends, len(places)], strict=True):
             if end > start:
@@ -61,7 +63,9 @@ def from_meshio(mesh: Any) -> Mesh:
 
 
 def _groups(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[npt.NDArray[np.int64]]]:
-    """Names by dimension and tag, all sets of groups, and the index of the set for each element of each block."""
+    """Groups of the elements: names of the groups by dimension and tag, all combinations of groups, and an array per
+    block. The array contains the index of the combination for each element of the block.
+    """
     sets: list[Groups] = [()]
     index: dict[Groups, int] = {(): 0}
     members = [np.zeros(len(block.data), dtype=np.int64) for block in mesh.cells]
@@ -120,7 +124,7 @@ def _fields(mesh: Any) -> dict[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.
 
 
 def _gmsh_order(kind: str, nodes: npt.NDArray[np.int64], points: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    """Nodes of elements in gmsh's order."""
+    """Nodes of elements, reordered from meshio's to gmsh's order."""
     shape = kind.rstrip("0123456789")
     if kind == shape or shape not in GMSH_EDGES or not len(nodes):
         return nodes
@@ -131,7 +135,8 @@ def _gmsh_order(kind: str, nodes: npt.NDArray[np.int64], points: npt.NDArray[np.
     order += range(len(order), nodes.shape[1])
     if kind not in ("wedge18", "pyramid14"):
         return nodes[:, order]
-    # meshio does not reorder these types. In the right order, mid-edge nodes lie between the corners of their edges.
+    # meshio keeps the order of the file for these types. Therefore, the positions of the nodes decide: in gmsh's order,
+    # each mid-edge node lies between the corners of its edge in GMSH_EDGES.
     ends = np.array([[int(corner) for corner in edge] for edge in GMSH_EDGES[shape].split()])
 
     def off(candidate: npt.NDArray[np.int64]) -> float:

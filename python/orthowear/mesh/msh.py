@@ -39,7 +39,8 @@ ELEMENT_TYPES: dict[str, tuple[int, int, int]] = {
 NAMES = {code: name for name, (code, _, _) in ELEMENT_TYPES.items()}
 
 Groups = tuple[int, ...]
-#: Elements of one type in the same groups: type, nodes (n, k) from 0 in gmsh's order, tags of the groups.
+#: Elements of one type in the same groups: type, nodes (n, k) counted from 0 in gmsh's order, and tags of the
+#: groups.
 ElementBlock = tuple[str, npt.NDArray[np.int64], Groups]
 
 
@@ -79,8 +80,13 @@ class Mesh:
         names: Mapping[tuple[int, int], str],
         fields: Mapping[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]] | None = None,
     ) -> None:
-        """points (N, 3): positions of the nodes, length. runs: blocks of elements. names: names of the groups by dimension and
-        tag. fields: element numbers (from 1) and values of each field, by its name.
+        """Makes a mesh from nodes, elements, groups and fields.
+
+        Args:
+            points (N, 3): positions of the nodes, length.
+            runs: blocks of elements.
+            names: names of the groups by dimension and tag.
+            fields: element numbers (from 1) and values of each field, by the name of the field.
         """
         self.groups = {}
         for kind, nodes, groups in runs:
@@ -128,7 +134,8 @@ def _sections(
     lines = [f'{dim} {tag} "{name}"\n' for (dim, tag), name in sorted(names.items())]
     yield f"$PhysicalNames\n{len(lines)}\n{''.join(lines)}$EndPhysicalNames\n".encode()
 
-    # Elements get their groups from their entity.
+    # In the file, elements belong to the groups of their entity. Each combination of groups therefore becomes one
+    # entity.
     entities: list[dict[Groups, int]] = [{}, {}, {}, {}]
     for kind, _, groups in runs:
         of_dim = entities[ELEMENT_TYPES[kind][1]]

@@ -1,7 +1,7 @@
-"""Plots of results with matplotlib, which is imported by the first plot.
+"""Plots of results with matplotlib. The first plot imports matplotlib.
 
-Each function draws into `ax`, or into a new figure, and returns the axes. Use matplotlib for titles, limits, legends and more
-lines. Values are drawn unscaled, in the scene's units. Colours are safe for colour-blind readers.
+Each function draws into `ax`, or into a new figure, and returns the axes. Use matplotlib for titles, limits,
+legends and more lines. Values are drawn unscaled, in the scene's units. Colours are safe for colour-blind readers.
 """
 
 from .entries import convergence, history, loop

@@ -1,4 +1,4 @@
-"""Plots of the numbers of the entries, and of the runs of an accuracy search."""
+"""Plots of values of the entries, and of the runs of an accuracy search."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .axes import axes_of, unit_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Dimension of each number of an entry.
+#: Dimension of each quantity of an entry, or its unit.
 ENTRIES = {
     "approach": "length",
     "shift": "length",
@@ -49,13 +49,13 @@ def history(
     ax: Axes | None = None,
     **options: Any,
 ) -> Axes:
-    """Draws a number of the entries (docs/results.md), such as a force, an area or the wear volume. Vectors give a line per
-    component.
+    """Draws a quantity of the entries (docs/results.md), such as a force, an area or the wear volume. A vector gives
+    one line per component.
 
     Args:
         name: For example normal_force, tangential_force, tangential_force.0, contact_area, worn_volume, certificate.min_gap.
-        over: Number on the x axis. Default: `cycles_done` where there are cycles, else the number of the entry, from 1.
-        step: Draw the entries of this step only.
+        over: Quantity on the x axis. Default: `cycles_done` if an entry has cycles, otherwise the number of the entry, from 1.
+        step: Draw only the entries of this step.
         options: Options of matplotlib's plot.
     """
     entries, _ = _entries(of, step)
@@ -93,9 +93,13 @@ def loop(
 ) -> Axes:
     """Draws the tangential force on body 1 against the tangential displacement (`shift`) of body 2.
 
-    Results with resolved cycles (`output.fields` with "loops") give a closed loop per cycle, other results the path through the
-    entries. step: draws this step only. component: x or y, by default the direction in which body 2 moves further. options:
-    options of matplotlib's plot.
+    Results with resolved cycles (`output.fields` with "loops") give a closed loop per cycle. Other results give the
+    path through the entries.
+
+    Args:
+        step: Draw only this step.
+        component: x or y, by default the direction in which body 2 moves further.
+        options: Options of matplotlib's plot.
     """
     if component not in (None, "x", "y"):
         raise ValueError(f"component {component!r}: allowed are 'x', 'y' and None")
@@ -125,11 +129,12 @@ def loop(
 
 
 def convergence(of: Result, *, step: str | None = None, ax: Axes | None = None, **options: Any) -> Axes:
-    """Draws the convergence of the results of a scene with `accuracy`: their relative difference from the last run.
+    """Draws the convergence of a scene with `accuracy`: the relative difference of each result from its value in the
+    last run.
 
-    Each value of each step (or of `step` only) gives a line over the runs. Runs are labelled by their cells and the factor of
-    their increments. Rings show the estimated errors of the last run, the dashed line the requested accuracy. options: options
-    of matplotlib's plot.
+    Each result of each step (or of `step` only) gives a line over the runs. Runs are labelled by their cells and
+    the factor of their increments. Rings show the estimated errors of the last run. The dashed line shows the
+    requested accuracy. options: options of matplotlib's plot.
     """
     accuracy = of.summary.get("accuracy")
     if not accuracy or len(accuracy["runs"]) < 2:
@@ -180,7 +185,7 @@ def _entries(of: Any, step: str | None) -> tuple[Entries, dict[str, str]]:
 
 
 def _columns(rows: list[dict[str, Any]], name: str) -> dict[str, str]:
-    """Columns of a number, or of the components of a vector, with a label for each."""
+    """Columns of a scalar quantity, or of the components of a vector, with a label for each column."""
     known = dict.fromkeys(column for row in rows for column, value in row.items() if _is_number(value))
     found = [column for column in known if column == name or column.rpartition(".")[0] == name]
     if not found:
@@ -200,7 +205,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _numbers(rows: list[dict[str, Any]], column: str) -> Array:
-    """Values of a column, NaN where an entry has no such number."""
+    """Values of a column. NaN if an entry has no number in this column."""
     values = (row.get(column) for row in rows)
     return np.array([value if _is_number(value) else np.nan for value in values], dtype=float)
 

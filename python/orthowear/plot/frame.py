@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from ..scene import Entry
 
-#: Colour maps of values from zero and of signed values.
+#: Colour map for values from zero, and colour map for signed values.
 FROM_ZERO, SIGNED = "viridis", "RdBu_r"
 #: Colours of open, sticking and slipping cells (Okabe and Ito 2008).
 CONTACT = {"open": "#e6e6e6", "stick": "#0072b2", "slip": "#e69f00"}
@@ -34,7 +34,7 @@ class _Part(NamedTuple):
     signed: bool
 
 
-#: Per field: its label, the dimension of its unit, and its components. The first component is shown by default.
+#: For each field: label, dimension of its unit, and components. By default, the first component is shown.
 FIELDS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "pressure": ("pressure", "stress", ()),
     "tractions": ("traction on body 2", "stress", ("tangential", "x", "y", "n")),
@@ -60,17 +60,17 @@ def field(
     """Draws a map of a field over the frame, along the frame's x and y from its origin.
 
     Args:
-        name: pressure, tractions, gap, slip, wear_depth or contact.
-        component: Of `tractions` and `slip`: tangential (magnitude along x and y, the default), x or y. Of `tractions` also n.
-            Of `gap`: n (the default), x or y.
-        arrows: Whether to draw directions on magnitudes.
+        name: pressure, tractions, gap, slip, wear_depth, wear_depth_error or contact.
+        component: `tractions` have tangential (magnitude along x and y), x, y and n. `slip` has tangential, x and y. `gap` has n, x
+            and y. The first component of each list is the default.
+        arrows: Whether to draw the directions of tangential magnitudes.
         colorbar: Whether to draw a colour bar with the unit.
-        xy: Positions of the cells (N, 2) in the plot, for frames that are not grids. Use them where cells of a curved frame
-            overlap in its plane, such as arc length and height on a cylinder.
+        xy: Positions of the cells (N, 2) in the plot, for frames that are not grids. Give positions if the cells of a curved frame
+            overlap in its plane. An example is arc length and height on a cylinder.
         options: Options of matplotlib's pcolormesh, such as cmap, vmin and vmax.
 
-    Signed components have a colour map centred at 0. Slip is not drawn in open cells. Cells of frames that are not grids are
-    drawn as squares of the same area.
+    Signed components have a colour map centred at 0. Slip is not drawn in open cells. Cells of frames that are not
+    grids are drawn as squares of the same area.
     """
     fields = _fields(of)
     part = _part(fields, name, component)
@@ -112,10 +112,11 @@ def section(
     ax: Axes | None = None,
     **options: Any,
 ) -> Axes:
-    """Draws a field in a row of cells along x or y. `at`: position of the row on the other axis (default: middle).
+    """Draws a field in a row of cells along x or y. `at` is the position of the row on the other axis (default:
+    middle).
 
-    name, component, xy: as in `field`. options: options of matplotlib's plot. By default the label of the line gives the
-    position of the row. On frames that are not grids, the cells on the line at `at` are drawn.
+    name, component, xy: as in `field`. options: options of matplotlib's plot. By default, the label of the line
+    gives the position of the row. On frames that are not grids, the cells on the line at `at` are drawn.
     """
     if along not in ("x", "y"):
         raise ValueError(f"along {along!r}: allowed are 'x' and 'y'")
@@ -127,7 +128,7 @@ def section(
     wanted = (across.min() + across.max()) / 2 if at is None else float(at)
     if fields.grid is not None:
         rows = fields.places % fields.grid[1] if along == "x" else fields.places // fields.grid[1]
-        # Of two equally near rows take the first one, independent of rounding.
+        # Of two equally near rows, the first row is drawn. Rounding does not change this choice.
         distance = np.abs(across - wanted)
         near = rows[distance <= distance.min() + 1e-6 * np.sqrt(fields.areas[0])]
         chosen = np.flatnonzero(rows == near.min())
@@ -237,7 +238,9 @@ def _edges(fields: Fields) -> tuple[Array, Array]:
 
 
 def _arrows(ax: Axes, fields: Fields, places: Array, vectors: Array) -> None:
-    """Draws arrows at every n-th cell, shorter than their distance. Vectors below 1 % of the largest vector get no arrow."""
+    """Draws arrows at every n-th cell. Arrows are shorter than the distance between them. Vectors below 1 % of the
+    largest vector get no arrow.
+    """
     size = np.hypot(vectors[:, 0], vectors[:, 1])
     largest = size.max(initial=0.0)
     if not largest > 0:

@@ -56,7 +56,7 @@ pub(super) fn build_body(
         BodyPlan::TruncatedHalfSpace(spec) => build_truncated(plan, spec, index, frame, left).map(Ok),
         BodyPlan::Be(be) => build_be(plan, be, index, frame, left).map(Ok),
         BodyPlan::Fe(fe) => {
-            // [`FeBody`] builds this map again; this call attributes errors to the right scene key.
+            // [`FeBody`] builds the same map later. This call gives errors of the map the right scene key.
             face_map(fe, index, frame)?;
             match near.half_space_fit() {
                 Some(site) => build_hybrid(plan, fe, index, frame, site, left),

@@ -35,8 +35,9 @@ const NEAR_FIELD_REMEDIES: &str = "a finer mesh (mainly towards the edges of the
 /// Builds the simulation of `plan`; `progress` receives each stage.
 ///
 /// # Errors
-/// If a control, mesh, support, material or frame of the plan is wrong, or a body cannot be solved. If memory does not suffice, or
-/// `stop` is set meanwhile (kind `Interrupted`).
+/// * A control, mesh, support, material or frame of the plan is invalid.
+/// * A body cannot be solved, or memory does not suffice.
+/// * `stop` is set during the construction (kind `Interrupted`).
 pub fn build<'p>(
     plan: &'p Plan,
     progress: &mut dyn FnMut(ProgressEvent),
@@ -45,8 +46,8 @@ pub fn build<'p>(
     build_with(plan, None, [None, None], progress, stop)
 }
 
-/// As [`build`], but on a `given` frame, if any, and with the stiffness of worn meshes
-/// ([`crate::simulation::worn_meshes::worn_meshes`]), if any.
+/// As [`build`], but on the frame `given`, if any. Bodies with a mesh in `worn` get the stiffness of this mesh
+/// ([`crate::simulation::worn_meshes::worn_meshes`]).
 ///
 /// # Errors
 /// As [`build`].
@@ -134,8 +135,10 @@ impl<'p> Builder<'p, '_> {
         self.report.timings.measure(BODY_KEYS[index], || build_body(plan, index, worn, frame, near, left))
     }
 
-    /// Builds body `index` with the near field of its mesh, and warns that the half-space was rejected. An error if the scene
-    /// requires the half-space.
+    /// Builds body `index` with the near field of its mesh, and warns that the half-space was rejected.
+    ///
+    /// # Errors
+    /// If the scene requires the half-space.
     fn fall_back_to_mesh(
         &mut self,
         index: usize,
@@ -241,7 +244,8 @@ fn coarse_mesh_warning(key: &str, record: &NearFieldRecord, element: Option<Elem
         Some(Element::Hex8 | Element::Hex8Bbar) => "element = \"hex8-eas\" or elements of second order",
         _ => "elements of second order",
     };
-    // If the mesh carries most of the displacement, the error under concentrated loads exceeds the one under uniform loads.
+    // If `share` exceeds 1, the mesh error under concentrated loads is larger than under uniform loads. The limit is
+    // then smaller.
     (error > MESH_ERROR_WARNING / indicators.share.max(1.0).sqrt()).then(|| {
         Warning::uncertain(&format!(
             "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: use a finer mesh where `orthowear refine` suggests it, or {better}",
@@ -250,7 +254,7 @@ fn coarse_mesh_warning(key: &str, record: &NearFieldRecord, element: Option<Elem
     })
 }
 
-/// Nodes of the contact surface of body `index`; empty without a mesh.
+/// Nodes of the contact surface of body `index`. Empty if the body has no mesh.
 fn contact_nodes(plan: &Plan, index: usize) -> std::result::Result<Vec<usize>, SceneError> {
     let Some(fe) = plan.bodies[index].as_meshed() else { return Ok(Vec::new()) };
     Ok(fe.mesh.nodes_of(fe.mesh.group_of_dim(&fe.contact, 2).at(BODY_KEYS[index])?))
@@ -261,8 +265,8 @@ mod tests {
     use super::*;
     use crate::body::hybrid::Indicators;
 
-    /// Truth (docs/theory-hybrid.md): a mesh error above 0.02 / sqrt(max(`share`, 1)) causes a warning, except for a near field of
-    /// the mesh, which has a `reason`.
+    /// Truth (docs/theory-hybrid.md): a mesh error above 0.02 / sqrt(max(`share`, 1)) causes a warning. A record with a
+    /// `reason` causes no warning, because its near field comes from the mesh.
     #[test]
     fn meshes_that_are_too_stiff() {
         let told = |mesh_error: f64, share: f64, reason: Option<&str>| {

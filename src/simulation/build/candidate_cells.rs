@@ -1,8 +1,9 @@
-//! Candidate cells, which may come into contact under the prescribed steps. Meshed bodies form their flexibility on these cells
-//! first.
+//! Candidate cells, which may come into contact under the prescribed steps. Meshed bodies form their flexibility on
+//! these cells first.
 //!
-//! Under a prescribed approach, bodies touch where their undeformed surfaces would overlap. This is no strict bound: the solver
-//! checks the other cells in each state and forms missing rows.
+//! Under a prescribed approach, bodies touch where their undeformed surfaces would overlap. This estimate is no strict
+//! bound. Therefore, the solver checks the other cells in each state, and forms their flexibility when they come into
+//! contact.
 
 use crate::coupling::Coupling;
 use crate::evolution::step::{Normal, Step, Tangential};
@@ -14,11 +15,11 @@ use crate::simulation::build::near_field::NearFieldModel;
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::{BODY_KEYS, face_map, free_motions};
 
-/// Multiple of the largest approach below which the initial gap makes a cell a candidate.
+/// Multiple of the largest approach that limits the initial gap of candidate cells.
 const MARGIN: f64 = 1.25;
 
-/// Share of candidates among all cells from which all cells are treated alike, because checks of the other cells would cost more
-/// than they save.
+/// Smallest share of candidate cells for which the flexibility is formed on all cells at once. Checks of the few other
+/// cells would cost more than they save.
 const MAX_ACTIVE_SHARE: f64 = 0.6;
 
 /// Adds the candidate cells to `frame`, if they are few enough.
@@ -55,10 +56,10 @@ pub(crate) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
     ))
 }
 
-/// Limit of the initial gap of candidates, mm; `None` if all cells are candidates. If all cells have the same axes, the gap is
-/// measured from the smallest gap.
+/// Limit of the initial gap of candidate cells, mm; `None` if all cells are candidates. If all cells have the same
+/// axes, the smallest gap is subtracted from the initial gap.
 ///
-/// The limit is rounded up to a power of the root of two, so that runs with similar approaches share a cache entry.
+/// The limit is rounded up to a power of sqrt(2), so that runs with similar approaches share a cache entry.
 fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Option<f64> {
     let condensed =
         |(body, near): (&BodyPlan, &NearFieldModel)| body.as_fe().is_some() && near.is_condensed();
@@ -75,15 +76,15 @@ fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2
         return None;
     }
     let approach = plan.max_prescribed_approach()?;
-    // On inclined cells, motion in the frame's plane closes the gap too.
+    // On inclined cells, motion in the frame's plane closes the gap, too.
     let sideways =
         if frame.has_uniform_axes() { 0.0 } else { plan.steps.iter().try_fold(0.0, tangential_travel)? };
     let needed = MARGIN * approach + sideways;
     Some(2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
 
-/// Adds the largest in-plane motion of body 2 in `step` to `before`, mm; `None` if a prescribed force determines this motion. The
-/// sum over the steps bounds the motion of the run.
+/// Adds the largest in-plane motion of body 2 in `step` to the motion `before` this step, mm. `None` if a prescribed
+/// force determines the motion. The sum over all steps bounds the motion of the run.
 fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
     let shift = match step.tangential {
         Some(Tangential::Force(_)) => return None,

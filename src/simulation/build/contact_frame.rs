@@ -66,8 +66,9 @@ fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     }
 }
 
-/// Drops the cells of a frame of body `index` that cannot touch the other body. If the other body is meshed, the cells opposite its
-/// contact faces stay. If it has no mesh and the gap comes from the mesh, the cells whose normals point towards its plane stay.
+/// Drops the cells of a frame of body `index` that cannot touch the other body. If the other body is meshed, the cells
+/// opposite its contact faces remain. Otherwise, if the gap comes from the mesh, the cells whose normals point towards
+/// the plane of the other body remain.
 fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, SceneError> {
     let other = 1 - index;
     let Some(fe) = plan.bodies[other].as_meshed() else {

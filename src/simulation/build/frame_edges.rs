@@ -1,4 +1,4 @@
-//! Finds the edges of the frame at which a body also ends, so that the frame does not cut off contact there.
+//! Finds the edges of the frame at which a body also ends. At these edges, the frame does not cut off contact.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,9 +13,11 @@ use crate::simulation::failure::{AtKey, SceneError};
 /// Minimum cosine of the angle between face normals at which a surface continues smoothly over an edge.
 const MIN_SMOOTH_COSINE: f64 = 0.9;
 
-/// Marks the cells at whose outer edges a meshed body ends: at an edge of the body, a symmetry plane, or a side of a slice. Cells
-/// with another outer edge beyond which both bodies continue are excluded. A surface that continues smoothly beyond its contact
-/// group does not end there.
+/// Marks the cells at whose outer edges a meshed body ends. The body may end at its own edge, at a symmetry plane, or
+/// at a side of a slice in plane strain. A surface that continues smoothly beyond its contact group does not end at the
+/// edge of the group.
+///
+/// A cell is not marked if both bodies continue beyond another of its outer edges.
 ///
 /// # Errors
 /// If a contact group is invalid.
@@ -51,7 +53,7 @@ struct OuterEdge {
     continues: bool,
 }
 
-/// Outer edges of the frame's cells. Empty without meshed bodies, because other surfaces are unbounded.
+/// Outer edges of the frame's cells. Empty if no body is meshed, because the surfaces of other bodies are unbounded.
 fn outer_edges(plan: &Plan, frame: &ContactFrame) -> Result<Vec<OuterEdge>, SceneError> {
     if plan.bodies.iter().all(|body| body.as_meshed().is_none()) {
         return Ok(Vec::new());
@@ -75,7 +77,7 @@ fn outer_edges(plan: &Plan, frame: &ContactFrame) -> Result<Vec<OuterEdge>, Scen
     Ok(edges)
 }
 
-/// Outer faces next to `faces` that continue their surface smoothly.
+/// Outer faces next to `faces` that continue the surface of `faces` smoothly.
 fn smooth_continuation(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<SurfaceFace> {
     let edges = |face: &SurfaceFace| -> Vec<[usize; 2]> {
         let n = face.kind.n_corners();

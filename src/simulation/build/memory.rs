@@ -28,13 +28,13 @@ const PER_CELL: usize = 75;
 
 /// Bytes per cell of a run at its peak, measured on grids of 128 x 128 and 256 x 256 cells (docs/memory.md).
 struct PerCell {
-    /// States before and after an increment, records, predictions.
+    /// States before and after an increment, records of the increments, and predictions.
     history: usize,
     /// Vectors of the contact solvers if most of the frame is in contact.
     solver: usize,
     /// Half-space operator on a grid, with its approximate inverses in single precision.
     operator: usize,
-    /// Fields and pictures during output, with the operator of a body.
+    /// Written fields and pictures, with the operator of a body.
     fields: usize,
 }
 
@@ -43,16 +43,17 @@ const BYTES_PER_CELL_FRICTIONLESS: PerCell =
 const BYTES_PER_CELL_FRICTION: PerCell = PerCell { history: 470, solver: 980, operator: 380, fields: 750 };
 const BYTES_PER_CELL_CYCLES: PerCell = PerCell { history: 783, solver: 1510, operator: 380, fields: 750 };
 
-/// Additional bytes per cell of Newton's method, which prescribed moments without friction need.
+/// Additional bytes per cell for Newton's method, which solves frictionless contact under prescribed moments.
 const MOMENTS: usize = 520;
 
 /// Bytes of the tables of an anisotropic or periodic operator.
 const OPERATOR_TABLE_BYTES: usize = 1_800_000;
 
-/// Operators that steps with cycles keep for windows of the grid: bytes per cell, and maximum bytes in total.
+/// Operators on windows of the grid, which steps with cycles keep: bytes per cell, and maximum bytes in total.
 const WINDOW_OPERATOR_BYTES: [usize; 2] = [700, 4_600_000];
 
-/// Bytes of the table of the field inside an anisotropic half-space, measured for CFRP out of its planes of symmetry.
+/// Bytes of the table of the field inside an anisotropic half-space. Measured for CFRP oblique to the symmetry planes
+/// of the material.
 const SUBSURFACE_TABLE_BYTES: usize = 4_900_000;
 
 const FEWER_POINTS: &str = "request fewer points (output.inside)";
@@ -62,7 +63,7 @@ pub(crate) fn remaining_limit(plan: &Plan, frame: &ContactFrame, held: usize) ->
     plan.memory_limit.after_reserving(frame_bytes(plan, frame) + held)
 }
 
-/// Bytes of a run with this frame and no bodies.
+/// Bytes of a run with this frame, without the bodies.
 pub(crate) fn frame_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     let [lasting, passing] = subsurface_bytes(plan, frame);
     frame_bytes_without_points(plan, frame) + lasting + passing.saturating_sub(field_bytes(plan, frame))
@@ -118,7 +119,7 @@ fn of_tables(plan: &Plan, frame: &ContactFrame) -> usize {
     operator_table_bytes(plan, frame, plan.bodies.iter().filter(tabulated).count())
 }
 
-/// Bytes of the tables of an anisotropic half-space near field.
+/// Bytes of the tables of an anisotropic half-space that serves as near field.
 pub(crate) fn far_field_table_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     operator_table_bytes(plan, frame, 1) + SUBSURFACE_TABLE_BYTES
 }
@@ -142,7 +143,8 @@ fn operator_table_bytes(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usi
     (1 + of_fields + of_cycles) * of_each + kept
 }
 
-/// Permanent and temporary bytes of interior points. No other fields are written meanwhile.
+/// Permanent and temporary bytes of the results at interior points. The temporary bytes and the bytes of other fields
+/// are not needed at the same time.
 fn subsurface_bytes(plan: &Plan, frame: &ContactFrame) -> [usize; 2] {
     let body = |request: &InteriorPointRequest| &plan.bodies[usize::from(request.side == SIDES[1])];
     let half_space = |request: &InteriorPointRequest| match body(request) {
@@ -180,7 +182,7 @@ pub(crate) fn is_compressed(plan: &Plan, frame: &ContactFrame) -> bool {
     eliminated && frame.grid.is_none() && uses_compression(frame.n_cells(), cross_blocks(plan, frame))
 }
 
-/// Bytes per elastic body of the half-space operator on the whole grid; 0 without a grid.
+/// Bytes of the half-space operator on the whole grid, divided by the number of elastic bodies; 0 without a grid.
 pub(crate) fn grid_operator_bytes(plan: &Plan, frame: &ContactFrame) -> usize {
     let elastic = plan.bodies.iter().filter(|body| !matches!(body, BodyPlan::Rigid)).count();
     let cells = frame.grid.map_or(0, |grid| grid.cells[0] * grid.cells[1]);
@@ -199,7 +201,7 @@ pub(crate) fn half_space_bytes(plan: &Plan, frame: &ContactFrame, body: &HalfSpa
     match frame.grid {
         // The block system stores the matrix of each body.
         Some(_) if plan.solver.coupling == Coupling::Block => frame.n_cells().pow(2).saturating_mul(72),
-        // Both bodies together have one operator.
+        // Both bodies share one operator.
         Some(_) => grid_operator_bytes(plan, frame),
         None if is_compressed(plan, frame) => body.operator_bytes(CrossBlocks::SkipVanishing),
         None => body.operator_bytes(CrossBlocks::Keep),

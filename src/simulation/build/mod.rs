@@ -34,7 +34,7 @@ use crate::simulation::validate::flat_faces;
 
 pub use crate::simulation::build::builder::{build, build_with};
 
-/// A plan with the model and bodies for its load history.
+/// Plan with the contact model and the bodies with which its steps are computed.
 pub struct Simulation<'p> {
     plan: &'p Plan,
     model: Model,
@@ -49,7 +49,7 @@ pub struct Simulation<'p> {
 pub struct BuildReport {
     /// Warnings from the checks of the plan and from the construction of the bodies.
     pub warnings: Vec<Warning>,
-    /// Work omitted so far.
+    /// Work omitted by the construction.
     pub skipped: Vec<OmittedWork>,
     /// Condensation of the meshed bodies.
     pub condensation: Vec<CondensationRecord>,
@@ -98,7 +98,8 @@ impl Simulation<'_> {
         self.run_from(None, observer)
     }
 
-    /// Replays the operator history of the checkpoint `from` and runs the remaining steps. Runs all steps if `from` is `None`.
+    /// Runs the remaining steps after the checkpoint `from`, or all steps if `from` is `None`. Before the run, replays
+    /// the history of the checkpoint's operators.
     ///
     /// # Errors
     /// As [`evolution::run`].
@@ -145,7 +146,7 @@ impl Simulation<'_> {
         self.report.near_fields.iter().any(|record| record.body == body && record.reason.is_none())
     }
 
-    /// Sum of the largest gap magnitudes due to each load of bodies with half-space near fields, mm.
+    /// Largest gap due to each load, as magnitude, summed over the loads of all bodies with half-space near fields, mm.
     pub(super) fn max_gap_of_applied_loads(&self) -> f64 {
         let half_spaces =
             self.bodies.iter().enumerate().filter(|(i, _)| self.has_half_space_near_field(i + 1));
@@ -165,12 +166,13 @@ impl Simulation<'_> {
         &self.model
     }
 
-    /// The model without bodies and plan.
+    /// Extracts the contact model, and drops bodies and plan.
     pub fn into_model(self) -> Model {
         self.model
     }
 
-    /// Axes, fibres and wear of the surface under the frame. If no body has a uniform fibre, the fibre of the friction law is used.
+    /// Axes, fibre directions and wear properties of the surface under the frame. If no body has a uniform fibre
+    /// direction, the fibre direction of the friction law is used.
     pub fn surface(&self) -> SurfaceProperties {
         let plan = self.plan;
         let azimuth = self.model.frame.azimuth;

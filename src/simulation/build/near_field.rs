@@ -9,14 +9,14 @@ use crate::scene::spec::body::NearField;
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, worn_bodies};
 
-/// Source of a body's flexibility on the frame.
+/// Model that gives a body's flexibility on the frame.
 #[derive(Debug, Clone)]
 pub(crate) enum NearFieldModel {
     /// The body has no mesh.
     Unmeshed,
     /// The mesh itself, with the reason why no half-space is used.
     Mesh(String),
-    /// As `Mesh`, because a half-space is not accurate enough, with the reason.
+    /// The mesh itself, because a half-space was tried and is not accurate enough. Contains the reason.
     RejectedHalfSpace(String),
     /// A half-space, corrected by the mesh.
     HalfSpace(Box<HalfSpaceFit>),
@@ -31,12 +31,14 @@ impl NearFieldModel {
         }
     }
 
-    /// Whether the gap is corrected for the curvature of flat faces, which half-space displacements do not follow.
+    /// Whether the gap is corrected for the curvature of the surface between the nodes, which flat faces neglect. The
+    /// displacements of a half-space do not follow the flat faces.
     pub fn corrects_face_curvature(&self) -> bool {
         self.half_space_fit().is_some()
     }
 
-    /// Whether the mesh itself represents the near field; a finite-element mesh is then condensed to its nodes under the frame.
+    /// Whether the mesh itself represents the near field. A finite-element mesh is then condensed to its nodes under
+    /// the frame.
     pub fn is_condensed(&self) -> bool {
         matches!(self, Self::Mesh(_) | Self::RejectedHalfSpace(_))
     }
@@ -45,8 +47,9 @@ impl NearFieldModel {
 /// Chooses the near-field models of both bodies.
 ///
 /// # Errors
-/// If a body that requests a half-space does not admit one, a body is invalid, or the block system is requested with boundary
-/// elements.
+/// * A body that requests a half-space does not admit a half-space.
+/// * A body is invalid.
+/// * The block system is requested with boundary elements.
 pub(crate) fn choose_near_fields(
     plan: &Plan,
     frame: &ContactFrame,
@@ -95,7 +98,7 @@ fn choose_near_field(
     }
 }
 
-/// Fits a half-space into body `index`, or returns why it is unsuitable.
+/// Fits a half-space to body `index`, or returns why the half-space is unsuitable.
 ///
 /// # Errors
 /// If the body is invalid.

@@ -12,7 +12,8 @@ pub(super) fn operators(plan: &Plan, frame: &ContactFrame) -> HalfSpaceOperators
     HalfSpaceOperators { cross: cross_blocks(plan, frame), summed }
 }
 
-/// Whether half-space operators on `frame` omit vanishing blocks (grids) or distant entries (other frames).
+/// Whether half-space operators on `frame` omit vanishing blocks (on grids) or entries between distant cells (on other
+/// frames).
 pub(crate) fn cross_blocks(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
     let skip =
         if frame.grid.is_some() { OmittableWork::VanishingBlocks } else { OmittableWork::DistantEntries };

@@ -18,24 +18,26 @@ use crate::simulation::plan_bodies::BODY_KEYS;
 /// Smallest ratio of cell area to area per contact node. Smaller cells are refused or cause a warning.
 const MIN_CELL_AREA_RATIO: f64 = 0.9;
 
-/// Minimum ratio of cell area to area per contact node beside a half-space, unless the scene selects the near field of the mesh.
+/// Minimum ratio of cell area to area per contact node if one of the bodies uses a half-space. Bodies with
+/// `near_field = "mesh"` are exempt.
 const MIN_CELL_AREA_RATIO_BESIDE_HALF_SPACE: f64 = 0.01;
 
-/// Smallest share of a body in the normal compliance for which coarse contact faces of the body cause a warning. Measured for a
-/// flat pin: peaks are 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
+/// Smallest share of a body in the normal compliance for which coarse contact faces of the body cause a warning.
+/// Measured for a flat pin: pressure peaks are 72, 24 and 3 % too high at shares of 0.96, 0.69 and 0.18.
 const MIN_COMPLIANCE_SHARE: f64 = 0.1;
 
 /// Minimum number of cells along each side of a recommended grid.
 const MIN_ADVISED_CELLS: usize = 4;
 
-/// Cells smaller than this multiple of the area per contact node make the peak pressure unreliable. For a rigid sphere (Hertz),
-/// errors are 1 to 3 % at a ratio of 1, and at most 0.5 % from 1.19.
+/// Smallest ratio of cell area to area per contact node at which the peak pressure is reliable. For a rigid sphere
+/// (Hertz), the error is 1 to 3 % at a ratio of 1, and at most 0.5 % from 1.19.
 const RELIABLE_CELL_AREA_RATIO: f64 = 1.15;
 
-/// Cells smaller than this multiple of the area per contact node cause a note.
+/// Ratios of cell area to area per contact node below this value cause a note.
 const SMOOTH_CELL_AREA_RATIO: f64 = 2.0;
 
-/// Compares the cells of the frame with the contact areas per node of condensed meshes.
+/// Compares the cells of the frame with `per_node`, the mean face area per contact node of both bodies (mm2; `None`
+/// without a condensed mesh). `aligned` states for each body whether each cell lies within one boundary element.
 pub(super) fn check_cell_size(
     plan: &Plan,
     frame: &ContactFrame,
@@ -63,10 +65,10 @@ pub(super) fn check_cell_size(
         }
         return Ok(with_reasons(warnings, &why));
     }
-    // Every nodal cell belongs to one node, so the finest body does not matter.
+    // A nodal cell has the area of one contact node. It is not smaller than the area per node of the finest body.
     let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
     let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
-    // Boundary elements resolve the traction of each of their nodes if no cell covers two elements.
+    // If no cell covers two boundary elements, the elements resolve the traction of each of their nodes.
     let cell_area = frame.mean_cell_area();
     let by_boundary = |area: &f64| {
         let of_boundary = |index: usize| aligned[index] && per_node[index] == Some(*area);
@@ -88,14 +90,15 @@ pub(super) fn check_cell_size(
     Ok(with_reasons(note.into_iter().chain((0..2).filter_map(coarse)).collect(), &why))
 }
 
-/// Appends the note `why`, the reason why no half-space is used, if there are warnings.
+/// If there are warnings, appends the note `why`, which tells why a body uses no half-space.
 fn with_reasons(mut warnings: Vec<Warning>, why: &str) -> Vec<Warning> {
     let reasons = why.strip_prefix("; ").filter(|_| !warnings.is_empty());
     warnings.extend(reasons.map(Warning::note));
     warnings
 }
 
-/// Share of body `index` in the compliance of both bodies along the frame's n, from the uniaxial moduli of their materials.
+/// Share of body `index` in the compliance of both bodies along the frame's n. The compliance of a body is the inverse
+/// of the uniaxial modulus of its material.
 fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
     let n = frame.axes.normal();
     let stress = Vector6::new(n.x * n.x, n.y * n.y, n.z * n.z, n.y * n.z, n.x * n.z, n.x * n.y);
@@ -106,9 +109,11 @@ fn compliance_share(plan: &Plan, frame: &ContactFrame, index: usize) -> f64 {
     compliances[index] / compliances.iter().sum::<f64>()
 }
 
-/// Warns if the condensed mesh of body `index` is coarser than the cells of the frame, which the other body resolves. Measured for
-/// a sphere on a block with a twentieth of the sphere's stiffness, at `cell_area` / `area_per_node` = 0.16, 0.36 and 0.92. Peaks
-/// are too high by factors of 1.7 to 3.3, by 25 %, and by less than 1 %, respectively.
+/// Warns if the contact faces of body `index` are coarser than the cells of the frame. The pressure then peaks along
+/// these faces.
+///
+/// Measured for a sphere on a block with a twentieth of the sphere's stiffness, at `cell_area` / `area_per_node` =
+/// 0.16, 0.36 and 0.92. Peaks are too high by factors of 1.7 to 3.3, by 25 %, and by less than 1 %, respectively.
 fn coarse_faces_warning(
     plan: &Plan,
     frame: &ContactFrame,
@@ -129,8 +134,8 @@ fn coarse_faces_warning(
     })
 }
 
-/// Refuses cells far finer than the contact faces of body `index` beside a half-space, unless the scene selects the near field of
-/// the mesh.
+/// Refuses cells that are far finer than the contact faces of body `index`, if one of the bodies uses a half-space. A
+/// body with `near_field = "mesh"` is exempt.
 fn refuse_far_finer_cells(
     plan: &Plan,
     frame: &ContactFrame,
@@ -172,7 +177,8 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, index: usize, area_per
     }
 }
 
-/// Compares the mean cell area with the area per contact node of the finest body. `why` is the reason why no half-space is used.
+/// Compares the mean cell area with the area per contact node of the finest body. `why` tells why a body uses no
+/// half-space.
 fn check_cell_area_ratio(
     plan: &Plan,
     frame: &ContactFrame,
@@ -189,8 +195,8 @@ fn check_cell_area_ratio(
         |body: usize| plan.bodies[body].as_meshed().is_some_and(MeshedBodyPlan::has_linear_contact_faces);
     let own_nodes = matches!(plan.frame, FramePlan::Mesh { body, .. } if first_order(body));
     let (cell_side, node_spacing) = (cell_area.sqrt(), area_per_node.sqrt());
-    // Only the cells of a grid are independent of the mesh. A finer mesh is named first, because it keeps the number of cells in
-    // contact.
+    // Only the cells of a grid are independent of the mesh. The message names a finer mesh first, because a finer mesh
+    // keeps the number of cells in contact.
     let remedy = |wanted: f64| match (frame.grid, own_nodes) {
         (Some(_), _) => format!(
             "a finer mesh, elements of order 2, cells of at least {} {unit}{}",
@@ -227,8 +233,8 @@ fn check_cell_area_ratio(
     Err(SceneError { error, key: key.to_owned() })
 }
 
-/// Recommends the finest grid whose cells have `wanted` times the area per contact node; `ratio` is the present multiple. Empty if
-/// this grid is too coarse.
+/// Recommends the finest grid whose cells have at least `wanted` times the area per contact node. `ratio` is the value
+/// of the present cells. Empty if the recommended grid would be too coarse.
 fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
     let Some(grid) = frame.grid else { return String::new() };
     let directions = grid.cells.iter().filter(|n| **n > 1).count() as f64;

@@ -6,15 +6,15 @@ use crate::frame::ContactFrame;
 use crate::geometry::{format_direction, format_number, format_short};
 use crate::scene::plan::Plan;
 
-/// Largest usual overlap of bodies as meshed, divided by the size of the frame.
+/// Largest overlap of bodies as meshed that causes no WARNING, divided by the size of the frame.
 const MAX_INTERFERENCE: f64 = 0.01;
 
 /// Maximum uncertainty of distances due to the motion to the first touch, relative to the approach.
 const MAX_MOTION_ERROR_SHARE: f64 = 0.02;
 
-/// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals with body 2 at its meshed
-/// position. On a frame of radius R, a motion u changes the distances by about u^2 / R in addition. For a pin in a bore of 25 mm, a
-/// motion of 0.11 mm halves the load.
+/// Warns if body 2 is moved far along a curved frame. Distances are measured along the cell normals with body 2 at its
+/// meshed position. On a frame of radius R, a motion u along n changes these distances by an additional u^2 / R,
+/// approximately. For a pin in a bore of 25 mm, a motion of 0.11 mm halves the load.
 pub(super) fn long_motion_warning(plan: &Plan, frame: &ContactFrame, closing_motion: f64) -> Option<Warning> {
     let (first, start) = (frame.triads[0].normal(), frame.centers[0]);
     // On a circle of radius R, the normals at two points with the distance d differ by d / R.
@@ -50,7 +50,7 @@ pub(super) fn first_touch_note(plan: &Plan, frame: &ContactFrame, closing_motion
     ))
 }
 
-/// States the overlap of bodies as meshed. Large overlap is a WARNING.
+/// Note with the overlap of bodies as meshed. Large overlap causes a WARNING.
 pub(super) fn interference_note(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Warning {
     let unit = &plan.units.length;
     let least = gap.iter().copied().fold(f64::INFINITY, f64::min);

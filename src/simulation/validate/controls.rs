@@ -13,7 +13,8 @@ use crate::simulation::failure::{SceneError, step_key};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES, free_motions};
 use crate::simulation::validate::symmetry_planes::{self, ROUNDING_SHARE};
 
-/// Supports of an unconstrained boundary-element body do not determine the state from which slip is measured.
+/// Refuses friction on an unconstrained boundary-element body. Slip is measured from the position before contact, which
+/// such a body does not have.
 fn refuse_friction_on_unconstrained_be(
     plan: &Plan,
     index: usize,
@@ -30,14 +31,18 @@ fn refuse_friction_on_unconstrained_be(
     Err(SceneError { error, key: BODY_KEYS[index].to_owned() })
 }
 
-/// Refuses impossible controls: moments without a lever arm, contradictions to symmetry planes, and bodies with a common rigid
-/// motion. On unconstrained bodies, also refuses rotations, moments, displacements along unconstrained directions, the block
-/// system, and friction on boundary elements.
+/// Refuses controls that the model cannot satisfy:
 ///
-/// Displacements that later steps keep need no check: the step that prescribes them is refused.
+/// - moments about an axis that contains all cell centres,
+/// - loads and motions that contradict a symmetry plane,
+/// - two bodies that can move together as one rigid body,
+/// - on unconstrained bodies: rotations, moments, displacements along unconstrained directions, the block system, and
+///   friction on boundary elements.
+///
+/// Displacements that later steps keep need no check, because the check refuses the step that prescribes them.
 ///
 /// # Errors
-/// If a control is impossible. The error has the key of the first one.
+/// If a control is impossible. The error has the key of the first impossible control.
 pub(crate) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     refuse_moments_without_lever(plan, frame)?;
     symmetry_planes::refuse_symmetry_contradictions(plan, frame)?;
@@ -115,8 +120,8 @@ fn refuse_undetermined_displacements(
     })
 }
 
-/// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist it. Frames with
-/// inclined cells are not checked here.
+/// Refuses a moment about an axis that contains all cell centres, because neither pressures nor friction resist this
+/// moment. Frames with inclined cells are not checked.
 fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if !frame.has_uniform_axes() {
         return Ok(());
@@ -159,8 +164,8 @@ fn rotation_key(step: &Step) -> Option<&'static str> {
     tilt.or(spin)
 }
 
-/// Key of a displacement of `step` along one of the `free` translations, and an alternative control. `loaded`: whether a body has
-/// its own loads, to which forces of the step are added.
+/// Key of a displacement of `step` along one of the `free` translations, and the control to use instead. `loaded`
+/// states whether a body has its own loads. Forces of the step are added to these loads.
 fn displacement_along_free_direction(
     step: &Step,
     free: &[Vector3<f64>],

@@ -24,14 +24,15 @@ use crate::simulation::validate::periodic;
 use crate::simulation::validate::region_fibre::region_fibre_warning;
 use crate::simulation::validate::symmetry_planes;
 
-/// Ratio of node spacing to the body's thickness above which a warning is given. For a clamped plate under a sphere, the error is
-/// 40 % at 1.25 (linear elements).
+/// Ratio of node spacing to the body's thickness above which a boundary element causes a warning. For a clamped plate
+/// under a sphere, linear elements have an error of 40 % at a ratio of 1.25.
 const MAX_NODE_SPACING_OVER_THICKNESS: f64 = 0.5;
 
-/// Height differences above this share of the approach cause a note.
+/// Largest height difference of a surface that causes no note, relative to the approach.
 const MAX_UNEVENNESS_OVER_APPROACH: f64 = 0.05;
 
-/// A motion to the first touch below this share of the frame's size is rounding.
+/// Smallest motion to the first touch that is reported, relative to the frame's size. Smaller motions result from
+/// rounding.
 const MIN_REPORTED_MOTION: f64 = 1e-6;
 
 const MAX_ROUNDING_OF_COORDINATES: f64 = 1e-3;
@@ -39,12 +40,17 @@ const MAX_ROUNDING_OF_COORDINATES: f64 = 1e-3;
 /// Checks that the bodies and the `frame` of `plan` are compatible. Returns notes and warnings for the user.
 ///
 /// # Errors
-/// If the frame is too far from the origin, an interior point lies outside its body, or a support fixes contact nodes along the
-/// normal. If the meshes overlap, or the gap does not suit a periodic frame or symmetry planes. If no half-space takes part and the
-/// cells are finer than every meshed body, or if cells beside a half-space are far finer than a mesh.
+/// - The frame is too far from the origin.
+/// - An interior point lies outside its body.
+/// - A support fixes contact nodes along the normal.
+/// - The meshes overlap.
+/// - The gap does not suit a periodic frame or symmetry planes.
+/// - No body uses a half-space, and the cells are finer than the contact faces of every meshed body.
+/// - A body uses a half-space, and the cells are far finer than the contact faces of a meshed body.
 ///
 /// # Source
-/// The frame must not have more points than the finer body has degrees of freedom, because the pressures would not be unique.
+/// The frame must not have more points than the finer body has degrees of freedom, because the pressures would not be
+/// unique.
 pub(crate) fn check(
     plan: &Plan,
     frame: &ContactFrame,
@@ -70,7 +76,7 @@ pub(crate) fn check(
         let faces = group_faces(&fe.mesh, &fe.contact).at(key)?;
         let mut under = vec![false; fe.mesh.points.len()];
         map.nodes().iter().for_each(|&node| under[node] = true);
-        // With a half-space near field, supports need only be far enough from the frame.
+        // The fit of a half-space near field already requires a distance between the supports and the frame.
         if let Some(be) = body.as_be() {
             let under = be.bem_spec(key).check(&fe.contact, SIDES[index], frame).at(key)?;
             aligned[index] = under.cells_within_elements;
@@ -157,13 +163,14 @@ fn thin_body_warning(key: &str, mesh: &Mesh, element: usize, ratio: f64) -> Opti
     )))
 }
 
-/// Note if the gap neglects height differences of a surface. `heights` are along n in each cell, `[N]`, mm.
+/// Note if the gap neglects height differences of a meshed surface. `heights` are the heights of the surface along n in
+/// each cell, `[N]`, mm.
 fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<Warning> {
     let approach = plan.max_prescribed_approach()?;
     let [low, high] = bounds(heights.iter().copied());
     let counts = !matches!(plan.gap.shape, GapShape::Mesh | GapShape::PerCell(_))
         && high - low > MAX_UNEVENNESS_OVER_APPROACH * approach;
-    // Heights are measured from the cells, which lie on the body of a mesh frame.
+    // Heights are measured from the cells. The cells of a mesh frame lie on one of the bodies.
     let what = match plan.frame {
         FramePlan::Mesh { body, .. } if BODY_KEYS[body] != key => {
             format!("the contact frame on {} is not parallel to the meshed surface of {key}", BODY_KEYS[body])

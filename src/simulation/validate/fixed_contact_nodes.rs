@@ -9,7 +9,8 @@ use crate::scene::plan::{MeshedBodyPlan, Plan};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::BODY_KEYS;
 
-/// A node is fixed along the normal if the fixed components contain this share of the normal vector.
+/// A node counts as fixed along the normal if the fixed components of the unit normal have at least this length
+/// together.
 const FIXED_NORMAL_SHARE: f64 = 0.999;
 
 pub(super) fn refuse_fixed_contact_nodes(

@@ -1,8 +1,9 @@
-//! Faceting error of a gap from meshes: the distance between a curved surface and its flat faces, relative to the approach.
+//! Faceting error of a gap from meshes: the distance between a curved surface and its flat faces, relative to the
+//! approach.
 //!
-//! An edge of length h on a surface of radius R lies up to h^2 / (8 R) inside the surface. For a condensed mesh, the gap contains
-//! this error in full. Half-space near fields correct the curvature, so that only different curvatures at the ends of an edge
-//! count.
+//! An edge of length h on a surface of radius R lies up to h^2 / (8 R) inside the surface. The gap of a condensed mesh
+//! contains this error in full. The gap of a half-space near field is corrected for the curvature. The correction is
+//! uncertain only if the curvatures at the two ends of an edge differ.
 
 use crate::error::Warning;
 use crate::evolution::records::IncrementRecord;
@@ -14,16 +15,18 @@ use crate::scene::plan::{MeshedBodyPlan, Plan};
 use crate::simulation::failure::{AtKey, SceneError};
 use crate::simulation::plan_bodies::{BODY_KEYS, face_map};
 
-/// A larger share of the approach makes loads unreliable: the load error is one to two times the share (docs/theory-coupling.md).
+/// Largest faceting error of reliable loads, relative to the approach. The relative load error is one to two times the
+/// relative faceting error (docs/theory-coupling.md).
 const MAX_FACETING_ERROR_SHARE: f64 = 0.02;
 
-/// An overlap below this share of the frame's size is rounding.
+/// Overlap, relative to the frame's size, below which the overlap results from rounding.
 const MIN_OVERLAP_SHARE: f64 = 1e-6;
 
-/// A curvature correction below this share of the edge length is rounding.
+/// Curvature correction, relative to the edge length, below which the correction results from rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Warns if flat faces overlap at first touch (`gap`, `[N]`, mm) and the steps prescribe no positive approach and no force.
+/// Warns if flat faces overlap at first touch, and the steps prescribe neither a positive approach nor a force. `gap`
+/// is the gap at first touch, `[N]`, mm.
 pub(crate) fn preload_warning(plan: &Plan, frame: &ContactFrame, gap: &[f64]) -> Option<Warning> {
     let overlap = -gap.iter().copied().fold(f64::INFINITY, f64::min);
     let pressed_by_approach = plan.max_prescribed_approach().is_some();
@@ -62,8 +65,11 @@ pub(crate) fn max_reached_approach(plan: &Plan, records: &[IncrementRecord]) -> 
     most.filter(|_| plan.max_prescribed_approach().is_none())
 }
 
-/// Warns about excessive faceting errors under the contact: cells with a `gap` (`[N]`, mm) of at most max(`depth`, smallest gap),
-/// `depth` in mm. For curvature-corrected (`bowed`) bodies, only the remaining error counts.
+/// Warns about faceting errors under the contact that exceed 2 % of the approach `depth` (mm). The check includes faces
+/// under cells whose `gap` (`[N]`, mm) is at most `depth`, and at least those with the smallest gap.
+///
+/// `bowed` states for each body whether its gap is corrected for curvature. For such a body, only the error of the
+/// correction counts.
 ///
 /// # Errors
 /// If frame and faces are incompatible.
@@ -89,7 +95,8 @@ pub(crate) fn check(
     Ok(doubts)
 }
 
-/// Largest curvature correction of the flat faces of body `index` under the frame, mm. `None` without a correction.
+/// Largest curvature correction of the flat faces of body `index` under the frame, mm. `None` if no correction is
+/// applied.
 ///
 /// # Errors
 /// If frame and faces are incompatible.
@@ -107,7 +114,7 @@ pub(crate) fn max_curvature_correction(
     Ok(bowed.map(EdgeSagitta::applied).reduce(f64::max))
 }
 
-/// Faceting errors of the edges of body `index`, on faces whose nodes all lie under cells for which `counts` holds.
+/// Faceting errors of the edges of body `index`, on faces whose nodes all lie under cells for which `counts` is true.
 fn faceting_errors(
     fe: &MeshedBodyPlan,
     index: usize,
@@ -125,8 +132,9 @@ fn faceting_errors(
     Ok(counted.flat_map(|(_, cuts)| cuts.into_iter().flatten()).collect())
 }
 
-/// Warns if `error` (mm) of the displacement due to applied loads of body `key` is significant. The reference is the overlap or
-/// opening before contact at an `approach` (mm); the `gap` (`[N]`, mm) includes the displacement.
+/// Warns if `error` (mm) of the surface displacement due to applied loads of body `key` is significant. The reference
+/// is the overlap or opening of the surfaces at the approach `approach` (mm) without contact forces. `gap` (`[N]`, mm)
+/// includes the displacement.
 pub(crate) fn own_load_warning(
     plan: &Plan,
     key: &str,
@@ -147,8 +155,8 @@ pub(crate) fn own_load_warning(
     )))
 }
 
-/// Warning about the edge `cut` of body `key`, whose faceting error is `lost` (mm), at the approach `depth` (mm). `bowed` as in
-/// [`check`].
+/// Warning about the edge `cut` of body `key`, whose faceting error is `lost` (mm), at the approach `depth` (mm).
+/// `bowed` states whether the gap is corrected for curvature.
 fn faceting_warning(
     plan: &Plan,
     key: &str,

@@ -8,17 +8,17 @@ use crate::geometry::format_short;
 use crate::linalg::pseudo_inverse::pseudo_inverse;
 use crate::scene::plan::Plan;
 
-/// Half-space theory and small displacements require slopes far below 1. Heights in micrometres read as millimetres are a thousand
-/// times too steep.
+/// Largest slope that causes no warning. Half-space theory and small displacements require slopes far below 1. If
+/// heights in micrometres are read as millimetres, slopes are a thousand times too large.
 const MAX_SLOPE: f64 = 0.5;
 
-/// Share of the largest singular value of the normal equations below which the cells do not determine a shape.
+/// Singular value of the normal equations, relative to the largest, below which the value counts as zero.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// Least ratio of the paraboloid's rise to the deviation for which radii are reported.
+/// Smallest ratio of the paraboloid's rise to the deviation of the heights at which radii are reported.
 const MIN_SAGITTA_OVER_DEVIATION: f64 = 3.0;
 
-/// A rise below this share of the largest height is rounding.
+/// Rise of the paraboloid, relative to the largest height, below which the rise results from rounding.
 const ROUNDING: f64 = 1e-6;
 
 /// Maximum ratio of the smaller to the larger curvature of a cylinder.
@@ -30,9 +30,10 @@ const SPHERE_CURVATURE_DIFFERENCE: f64 = 0.05;
 struct BestParaboloid {
     /// Principal curvatures, the larger in magnitude first, positive if the gap increases away from the middle, 1/mm.
     curvatures: [f64; 2],
-    /// Root mean square deviation of the heights, mm.
+    /// Root mean square deviation of the heights from the paraboloid, mm.
     deviation: f64,
-    /// Rise of the paraboloid from the centroid to the farthest cell, at the larger curvature, mm.
+    /// Rise of the paraboloid from the centroid of the cells to the farthest cell, along the direction of the larger
+    /// curvature, mm.
     sagitta: f64,
 }
 
@@ -118,7 +119,7 @@ fn best_paraboloid(frame: &ContactFrame, gap: &[f64]) -> Option<BestParaboloid> 
         normal += *area * terms * terms.transpose();
         right += area * height * terms;
     }
-    // A single row of cells does not determine the shape across it.
+    // A single row of cells does not determine the shape across the row. The normal equations are then singular.
     let found = pseudo_inverse(&normal, RANK_TOLERANCE).ok()? * right;
     let deviation = mean_square(frame, (0..n).map(|cell| gap[cell] - found.dot(&terms(cell)))).sqrt();
     let mut curvatures: [f64; 2] =
@@ -158,8 +159,8 @@ fn steepest_slope(frame: &ContactFrame, gap: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truth: heights x^2 / (2 R1) + y^2 / (2 R2) plus a plane have these radii and no deviation. A single row shows one radius;
-    /// planes and waves have none.
+    /// Truth: for heights x^2 / (2 R1) + y^2 / (2 R2) plus a plane, the fit finds both radii, and the deviation is
+    /// zero. A single row of cells shows one radius. Planes and waves show no radius.
     #[test]
     fn paraboloids() {
         for cells in [[20, 16], [20, 1]] {

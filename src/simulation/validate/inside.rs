@@ -27,7 +27,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError>
     })
 }
 
-/// If all corners lie inside the half-space, all points do.
+/// Refuses points outside a half-space. The check of the corners suffices, because all points lie between the corners.
 fn below(
     plan: &Plan,
     frame: &ContactFrame,
@@ -66,6 +66,6 @@ fn refuse_outside_point(
         request.name,
         request.side.name(),
     ));
-    // For a point between the corners, no single key is at fault.
+    // If the point is not a corner, no single key is wrong.
     Err(SceneError { error, key: corner.map_or_else(|| key.to_owned(), |(name, _)| format!("{key}.{name}")) })
 }

@@ -10,14 +10,16 @@ use crate::material::Stiffness;
 use crate::mesh::Mesh;
 use crate::scene::plan::MeshedBodyPlan;
 
-/// Volumetric Poisson's ratio from which standard first-order elements are too stiff by some percent. For a rigid sphere on a
-/// block, loads with `hex8` exceed loads with mean dilatation by 2.5, 8, 31, 154 % at 0.3, 0.45, 0.49, 0.499.
+/// Volumetric Poisson's ratio from which standard first-order elements are too stiff by some percent. For an isotropic
+/// material, this ratio is Poisson's ratio. Loads of a block under a rigid sphere with `hex8` were compared with mean
+/// dilatation. They are 2.5, 8, 31 and 154 % larger at ratios of 0.3, 0.45, 0.49 and 0.499.
 const LOCKING_RATIO_STANDARD: f64 = 0.445;
 
-/// As [`LOCKING_RATIO_STANDARD`], for enhanced hexahedra: excess loads of 0, 1.2, 5, 18 % at ratios of 0.45, 0.49, 0.499, 0.4999.
+/// As [`LOCKING_RATIO_STANDARD`], for enhanced hexahedra. At ratios of 0.45, 0.49, 0.499 and 0.4999, loads are 0, 1.2,
+/// 5 and 18 % too large.
 const LOCKING_RATIO_ENHANCED: f64 = 0.498;
 
-/// Poisson's ratio from which an element kind locks.
+/// Volumetric Poisson's ratio from which elements of a kind lock.
 fn limit(kind: ElementKind, formulation: HexFormulation) -> Option<f64> {
     match (kind, formulation) {
         (ElementKind::Tet4 | ElementKind::Wedge6 | ElementKind::Pyramid5, _) => Some(LOCKING_RATIO_STANDARD),
@@ -47,13 +49,13 @@ struct Locking {
     kinds: BTreeSet<&'static str>,
     only_hexahedra: bool,
     only_enhanced: bool,
-    /// Largest Poisson's ratio of the locking elements, and the name of the material with this ratio.
+    /// Largest volumetric Poisson's ratio of the locking elements, and the name of the material with this ratio.
     worst: (f64, String),
 }
 
 impl Locking {
     fn new(mesh: &Mesh, regions: &ElementMaterials, formulation: HexFormulation) -> Option<Self> {
-        // Neighbouring elements usually have the same material.
+        // Ratio of the last material, because neighbouring elements usually have the same material.
         let mut last: Option<(&Stiffness, f64)> = None;
         let mut found = Self {
             elements: 0,

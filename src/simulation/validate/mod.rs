@@ -1,4 +1,4 @@
-//! Checks of a plan against its meshes and its frame, before any solve. [`validate`] defines their order.
+//! Checks of a plan against its meshes and its frame, before any solve. [`validate`] defines the order of the checks.
 
 mod cell_size;
 mod closing_motion;
@@ -29,7 +29,7 @@ pub(crate) struct ValidScene {
 /// Checks the controls of `plan`, the near fields of its bodies on `frame`, and the fit of bodies and frame.
 ///
 /// # Errors
-/// The first check that fails.
+/// The error of the first check that fails.
 pub(crate) fn validate(plan: &Plan, frame: ContactFrame) -> Result<ValidScene, SceneError> {
     controls::refuse_impossible_controls(plan, &frame)?;
     let near_fields = choose_near_fields(plan, &frame)?;

@@ -16,12 +16,12 @@ const MIN_CELLS_ALONG_SEAM: usize = 4;
 /// Checks a periodic frame and returns notes for the user.
 ///
 /// # Errors
-/// If the frame is periodic in both directions and an approach reaches the mean gap, because pressure does not reduce the mean gap.
-/// A frame with an outline is exempt.
+/// If the frame is periodic in both directions and an approach is not less than the mean gap. Contact is complete
+/// before this approach, and more pressure does not reduce the mean gap. A frame with an outline is exempt.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Warning>, SceneError> {
     let Some(grid) = frame.grid.filter(|grid| grid.periodic != [false; 2]) else { return Ok(Vec::new()) };
     let gap = plan.gap.evaluate(frame).at("gap")?;
-    // Cells outside an outline stay open, so contact need not be complete.
+    // Cells outside an outline stay open, so that the contact is never complete.
     let whole = frame.grid_indices.is_none();
     if grid.periodic == [true; 2] && whole {
         refuse_complete_contact(plan, gap.iter().sum::<f64>() / gap.len() as f64)?;
@@ -33,7 +33,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Warning>, S
     Ok(seams.filter_map(|axis| seam_warning(plan, &grid, axis, &heights)).collect())
 }
 
-/// Refuses a positive approach of at least the `mean` gap, in steps before any wear.
+/// Refuses a positive approach that is not less than the `mean` gap. Steps after the first wear are not checked.
 fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
     let wears = plan.wear.specific_rate(plan.friction.ellipse()).is_some();
     for (index, step) in plan.steps.iter().enumerate() {
@@ -54,7 +54,8 @@ fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Note if the gap is discontinuous across the periodic boundary. `gap` is given at each grid position, `None` without a cell.
+/// Note if the gap is discontinuous across the periodic boundary. `gap` contains the value at each grid position;
+/// `None` where the frame has no cell.
 fn seam_warning(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> Option<Warning> {
     let ny = grid.cells[1];
     let (along, across) = (grid.cells[axis], grid.cells[1 - axis]);

@@ -8,7 +8,8 @@ use crate::mesh::faces::SurfaceFace;
 use crate::scene::plan::{MeshedBodyPlan, Plan};
 use crate::simulation::plan_bodies::BODY_KEYS;
 
-/// Note if a law takes the body's fibre direction, but elements under the frame have another one.
+/// Note if the friction or wear law uses the fibre direction of the body, but anisotropic elements under the frame have
+/// another fibre direction.
 pub(super) fn region_fibre_warning(
     plan: &Plan,
     fe: &MeshedBodyPlan,

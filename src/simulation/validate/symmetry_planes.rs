@@ -1,7 +1,8 @@
-//! Symmetry planes at the contact: which nodal cells they constrain, and which scenes contradict them.
+//! Symmetry planes at the contact: finds the nodal cells on these planes, and refuses scenes that contradict the
+//! symmetry.
 //!
-//! Supports fix the nodes on a symmetry plane along the normal of the plane. A traction along this normal would be undetermined; by
-//! symmetry, it vanishes.
+//! Supports fix the nodes on a symmetry plane along the normal of the plane. Therefore, the equations do not determine
+//! a traction along this normal. By symmetry, the traction vanishes.
 
 use nalgebra::Vector3;
 
@@ -17,14 +18,14 @@ use crate::scene::spec::frame::FramePoints;
 use crate::simulation::failure::{SceneError, step_key};
 use crate::simulation::plan_bodies::{BODY_KEYS, SIDES};
 
-/// Share of a vector's length below which a component is rounding; also share of the frame's size below which a lever arm is
-/// rounding.
+/// Relative size below which a component of a vector, or a lever arm, results from rounding. The component is relative
+/// to the vector's length, the lever arm to the frame's size.
 pub(super) const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Largest distance of two coincident planes, relative to the size of the group.
 const SAME_PLANE: f64 = 1e-6;
 
-/// Largest angle, radians, between an axis of the friction ellipse and a symmetry plane that contains it.
+/// Largest angle between an axis of the friction ellipse and a symmetry plane that count as parallel, radians.
 const MAX_MISALIGNMENT_RAD: f64 = 1e-9;
 
 /// Group of coplanar faces of a body, with a prescribed displacement along their normal.
@@ -33,9 +34,9 @@ struct SupportPlane {
     is_symmetry: bool,
     /// Global axis along the normal.
     component: usize,
-    /// Coordinate of the plane along that axis, mm.
+    /// Coordinate of the plane along the axis `component`, mm.
     coordinate: f64,
-    /// Distance from the plane within which points count as lying on it, mm.
+    /// Largest distance from the plane at which points count as points of the plane, mm.
     tolerance: f64,
     nodes: Vec<usize>,
     /// Prescribed displacement along the normal (mm) and its gradient.
@@ -53,7 +54,7 @@ impl SupportPlane {
             && (self.coordinate - other.coordinate).abs() <= self.tolerance.max(other.tolerance)
     }
 
-    /// Whether the plane contains an edge of a cell, but not all of the cell.
+    /// Whether the frame ends at the plane: the plane contains an edge of a cell, but not the whole cell.
     fn bounds(&self, frame: &ContactFrame) -> bool {
         let on = |x: &Point| (x[self.component] - self.coordinate).abs() <= self.tolerance;
         frame.all_corners().any(|corners| {
@@ -64,9 +65,9 @@ impl SupportPlane {
     }
 }
 
-/// Counterpart of a plane on the other body.
+/// Corresponding plane on the other body.
 enum OppositePlane {
-    /// Same normal displacement. The flag tells whether the scene declares the opposite plane a symmetry plane.
+    /// The plane has the same normal displacement. The flag states whether the scene declares it a symmetry plane.
     SameDisplacement(bool),
     OtherDisplacement,
     Missing,
@@ -126,7 +127,7 @@ fn partner(other: &BodyPlan, planes: &[SupportPlane], plane: &SupportPlane) -> O
     }
 }
 
-/// Whether `plane` of body `own` is a symmetry plane that the other body shares. A rigid body shares every fixed plane.
+/// Whether `plane` of body `own` is a symmetry plane of both bodies. A rigid body shares every fixed plane.
 fn is_shared_symmetry(
     plan: &Plan,
     planes: &[Vec<SupportPlane>; 2],
@@ -148,10 +149,11 @@ fn nodal_frame(plan: &Plan) -> Option<(usize, Triad)> {
     }
 }
 
-/// Nodes of the frame's body on planes across which tractions and relative displacements vanish.
+/// Nodes of the frame's body on planes of symmetry. Tractions and relative displacements across these planes vanish.
 ///
-/// Both bodies have such a plane with the same normal displacement; a rigid body shares every fixed plane. If neither body declares
-/// the plane a symmetry plane, no step may act across it. Reflection must then also preserve the friction law.
+/// Both bodies have the plane with the same normal displacement; a rigid body shares every fixed plane. One body at
+/// least declares the plane a symmetry plane. Otherwise, no step may act across the plane, and reflection must preserve
+/// the friction law.
 pub(crate) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     let mut found = SymmetryNodes::new();
     let Some((body, axes)) = nodal_frame(plan) else { return found };
@@ -170,7 +172,8 @@ pub(crate) fn symmetry_nodes(plan: &Plan) -> SymmetryNodes {
     found
 }
 
-/// Global axes normal to a shared symmetry plane at which the frame ends; at least one body declares the plane a symmetry plane.
+/// Global axes (x, y, z) along the normals of the symmetry planes at which the frame ends. Both bodies share these
+/// planes, and at least one body declares them symmetry planes.
 pub(crate) fn symmetry_axes_at_frame_edge(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
     let planes = plan.bodies.each_ref().map(support_planes);
     let mut found = [false; 3];
@@ -186,8 +189,9 @@ fn pressing_key(step: &Step) -> &'static str {
     if matches!(step.normal, Some(Normal::Force(_))) { "normal_force" } else { "approach" }
 }
 
-/// Refuses a contact that reflection at symmetry planes closes to a ring, if body 2 moves along n across a plane. The gap (`moves`)
-/// or a step causes the motion. The error names the gap, or the first step that presses the bodies together.
+/// Refuses a contact that becomes a closed ring by reflection at symmetry planes, if body 2 moves along n across a
+/// plane. Body 2 moves because of the gap (`moves`), or because a step presses the bodies together. The error has the
+/// key of the gap or of the first such step.
 pub(super) fn refuse_closed_contact(
     plan: &Plan,
     frame: &ContactFrame,
@@ -223,9 +227,13 @@ pub(super) fn refuse_closed_contact(
     Err(SceneError { error, key })
 }
 
-/// Refuses scenes with friction that contradict symmetry planes: loads and motions across them, and oblique friction ellipses.
-/// Nodal frames must not have planes of one body only, or planes that move relative to each other. The error has the key of the
-/// first contradiction.
+/// Refuses scenes with friction that contradict symmetry planes at the contact:
+///
+/// - loads and motions across a plane,
+/// - friction ellipses that are oblique to a plane,
+/// - on nodal frames: planes of one body only, and planes that move relative to each other.
+///
+/// The error has the key of the first contradiction.
 pub(super) fn refuse_symmetry_contradictions(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     if plan.friction.ellipse().is_none() || plan.steps.iter().all(|step| !step.friction) {
         return Ok(());
@@ -282,7 +290,7 @@ fn refuse_unmatched_planes(plan: &Plan, frame: &ContactFrame, body: usize) -> Re
     Ok(())
 }
 
-/// Whether reflection at a plane with normal `m` (cell axes) changes the friction law.
+/// Whether reflection at a plane with the normal `m` (in the axes of a cell) changes the friction law.
 fn breaks_friction_symmetry(plan: &Plan, m: &Vector3<f64>) -> bool {
     let Some(ellipse) = plan.friction.ellipse().filter(|ellipse| ellipse.mu[0] != ellipse.mu[1]) else {
         return false;
@@ -291,7 +299,8 @@ fn breaks_friction_symmetry(plan: &Plan, m: &Vector3<f64>) -> bool {
     (2.0 * angle).sin().abs() > 2.0 * MAX_MISALIGNMENT_RAD
 }
 
-/// First step that acts across planes with normal `component`: its index, its key, and a description.
+/// First step that acts across planes whose normal is the global axis `component`: index of the step, its key, and a
+/// description.
 fn first_step_across(
     plan: &Plan,
     axes: &Triad,
@@ -305,7 +314,7 @@ fn first_step_across(
     plan.steps.iter().enumerate().find_map(of_step)
 }
 
-/// Key with which a step acts across planes with the given normal (frame axes), and a description.
+/// Key of a control of `step` that acts across planes with the given normal (frame axes), and a description.
 fn control_across_plane(step: &Step, normal: &Vector3<f64>) -> Option<(&'static str, &'static str)> {
     let along = |x: f64, y: f64, n: f64| {
         let vector = Vector3::new(x, y, n);
