@@ -1,4 +1,4 @@
-//! Imports between modules and files.
+//! Tests of the imports between modules and files.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;
@@ -67,7 +67,7 @@ fn layer_of(path: &Path) -> Option<usize> {
     ORDER.iter().position(|name| *name == first.trim_end_matches(".rs"))
 }
 
-/// Truth: modules import only modules before them in `ORDER`.
+/// Truth: modules import only modules that are listed before them in `ORDER`.
 #[test]
 fn imports_point_back_along_the_data_flow() {
     let mut wrong = Vec::new();
@@ -113,7 +113,8 @@ fn declared(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Truth: the file of the enclosing module declares every source file, at the path where the compiler looks for it.
+/// Truth: every source file is declared by the file of its enclosing module. The file lies at the path where the
+/// compiler expects it.
 #[test]
 fn every_file_is_declared() {
     let files = sources("src");
@@ -151,7 +152,7 @@ struct Imports {
     module: Vec<String>,
     children: BTreeSet<String>,
     paths: Vec<Vec<String>>,
-    /// Target of each re-exported name.
+    /// Path of the original item for each re-exported name.
     reexports: BTreeMap<String, Vec<String>>,
 }
 
@@ -168,7 +169,7 @@ impl Imports {
         imports
     }
 
-    /// Path from the root of the crate. `None` for other crates and local items.
+    /// Resolves a path to a path from the root of the crate. `None` for other crates and local items.
     fn resolved(&self, path: &[String]) -> Option<Vec<String>> {
         let ups = path.iter().take_while(|part| *part == "super").count();
         match path.first()?.as_str() {
@@ -232,10 +233,10 @@ impl<'a> Visit<'a> for Imports {
     fn visit_vis_restricted(&mut self, _: &'a syn::VisRestricted) {}
 }
 
-/// Index of the file that defines the item of a path from the root of the crate.
+/// Index of the file that defines the item at `path`, which starts at the root of the crate.
 fn definition(files: &[Imports], path: &[String]) -> Option<usize> {
     let mut path = path.to_vec();
-    // The number of files bounds the length of a chain of re-exports.
+    // A chain of re-exports has at most as many links as there are files.
     for _ in 0..files.len() {
         let (file, length) = (0..=path.len())
             .rev()
@@ -248,12 +249,12 @@ fn definition(files: &[Imports], path: &[String]) -> Option<usize> {
     None
 }
 
-/// Truth: no file imports itself through other files, also by re-exports.
+/// Truth: no file imports itself through other files. Re-exports count as imports of the original item.
 #[test]
 fn files_do_not_import_each_other_in_circles() {
     for root in ["src", "python/src"] {
         let mut sources = sources(root);
-        // The binary imports the library as another crate.
+        // The binary imports the library as a separate crate.
         sources.retain(|(path, _)| path != Path::new("main.rs"));
         let files: Vec<Imports> = sources.iter().map(|(path, text)| Imports::of(path, text)).collect();
         let edges: Vec<BTreeSet<usize>> = files

@@ -1,4 +1,5 @@
-//! Documentation: links resolve, the index is complete, examples work as described, references are current.
+//! Tests of the documentation: links resolve, indexes are complete, examples work as described, and references are
+//! current.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -36,7 +37,7 @@ fn links_between_documents_lead_somewhere() {
     assert!(broken.is_empty(), "links that lead nowhere:\n{}", broken.join("\n"));
 }
 
-/// Truth: the last lines of .ci/run are the commands of README.md.
+/// Truth: the last lines of .ci/run are the `cargo run` and `./scripts/test` commands of README.md.
 #[test]
 fn the_check_runs_the_commands_of_the_readme() {
     let read = |name: &str| fs::read_to_string(root().join(name)).expect("readable");
@@ -82,7 +83,7 @@ fn the_book_has_every_page() {
     }
 }
 
-/// Asserts that a script, with the program as its first argument, succeeds.
+/// Runs a script of scripts/ with the path of the program as its first argument, and asserts that the script succeeds.
 fn script(name: &str, arguments: &[PathBuf]) {
     let program = env!("CARGO_BIN_EXE_orthowear");
     let script = root().join("scripts").join(name);
@@ -99,7 +100,8 @@ fn the_reference_of_keys_is_current() {
     script("keys", &[PathBuf::from("--check")]);
 }
 
-/// Truth: commands on the pages of first steps and tasks end with the exit code given there, and print what the page shows.
+/// Truth: commands in the pages of first steps and tasks end with the exit code that the page states, and print what
+/// the page shows.
 #[test]
 fn examples_do_what_the_pages_say() {
     let told = ["README", "install", "first-run", "tutorial", "conventions", "faq"];
@@ -111,7 +113,7 @@ fn examples_do_what_the_pages_say() {
     script("examples", &pages);
 }
 
-/// Collects the names of all members of objects, except those inside of `scene` and `timings`.
+/// Collects the names of all members of JSON objects, except the members of `scene` and `timings`.
 fn members(value: &serde_json::Value, names: &mut std::collections::BTreeSet<String>) {
     match value {
         serde_json::Value::Object(object) => {
@@ -127,7 +129,7 @@ fn members(value: &serde_json::Value, names: &mut std::collections::BTreeSet<Str
     }
 }
 
-/// Truth: docs/results.md names each field in the summaries of three runs.
+/// Truth: docs/results.md names each member of the summaries of three runs.
 #[test]
 fn every_field_of_a_summary_is_explained() {
     let page = fs::read_to_string(root().join("docs/results.md")).expect("a document");
@@ -176,7 +178,7 @@ fn every_dependency_is_explained() {
     }
 }
 
-/// Truth: the code that a mutant of tests/mutants.toml replaces occurs exactly once in its source file.
+/// Truth: the source text that a defect of tests/mutants.toml replaces occurs exactly once in its file.
 #[test]
 fn every_mistake_has_its_place() {
     let list = fs::read_to_string(root().join("tests/mutants.toml")).expect("a list of mistakes");
@@ -207,7 +209,8 @@ fn test_sources() -> Vec<(String, String)> {
     found
 }
 
-/// Truth: docs/tests.md names every file whose tests are larger with `--thorough`, and every test that only runs with it.
+/// Truth: docs/tests.md names every file whose tests are larger with `--thorough`. It also names every test that runs
+/// only with `--thorough`.
 #[test]
 fn what_thorough_tests_add_is_listed() {
     let page = fs::read_to_string(root().join("docs/tests.md")).expect("a document");
@@ -224,7 +227,7 @@ fn what_thorough_tests_add_is_listed() {
     }
 }
 
-/// Truth: each test in tests/quick.txt exists, and each area of the verification has at least one of them.
+/// Truth: each test in tests/quick.txt exists, and each area of the verification has at least one test in this file.
 #[test]
 fn quick_tests_cover_every_area() {
     let quick = fs::read_to_string(root().join("tests/quick.txt")).expect("a list");

@@ -1,6 +1,8 @@
-"""Opens the book in its folder, like a reader without a network. Its pages request only their own files, and its search works.
+"""Opens the book from its folder, as a reader without a network does. Tests that pages request only files of the book,
+and that the search works.
 
-A few pages are tested. A second argument is a folder for pictures of all pages, which are then tested.
+A few pages are tested. If a second argument names a folder for pictures, all pages are tested, and their pictures
+are written.
 """
 
 import json
@@ -17,7 +19,7 @@ def quiet(browser, name):
 
 
 def found(browser, word):
-    """Addresses of the search results."""
+    """Addresses in the search results for a word."""
     browser.value(f"(e => {{ e.value = {json.dumps(word)}; e.dispatchEvent(new Event('keyup')); }})(document.getElementById('mkdocs-search-query'))")
     return browser.value("[...document.querySelectorAll('#mkdocs-search-results a')].map(a => a.getAttribute('href'))")
 
@@ -27,7 +29,7 @@ def main():
     with Browser(WITHOUT_WEBGL) as browser:
         browser.size(1300, 1000)
         names = [page.name for page in sorted(book.glob("*.html"))] if pictures else ["index.html", "tutorial.html", "keys.html"]
-        for page in [book / name for name in names if name != "404.html"]:  # 404.html is made for a server
+        for page in [book / name for name in names if name != "404.html"]:  # 404.html is made for a web server.
             browser.open(page)
             assert browser.value("[...document.images].every(image => image.naturalWidth > 0)"), f"{page.name}: a picture is missing"
             quiet(browser, page.name)

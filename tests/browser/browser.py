@@ -1,4 +1,6 @@
-"""Headless Chromium through its DevTools protocol: opens a page, records its log and requests, clicks, moves, prints."""
+"""Controls headless Chromium through its DevTools protocol: opens pages, records their logs and requests, and sends
+input.
+"""
 
 import base64
 import json
@@ -15,13 +17,13 @@ FLAGS = [
     "--disable-sync", "--disable-extensions", "--disable-default-apps", "--disable-dev-shm-usage", "--hide-scrollbars", "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 ]
-# Software rendering of WebGL without a graphics card, or no WebGL. The page itself is drawn without WebGL's renderer, in half of
-# the time.
+# Options to render WebGL in software, and options without WebGL. GPU compositing is disabled, so that the page itself
+# is drawn without WebGL's renderer. This takes half of the time.
 WITH_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 WITHOUT_WEBGL = ["--disable-gpu", "--disable-3d-apis"]
 
 
-# A loaded machine may take long to start a browser.
+# A machine under load may take long to start a browser.
 START_SECONDS, START_ATTEMPTS = 60, 3
 
 
@@ -64,7 +66,7 @@ class Browser:
         self.folder.cleanup()
 
     def listens(self, port_file):
-        """Whether the process writes its port in time."""
+        """Whether the process writes its port within START_SECONDS."""
         deadline = time.monotonic() + START_SECONDS
         while time.monotonic() < deadline and self.process.poll() is None:
             if port_file.exists() and port_file.read_text().count("\n") >= 1:
@@ -87,7 +89,7 @@ class Browser:
             self.note(answer)
 
     def note(self, event):
-        """Records what the page logs and requests."""
+        """Records log entries and requests of the page."""
         what, said = event.get("method"), event.get("params", {})
         if what == "Runtime.consoleAPICalled" and said["type"] in ("error", "warning", "assert"):
             self.logged.append(f"{said['type']}: " + " ".join(str(a.get("value", a.get("description"))) for a in said["args"]))
@@ -95,7 +97,7 @@ class Browser:
             details = said["exceptionDetails"]
             self.logged.append("exception: " + details.get("exception", {}).get("description", details["text"]))
         elif what == "Log.entryAdded" and said["entry"]["level"] in ("error", "warning"):
-            # Software rendering logs this text when the tests read the colours of the 3D view.
+            # Software rendering logs this text when the tests read pixels of the 3D view.
             if "GPU stall due to ReadPixels" not in said["entry"]["text"]:
                 self.logged.append(f"{said['entry']['level']}: {said['entry']['text']}")
         elif what == "Network.requestWillBeSent":
@@ -105,7 +107,7 @@ class Browser:
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
 
     def open(self, path):
-        """Opens a file and waits for it. Earlier records are deleted."""
+        """Opens a file and waits until it is loaded. Deletes earlier records first."""
         self.logged, self.asked = [], []
         self.call("Page.navigate", url=Path(path).resolve().as_uri())
         deadline = time.monotonic() + 30
@@ -115,7 +117,7 @@ class Browser:
             time.sleep(0.03)
 
     def value(self, expression):
-        """Value of an expression in the page."""
+        """Evaluates an expression in the page, and returns its value."""
         result = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in result:
             raise RuntimeError(f"{expression}: {result['exceptionDetails']['exception'].get('description')}")
@@ -129,7 +131,7 @@ class Browser:
             self.call("Input.dispatchKeyEvent", type=kind, key=name, code=name, windowsVirtualKeyCode=code)
 
     def picture(self, path, whole=False):
-        """A screenshot as PNG."""
+        """Writes a screenshot as PNG. `whole` states whether the picture includes parts outside of the window."""
         options = {"captureBeyondViewport": True} if whole else {}
         if whole:
             size = self.call("Page.getLayoutMetrics")["cssContentSize"]

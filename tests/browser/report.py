@@ -1,7 +1,8 @@
 """Opens the reports in the folders of a directory in headless Chromium.
 
-Fails if a page logs an error or a warning, requests anything, is wider than the window, or shows another number than meshio and
-summary.json. A second argument is a folder for pictures of the pages.
+Fails if a page logs an error or a warning, makes a request, or is wider than the window. Also fails if a page shows
+other numbers than meshio reads from the fields, or than summary.json contains. If a second argument names a folder,
+pictures of the pages are written there.
 """
 
 import json
@@ -14,7 +15,7 @@ import numpy as np
 
 from browser import WITH_WEBGL, WITHOUT_WEBGL, Browser
 
-# Numbers are shown with five digits and kept in single precision.
+# Relative tolerance. The page shows numbers with five digits, and stores them in single precision.
 TOLERANCE = 6e-5
 
 
@@ -24,7 +25,7 @@ def number(text):
 
 
 def some(values):
-    """All values in a thorough test (docs/tests.md), otherwise the first and the last."""
+    """Returns all values in a thorough test (docs/tests.md), otherwise the first and the last value."""
     return values if "ORTHOWEAR_THOROUGH" in os.environ or len(values) < 3 else [values[0], values[-1]]
 
 
@@ -59,7 +60,7 @@ def tabs(browser, name, expected):
 
 
 def truth(folder, file):
-    """Fields of a frame as meshio reads them: name on the page, values by cell."""
+    """Fields of a frame, as meshio reads them: values of the cells by the name of the field on the page."""
     mesh = meshio.read(folder / f"frame_{file:04}.vtu")
     field = {key: np.concatenate(parts) for key, parts in mesh.cell_data.items()}
     touched = field["status"] > 0
@@ -82,7 +83,7 @@ def hover(browser, cell):
 
 
 def maps(browser, folder, least):
-    """Compares the maps with the fields. The quantities `least` must be among them."""
+    """Compares the maps with the fields. `least` contains the fields that the page must show."""
     said = json.loads((folder / "summary.json").read_text())
     browser.value("document.getElementById('tab-maps').click()")
     seen = set()
@@ -108,7 +109,7 @@ def maps(browser, folder, least):
                 assert abs(found - right) <= TOLERANCE * abs(right), f"{folder.name}, {file}: {tip} at {cell}, {right} in the file"
                 same = number(browser.value("document.getElementById('map-value').cells[1].textContent"))
                 assert same == found, f"{folder.name}: {same} beside {found}"
-        # The peak pressure of a jump is the mean of both reversal points.
+        # `peak_pressure` of a wear jump is the mean of both reversal points, and may differ from the peak of the map.
         if "jump" not in said["steps"][record]:
             peak = said["steps"][record]["peak_pressure"]
             choose(browser, "map-field", "pressure")

@@ -1,4 +1,4 @@
-//! `accuracy`: results within the requested error, and messages if the error is not reached.
+//! Key `accuracy`: results within the requested error, and messages if the program does not reach this error.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -44,7 +44,8 @@ radius = 50.0
 fields = []
 "#;
 
-/// Scene with the lower material `below` (and the `tilt` of its fibres in degrees), further keys `more`, and an accuracy.
+/// Scene with body 1 of the material `below`. CFRP has fibres at `tilt` degrees out of the surface. `more` adds tables to the
+/// scene; `accuracy` is the value of the key.
 fn scene(below: &str, tilt: f64, more: &str, accuracy: &str) -> String {
     let fibre = if below == "cfrp" { format!("fibre = {{ tilt = {tilt:.1} }}") } else { String::new() };
     let frame = FRAME.replace("BELOW", below).replace("FIBRE", &fibre);
@@ -63,16 +64,19 @@ pub fn value(summary: &Value, step: &str, name: &str) -> [f64; 2] {
     ["value", "estimate"].map(|key| found[key].as_f64().unwrap())
 }
 
-/// Truths: for steel, the closed forms of Hertz (Johnson 4.22 to 4.24) and Cattaneo and Mindlin (Johnson 7.42: tangential
-/// displacement). For CFRP, the exact elliptical contact without friction, and an independent program with friction
-/// (tests/data/sphere-on-frp.json). At least 95 % of the errors are below the requested error, and none is three times as large.
-/// More than half of the errors of peak pressures exceed a tenth of the requested error: cells are not finer than necessary.
+/// Truth: for steel, the closed forms of Hertz (Johnson 4.22 to 4.24) and of Cattaneo and Mindlin (Johnson 7.42: tangential
+/// displacement). For CFRP without friction, the exact elliptical contact. For CFRP with friction, an independent program. The
+/// values for CFRP are in tests/data/sphere-on-frp.json.
+///
+/// At least 95 % of the errors are below the requested error, and no error reaches three times the requested error. More than
+/// half of the errors of peak pressures exceed a tenth of the requested error. The cells are therefore not much finer than
+/// necessary.
 #[test]
 fn true_errors_stay_below_what_is_asked_for() {
     let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let mut shares: Vec<(String, f64)> = Vec::new();
-    // Bodies with nu = 0, for which Cattaneo and Mindlin are exact.
+    // The closed form of Cattaneo and Mindlin is exact for nu = 0.
     let modulus = 210e3 / 2.0;
     let (force, radius) = (150.0, 50.0_f64);
     let a = f64::cbrt(0.75 * force * radius / modulus);
@@ -113,7 +117,7 @@ fn true_errors_stay_below_what_is_asked_for() {
             let [p, p0] = ["P", "p0"].map(|name| case["exact"][name].as_f64().unwrap());
             compare(&summary, "indent", &[("normal_force", p, p), ("peak_pressure", p0, p0)]);
             if tilt == 60.0 {
-                // At this tilt, peak pressures of the independent program have an error of 1e-3.
+                // The independent program gives peak pressures at this tilt to 1e-3 only, so the case with friction is skipped.
                 continue;
             }
             let friction = "[friction]\nlaw = \"frp\"\nmu_L = 0.4\nmu_T = 0.5\nmu_N = 0.55\n";
@@ -137,15 +141,15 @@ fn true_errors_stay_below_what_is_asked_for() {
     println!("{} results, {} above", shares.len(), shares.iter().filter(|(_, share)| *share > 1.0).count());
     let above: Vec<_> = shares.iter().filter(|(_, share)| *share > 1.0).collect();
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 3.0), "{above:?}");
-    // Peak pressures converge last and so determine the cells. Forces converge earlier, and transverse forces vanish.
+    // Peak pressures converge more slowly than forces. They therefore determine the size of the cells.
     let peaks: Vec<_> = shares.iter().filter(|(name, _)| name.ends_with("peak_pressure")).collect();
     let near = peaks.iter().filter(|(_, share)| *share > 0.1).count();
     println!("{near} of {} peaks above a tenth", peaks.len());
     assert!(2 * near > peaks.len(), "{near} of {}: {peaks:?}", peaks.len());
 }
 
-/// Truth: wear volumes after 100 000 cycles of an independent program, to 1e-2 and 1e-3 (tests/data/sphere-on-frp.json, accurate to
-/// 6e-5).
+/// Truth: wear volumes after 100 000 cycles from an independent program (tests/data/sphere-on-frp.json), accurate to 6e-5. The
+/// wear volumes agree with these values within the requested errors 1e-2 and 1e-3.
 #[test]
 fn worn_volumes() {
     let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
@@ -176,8 +180,9 @@ fn punch(wanted: &str) -> String {
     text.replace(&text[gap], "[gap]\nkind = \"flat\"\n")
 }
 
-/// Truth: the pressure at the edge of a punch is singular (Johnson 1985, section 5.2: p ~ d^-1/2 at the distance d). The peak on
-/// cells of the side h therefore grows like h^-1/2. The search ends after three growing changes of the peak.
+/// Truth: the pressure at the edge of a punch is singular (Johnson 1985, section 5.2: p ~ d^-1/2 at the distance d from the
+/// edge). The peak pressure on cells with side h therefore grows like h^-1/2. The search ends after three successive growing
+/// changes of the peak pressure.
 #[test]
 fn a_peak_that_does_not_converge() {
     let folder = tempfile::tempdir().unwrap();
@@ -202,12 +207,12 @@ fn a_peak_that_does_not_converge() {
     assert_eq!(code, Some(0), "{said}");
 }
 
-/// Truth: docs/scene.md: if no finer cells fit into the memory, the best results so far are written, with exit code 3.
+/// Truth: docs/scene.md: if finer cells do not fit into the memory, the run writes its best results and ends with exit code 3.
 #[test]
 fn what_is_not_reached_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let text = punch("{ relative = 1e-5, of = [\"load\"] }");
-    // None of the grids finer than 200 x 200 cells fits.
+    // The memory limit is the memory for 200 x 200 cells. Finer grids do not fit into this limit.
     let alone = text.split_once('\n').unwrap().1.replace("cells = [8, 8]", "cells = [200, 200]");
     fs::write(folder.path().join("scene.toml"), alone).unwrap();
     let limit = foretold(&call("check", folder.path(), &[]).1).round();
@@ -250,7 +255,7 @@ fn what_is_refused() {
         assert_eq!(code, Some(2), "{accuracy}: {text}");
         assert!(words.iter().all(|word| text.contains(word)), "{accuracy}: {words:?} in\n{text}");
     }
-    // Without a wear law the wear volume is zero, which would meet any accuracy.
+    // Without a wear law the wear volume is zero and would meet every accuracy.
     let unworn = with("{ relative = 1e-3, of = [\"worn_volume\"] }")
         .replace("law = \"energy\"\nk = 1.25e-9", "law = \"none\"");
     let (code, text) = check(&unworn, &[]);
@@ -277,8 +282,8 @@ fn what_is_refused() {
     assert!(output.status.success() && text.contains("accuracy 5e-2 of normal force"), "{text}");
 }
 
-/// Truths: force and peak pressure of a rigid sphere on steel are Hertz's (Johnson 4.22, 4.24). The first cells are wider than the
-/// contact.
+/// Truth: Hertz's force and peak pressure of a rigid sphere on steel (Johnson 4.22, 4.24). The initial cells are too coarse for
+/// the contact.
 #[test]
 fn cells_that_are_too_coarse_at_first() {
     let folder = tempfile::tempdir().unwrap();
@@ -293,7 +298,7 @@ fn cells_that_are_too_coarse_at_first() {
     let wide = of_folder(folder.path(), &text.replace("half_width = [1.2, 1.2]", "half_width = [2.0, 2.0]"));
     let [found, _] = value(&wide, "press", "normal_force");
     assert!((found / force - 1.0).abs() < 1e-2, "{found} {force}");
-    // Bodies separated by a vanishing force have no contact that cells could miss.
+    // Zero normal force separates the bodies. Cells without contact must not cause a refinement.
     let parted =
         "[[steps]]\nname = \"press\"\nnormal_force = 150.0\n[[steps]]\nname = \"part\"\nnormal_force = 0.0\n";
     let summary = of_folder(folder.path(), &rigid(scene("steel", 0.0, parted, "1e-2")));
@@ -317,8 +322,8 @@ fn cells_that_are_too_coarse_at_first() {
     }
 }
 
-/// Truth: docs/scene.md: the increments are refined for friction, for wear without friction, and on closed paths. Files are written
-/// only at the increments of the scene.
+/// Truth: docs/scene.md: the program refines the increments of scenes with friction, wear without friction, or closed paths. It
+/// writes files only at the increments of the scene.
 #[test]
 fn increments_and_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -362,7 +367,8 @@ fn increments_and_files() {
     }
 }
 
-/// Truth: a run with another accuracy has other cells, so `--resume` does not reuse its results.
+/// Truth: runs with different accuracies have different cells. `--resume` therefore does not reuse the results of a run with
+/// another accuracy.
 #[test]
 fn results_of_another_accuracy_are_not_resumed() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! `accuracy` on further cases of the catalogue: the requested error against closed forms.
+//! Key `accuracy`: results of further cases of docs/verification.md (the catalogue) agree with closed forms within the requested
+//! error.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -18,7 +19,7 @@ const PRESS: &str = "[[steps]]\nname = \"press\"\nnormal_force = 1000.0\n";
 const LINE: &str = "[[steps]]\nname = \"press\"\nnormal_force = 500.0\n";
 const DEEP: &str = "[[steps]]\nname = \"press\"\napproach = 0.01\n";
 
-/// A known result: step, name, value, and the value to which errors are relative.
+/// A known result: step, name and value of the result, and the value to which its error is relative.
 type Truth = (&'static str, &'static str, f64, f64);
 
 struct Case {
@@ -29,7 +30,7 @@ struct Case {
     /// Cells and further keys of the frame.
     frame: &'static str,
     gap: &'static str,
-    /// Laws and steps.
+    /// Further tables of the scene: laws and steps.
     rest: String,
     of: &'static str,
     truths: Vec<Truth>,
@@ -65,13 +66,14 @@ fn indenter(
     Case { name, bodies: (0.3, false), half_width, frame: square, gap, rest: rest.to_owned(), of: "", truths }
 }
 
-/// Hertz's elliptical contact (catalogue: hertz-elliptic-2to1), Sneddon's indenters with the profiles r and r^4, Boussinesq's
-/// circular punch, and the square punch (capacitance 0.3667896).
+/// Cases of rigid indenters: Hertz's elliptical contact (`hertz-elliptic-2to1` of the catalogue), Sneddon's indenters with the
+/// profiles r and r^4, Boussinesq's circular punch, and a square punch. A square of side 1 has the capacitance 0.3667896, which
+/// gives the load pi c E* d. Here c is the capacitance, E* the contact modulus and d the approach.
 fn indenters() -> Vec<Case> {
     let tangent = 5f64.to_radians().tan();
     let cone = (1000.0 * PI * tangent / (2.0 * STAR)).sqrt();
-    // Profile B r^4 and contact radius a: load P = 8/5 E* d a, approach d = 8/3 B a^4. The pressure 5 P (a^2 + 2 r^2) sqrt(a^2 -
-    // r^2) / (6 pi a^5) is largest at r = a / sqrt 2.
+    // Sneddon's solution for the profile B r^4 and the contact radius a: the load is P = 8/5 E* d a, the approach is d = 8/3 B
+    // a^4. The pressure 5 P (a^2 + 2 r^2) sqrt(a^2 - r^2) / (6 pi a^5) is largest at r = a / sqrt 2.
     let a = (15e3 / (64.0 * STAR * 1e-3)).powf(0.2);
     let quartic = vec![
         known("press", "approach", 8e-3 / 3.0 * a.powi(4)),
@@ -101,7 +103,8 @@ fn indenters() -> Vec<Case> {
     ]
 }
 
-/// Hertz's line contact (Johnson 4.2), and Carter's rolling cylinders at fractions of the friction limit.
+/// Cases of line contact: Hertz's cylinder (Johnson 4.2), and Carter's rolling cylinders with tangential forces of 0.5 and 0.75
+/// times the friction limit.
 fn lines() -> Vec<Case> {
     let a = (4.0 * 500.0 * 20.0 / (PI * STAR)).sqrt();
     let line = vec![
@@ -126,8 +129,12 @@ fn lines() -> Vec<Case> {
     vec![still, rolling(0.5), rolling(0.75)]
 }
 
-/// Mindlin and Deresiewicz's loading and unloading (equal bodies with nu = 0), Spence's indentation with friction, and wear in
-/// sliding under a force. The wear has Archard's volume and the approach of the catalogue (wear-sphere-elastic, four decimals).
+/// Cases with friction and wear:
+///
+/// - Mindlin and Deresiewicz: tangential loading and unloading of equal bodies with nu = 0.
+/// - Spence: indentation with friction.
+/// - Sliding with wear under a constant normal force. The wear volume is Archard's volume. The approach is the value of
+///   `wear-sphere-elastic` in the catalogue, with four decimals.
 fn friction_and_wear() -> Vec<Case> {
     let sphere = |star: f64| {
         let a = f64::cbrt(0.75 * 1000.0 * 10.0 / star);
@@ -145,7 +152,8 @@ fn friction_and_wear() -> Vec<Case> {
         known("back", "approach", depth),
     ];
     let loop_ = Case { bodies: (0.0, true), ..indenter("unloading", [0.5; 2], SPHERE, &pulls, shifts) };
-    // Load divided by Hertz's load at this approach: kappa / sqrt(DR) of the catalogue (`spence-self-similar`).
+    // The load is kappa / sqrt(DR) times Hertz's load at this approach. kappa = 1.0243 and DR = 1.01948 are the values of
+    // `spence-self-similar` in the catalogue.
     let load = 1.0243 / 1.01948f64.sqrt() * 4.0 / 3.0 * STAR * 10f64.sqrt() * 1e-3;
     let spence = indenter(
         "spence",
@@ -168,8 +176,8 @@ fn friction_and_wear() -> Vec<Case> {
     ]
 }
 
-/// Truths: the known results of the cases above. At least 95 % of the errors are below the requested error, and none is twice as
-/// large.
+/// Truth: the known results of the cases above. At least 95 % of the errors are below the requested error, and no error reaches
+/// twice the requested error.
 #[test]
 fn closed_forms_lie_within_what_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -195,7 +203,8 @@ fn closed_forms_lie_within_what_is_asked_for() {
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 2.0), "{above:?}");
 }
 
-/// Truth: an outline that the contact does not reach (contact radius 0.32 mm) does not change the contact. The same cells suffice.
+/// Truth: the contact radius is 0.32 mm. An outline of radius 0.39 mm does not limit this contact, so the run needs the same
+/// cells as without an outline.
 #[test]
 fn outlines_that_are_not_reached() {
     let outline = "frame.outline={shape=\"circle\", radius=0.39}";

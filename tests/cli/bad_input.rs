@@ -82,7 +82,7 @@ fn the_sound_scene_is_accepted() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// One row: text to replace, replacement, number of lines from the change down to the reported line, words of the message.
+/// Text to replace, its replacement, number of lines from the change down to the reported line, and words of the message.
 type Row = (&'static str, &'static str, usize, &'static [&'static str]);
 
 const TABLE: &[Row] = &[
@@ -311,7 +311,7 @@ fn each_mistake_is_refused_with_its_key_and_line() {
         for word in *words {
             assert!(text.contains(word), "`{from}` -> `{to}` lacks \"{word}\":\n{text}");
         }
-        // A missing key, a material or a law is reported at its table, not at the changed line.
+        // Missing keys, unusable materials and laws are reported at their table. The line is then not the changed line.
         let exact = !to.is_empty() && !words[0].contains("law") && !words[0].contains("lacks");
         let place = format!("scene.toml:{}:", line + below);
         let at_table = words[0].starts_with("materials");
@@ -342,7 +342,7 @@ fn a_mistake_is_told_once() {
     assert!(code == Some(2) && text.contains("did you mean `steel`") && !text.contains("not used"), "{text}");
 }
 
-/// Truth: independent mistakes do not hide one another.
+/// Truth: the scene and its override contain seven independent mistakes. `check` reports all of them.
 #[test]
 fn mistakes_are_reported_together() {
     let mut scene = SOUND.to_owned();
@@ -451,7 +451,8 @@ fn encodings() {
     }
 }
 
-/// Truth: TOML: an array or inline table without its closing bracket continues on the lines below.
+/// Truth: TOML continues an array or inline table without closing bracket on the next line. The only error is therefore at the
+/// changed line or at the next line.
 #[test]
 fn a_missing_bracket_is_one_mistake() {
     for (from, to) in [("cells = [16, 16]", "cells = [16, 16"), ("jumps = 4 }", "jumps = 4")] {

@@ -4,8 +4,9 @@ use std::fs;
 
 use super::bad_input::{SOUND, check};
 
-/// Truth: docs/scene.md: on a frame that is periodic along x, body 2 cannot rotate about y or the normal n, and no moment is
-/// allowed. Otherwise the gap would grow from period to period.
+/// Truth: docs/scene.md: on a frame that is periodic along x, body 2 can rotate about x only. A rotation about y or the normal n
+/// is refused, because the gap would grow from period to period. Every moment is refused, because its lever arm would differ from
+/// period to period.
 #[test]
 fn repeated_bodies_do_not_turn() {
     let turned = |periodic: &str, control: &str| {
@@ -47,8 +48,8 @@ fn repeated_bodies_do_not_turn() {
     }
 }
 
-/// Truth: docs/scene.md: a step keeps earlier loads, but no tangential force or spin moment may act together with rolling. `check`
-/// refuses what `run` would find only after computing the steps before.
+/// Truth: docs/scene.md: a step keeps the loads of earlier steps, but rolling excludes a tangential force and a spin moment.
+/// `check` refuses this conflict. `run` would meet it only after the earlier steps.
 #[test]
 fn loads_held_into_rolling() {
     let scene = |load: &str, between: &str| {

@@ -1,4 +1,4 @@
-//! Loads of meshed bodies in scenes: names, preloads, refusals, the table of `check`, and continued runs.
+//! Loads of meshed bodies in scenes: names, preloads, refused keys, and the table of `check`.
 
 use crate::materials::{folder, orthowear};
 use crate::moved::layer;
@@ -14,7 +14,7 @@ fn check(keys: &str, overrides: &[&str]) -> (Option<i32>, String) {
     (code, (text + &errors).split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
-/// Truth: docs/scene.md: names and preloads that contradict one another are refused at their key.
+/// Truth: docs/scene.md: contradictions between names and preloads are refused. The message gives the key.
 #[test]
 fn what_is_refused() {
     let preloaded = LOADS.replace("\"clamp\"", "\"clamp\", preload = true");
@@ -43,8 +43,8 @@ fn what_is_refused() {
     }
 }
 
-/// Truth: the amplitudes that docs/scene.md states: from 0 to 1 in the first step unless it names the load, then kept. Preloads have
-/// the amplitude 1 from the start.
+/// Truth: docs/scene.md: the amplitude of a load grows from 0 to 1 in the first step, unless this step names the load. Later
+/// steps keep the amplitude. A preload has the amplitude 1 from the start.
 #[test]
 fn amplitudes_in_the_table() {
     let two =
@@ -56,8 +56,8 @@ fn amplitudes_in_the_table() {
     assert!(text.contains("loads of body1 1"), "{text}");
 }
 
-/// Truth: a load that grows in the first step, while the contact closes, gives a WARNING; a preload does not, and neither does a load
-/// that grows when the bodies touch.
+/// Truth: docs/scene.md: a load that grows in the first step, while the contact grows, gives a WARNING. A preload gives no
+/// WARNING. A load that grows in a later step, while the bodies are in contact, gives no WARNING either.
 #[test]
 fn loads_that_grow_with_the_contact() {
     let said = |keys: &str, overrides: &[&str]| {
@@ -73,7 +73,8 @@ fn loads_that_grow_with_the_contact() {
     assert!(!said(LOADS, &["steps.0.loads={ clamp = 0.0 }", "steps.1.loads={ clamp = 1.0 }"]));
 }
 
-/// Truth: equilibrium. The contact carries the tangential load of an unconstrained body, and the amplitude of the cycles about it.
+/// Truth: equilibrium. The contact carries the tangential load of an unconstrained body. At the reversal points of the cycles,
+/// the tangential force is this load plus and minus the amplitude.
 #[test]
 fn cycles_of_an_unconstrained_body_about_its_load() {
     let keys = "fibre = { tilt = 0.0 }\nnear_field = \"mesh\"\ntraction = [{ group = \"base\", value = [0.1, 0.05, 0.0] }]";
@@ -89,7 +90,8 @@ fn cycles_of_an_unconstrained_body_about_its_load() {
         .replace("fixed = [{ group = \"base\" }]", "fixed = [{ group = \"base\", components = [\"z\"] }]");
     std::fs::write(&path, scene + steps).unwrap();
     let summary = run(folder.path(), &[]);
-    // Cells that stick fix the position of the body.
+    // Cells that stick fix the position of the body, so the summary has no warning about ratcheting or a missing steady-state
+    // cycle.
     let said = summary["warnings"].to_string();
     assert!(!said.contains("ratcheting") && !said.contains("steady-state"), "{said}");
     let force = |entry: &serde_json::Value| [0, 1].map(|k| entry["tangential_force"][k].as_f64().unwrap());
@@ -103,7 +105,8 @@ fn cycles_of_an_unconstrained_body_about_its_load() {
     }
 }
 
-/// A free plate of 16 x 16 mm under a pressure on a rigid plane, and its press.
+/// Scene with an unconstrained plate of 16 mm x 16 mm. A pressure of 2 MPa on its base presses the plate on a rigid plane. The
+/// first step is "press".
 const PLATE: &str = r#"
 [materials.al]
 model = "isotropic"
@@ -132,8 +135,9 @@ fields = []
 name = "press"
 "#;
 
-/// Truth: strokes as plain steps. A free plate under its own pressure and half of the force that friction carries slips in the first
-/// strokes, and then sticks: settled cycles dissipate nothing. Its position follows from its unconstrained motion alone.
+/// Truth: the strokes of the cycles, computed as separate steps. The plate carries a tangential force of 100 N at 20 degrees to
+/// x. The friction ellipse allows 123 N in this direction under the normal force of 512 N. The plate slips in the first strokes
+/// and then sticks. Steady-state cycles therefore dissipate nothing.
 #[test]
 fn force_cycles_of_a_free_plate() {
     let (sin, cos) = 20.0_f64.to_radians().sin_cos();
@@ -157,8 +161,8 @@ fn force_cycles_of_a_free_plate() {
     assert!(cycled[1] - cycled[0] < 1e-3 * first, "{cycled:?} {marched:?}");
 }
 
-/// Truth: without its load nothing presses a free plate, and its position is arbitrary. The run keeps the press, whose normal force is
-/// the pressure of 2 MPa on 256 mm².
+/// Truth: without its pressure, an unconstrained plate is not pressed on the plane, and its position is arbitrary. The run ends
+/// with `contact-lost` and keeps the entry of the first step. The normal force of this entry is 2 MPa x 256 mm² = 512 N.
 #[test]
 fn unloaded_bodies_lose_contact() {
     let folder = tempfile::tempdir().unwrap();
@@ -173,7 +177,8 @@ fn unloaded_bodies_lose_contact() {
     assert!((force / 512.0 - 1.0).abs() < 1e-6, "{force}");
 }
 
-/// Truth: docs/scene.md: the interference of a fit cannot be negative, which would part bodies whose meshes overlap.
+/// Truth: docs/scene.md: the amplitude of an interference must not be negative, because a negative amplitude would separate
+/// bodies whose meshes overlap. A very large interference gives a warning.
 #[test]
 fn negative_interference() {
     let scene = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/press-fit.toml");

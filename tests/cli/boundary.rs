@@ -47,7 +47,7 @@ fn place(mesh: &str) -> tempfile::TempDir {
     folder
 }
 
-/// The mesh with its lines of elements changed by `change`, or removed where it returns `None`.
+/// Returns the mesh with each line of its elements replaced by the result of `change`. A result of `None` removes the line.
 fn elements(mesh: &str, change: impl Fn(usize, &str) -> Option<String>) -> String {
     let (head, rest) = mesh.split_once("$Elements\n").unwrap();
     let list: Vec<String> = rest
@@ -73,8 +73,9 @@ fn grids(folder: &Path) -> Vec<String> {
     all.map(|name| name.into_string().unwrap()).filter(|name| name.ends_with(".vtu")).collect()
 }
 
-/// Truth: the same block of finite elements (docs/theory-hybrid.md) gives the same forces to 3 %. The boundary elements are
-/// constant, with sides of about a third of the contact radius. The surface alone gives the forces of the solids to 1e-6.
+/// Truth: a finite-element model of the same block (docs/theory-hybrid.md) gives the same forces to 3 %. The sides of the
+/// constant boundary elements are about a third of the contact radius. A mesh file with surface elements only gives the same
+/// forces as a mesh file with solids, to 1e-6.
 #[test]
 fn the_block_of_finite_elements() {
     let folder = place(&block());
@@ -105,7 +106,8 @@ fn the_block_of_finite_elements() {
     }
 }
 
-/// Truth: equilibrium. A block that is free along z between smooth walls bears two pressures on its base, in two steps, on its top.
+/// Truth: equilibrium. A block between smooth walls is free along z. A rigid plane on its top carries the pressures on its base:
+/// 30 MPa in the first step, 45 MPa in the second step.
 #[test]
 fn loads_of_several_names() {
     let folder = place(&layer([1.0, 1.0], 1.0, [4, 4, 3]));
@@ -127,8 +129,8 @@ fn loads_of_several_names() {
     }
 }
 
-/// Truth: a block is free along z between smooth walls. A rigid plate on its top bears the pressure on its base uniformly. With
-/// friction the scene is refused (docs/theory-boundary-elements.md).
+/// Truth: equilibrium. A block between smooth walls is free along z. The pressure of 40 MPa on its base of 4 mm² acts uniformly
+/// on the rigid plane on its top. With friction the scene is refused (docs/theory-boundary-elements.md).
 #[test]
 fn a_block_that_floats() {
     let folder = place(&layer([1.0, 1.0], 1.0, [4, 4, 3]));
@@ -151,7 +153,7 @@ fn a_block_that_floats() {
     let step = &summary["steps"][0];
     let [load, peak] = ["normal_force", "peak_pressure"].map(|key| step[key].as_f64().unwrap());
     assert!((load - 160.0).abs() < 1e-3 && (peak - 40.0).abs() < 1e-3, "{load} {peak}");
-    // A force by a step, without loads of the body.
+    // A normal force of the step replaces the pressure on the base.
     let pressed = ["friction={law=\"none\"}", "body1.pressure=[]", "steps.0.normal_force=160.0"];
     let other = run(folder.path(), &[&sets[..], &pressed].concat());
     let load = other["steps"][0]["normal_force"].as_f64().unwrap();
@@ -160,7 +162,7 @@ fn a_block_that_floats() {
     assert!(said.contains("unconstrained rigid-body modes (translation z)"), "{said}");
 }
 
-/// Truth: each scene has one mistake.
+/// Truth: each scene has one mistake. `check` and `run` refuse the scene with a message about this mistake.
 #[test]
 fn surfaces_and_supports_that_are_wrong() {
     let refused = |mesh: &str, sets: &[&str], words: &[&str]| {

@@ -1,4 +1,4 @@
-//! Bulk stress of half-spaces in scenes: refusals, table of `check`, and fields.
+//! Bulk stress of half-spaces in scenes: refused keys, table of `check`, and fields.
 
 use std::fs;
 
@@ -12,7 +12,7 @@ fn stressed() -> String {
     SOUND.replace("fibre = { tilt = 30.0, azimuth = 0.0 }", STRESS)
 }
 
-/// Output of `check`, with its notes.
+/// Output of `check` for a valid scene.
 fn printed(scene: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -21,7 +21,8 @@ fn printed(scene: &str) -> String {
     text
 }
 
-/// Truth: docs/scene.md: amplitudes of loads that no body has, and changes where amplitudes stay, are refused at their key.
+/// Truth: docs/scene.md: `check` refuses amplitudes of unknown loads, changes of amplitude in steps with cycles, and invalid bulk
+/// stresses. The message gives the key.
 #[test]
 fn what_is_refused() {
     let (code, text) = check(&stressed(), &[]);
@@ -66,19 +67,20 @@ fn what_is_refused() {
         .replace("approach = 0.02", "approach = 0.02\nloads = { bulk = 1.0 }");
     let (code, text) = check(&unnamed, &[]);
     assert!(code == Some(2) && text.contains("no load has a name"), "{text}");
-    // One mistake in the body gives one error.
+    // A mistake in the body gives one error, without a further error about the name of its load.
     let wrong = stressed()
         .replace("100.0", "nan")
         .replace("approach = 0.02", "approach = 0.02\nloads = { bulk = 1.0 }");
     let (code, text) = check(&wrong, &[]);
     assert!(code == Some(2) && text.contains("1 error in"), "{text}");
-    // Without friction the strain of the surface changes nothing, and a note says so.
+    // Without friction, the strain due to the bulk stress does not change the pressures. A note reports this.
     let smooth = stressed().split("[friction]").next().unwrap().to_owned() + "[[steps]]\napproach = 0.02\n";
     let text = printed(&smooth);
     assert!(text.contains("does not change the pressures"), "{text}");
 }
 
-/// Truth: docs/scene.md: cycles may consist of loads of the bodies alone. The tangential force of an earlier step stays.
+/// Truth: docs/scene.md: loads of the bodies may be the only loads that vary in cycles. The tangential force of an earlier step
+/// stays constant in these cycles.
 #[test]
 fn cycles_of_loads_alone() {
     let cycles = "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }";
@@ -100,7 +102,7 @@ fn cycles_of_loads_alone() {
     let last = &steps[steps.len() - 1];
     assert!((last["tangential_force"][0].as_f64().unwrap() - 10.0).abs() < 1e-5, "{last}");
     assert!(last["worn_volume"].as_f64() > Some(0.0), "{last}");
-    // A tangential force stays, so that it needs friction.
+    // The tangential force of the earlier step remains active, and therefore needs friction.
     let held = stressed().replace(
         "[[steps]]\nname = \"fretting\"",
         "[[steps]]\ntangential_force = [10.0, 0.0]\n[[steps]]\nname = \"fretting\"",
@@ -108,14 +110,15 @@ fn cycles_of_loads_alone() {
     let frictionless = format!("friction = false\nwear = false\n{alone}");
     let (code, text) = check(&held.replace(cycles, &frictionless), &[]);
     assert!(code == Some(2) && text.contains("still active"), "{text}");
-    // Without amplitudes nothing would move.
+    // Cycles without an amplitude are refused, because nothing would move.
     for nothing in ["cycles = { count = 1000 }", "cycles = { count = 1000, loads = { bulk = 0.0 } }"] {
         let (code, text) = check(&stressed().replace(cycles, nothing), &[]);
         assert!(code == Some(2) && text.contains("lacks an amplitude"), "{text}");
     }
 }
 
-/// Truth: docs/scene.md: amplitudes grow to 1 over the first step unless it names them, and stay.
+/// Truth: docs/scene.md: an amplitude grows from 0 to 1 over the first step, unless this step names the load. Later steps keep
+/// the amplitude.
 #[test]
 fn table_of_amplitudes() {
     let text = printed(&stressed());
@@ -127,8 +130,8 @@ fn table_of_amplitudes() {
     assert_eq!((rows(&text), text.matches("bulk 0.25").count()), (0, 2), "{text}");
 }
 
-/// Truth: far below the contact the stress is the bulk stress times its amplitude. The stress of the contact decays with the square of
-/// the depth, and is the same without bulk stress if friction does not act.
+/// Truth: superposition. Without friction, the bulk stress does not change the tractions. The stress at every point then
+/// increases by the amplitude times the bulk stress, 0.5 x 100 MPa along x.
 #[test]
 fn stress_inside() {
     let line = "\n[[output.inside]]\nname = \"axis\"\nbody = 1\nfrom = [0.0, 0.0, -0.1]\nto = [0.0, 0.0, -5.0]\npoints = 3\n";

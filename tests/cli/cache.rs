@@ -53,7 +53,7 @@ impl Place {
         Self { folder }
     }
 
-    /// Exit code and both outputs; `limit` is in MiB.
+    /// Exit code and output of the program, with the limit `limit` of the cache in MiB.
     fn call(&self, verb: &str, options: &[&str], limit: &str) -> (Option<i32>, String) {
         let mut program = crate::tools::orthowear();
         program.env("XDG_CACHE_HOME", self.folder.path()).env("ORTHOWEAR_CACHE_LIMIT", limit);
@@ -75,7 +75,7 @@ impl Place {
     }
 }
 
-/// Steps without their seconds, and without the operator check, which needs the stiffness factorisation.
+/// Entries of the summary without their times. The operator check is removed too, because it needs a factorisation.
 fn steps(summary: &Value) -> Value {
     let mut steps = summary["steps"].clone();
     for step in steps.as_array_mut().unwrap() {
@@ -93,7 +93,8 @@ fn hit(summary: &Value) -> bool {
         .any(|skip| skip["why"].as_str().unwrap().contains("the cache contains"))
 }
 
-/// Truth: an empty, filled, damaged or unused cache gives the same results, bit by bit. Another body has another entry.
+/// Truth: results are equal bit by bit with an empty, filled or damaged cache, and without a cache. A body with another fibre
+/// direction gets another cache entry.
 #[test]
 fn a_second_run_skips_the_factorisation() {
     let place = Place::new();
@@ -113,7 +114,7 @@ fn a_second_run_skips_the_factorisation() {
     let rebuilt = place.run(&[]);
     assert!(rebuilt["warnings"].to_string().contains("was damaged (its checksum is wrong)"), "{rebuilt}");
     assert!(!hit(&rebuilt) && hit(&place.run(&[])));
-    // Fields need the factorisation, which is kept for the next run.
+    // Fields in the volume need the factorisation. The cache keeps it for the next run.
     let volume = || fs::read(place.folder.path().join("scene.out/body1_volume_0001.vtu")).unwrap();
     let wanted = ["--set", "output.fields=[\"volume\"]"];
     let fields = place.run(&wanted);
@@ -134,15 +135,15 @@ fn a_second_run_skips_the_factorisation() {
     for other in [&first, &second, &rebuilt, &fields, &restored] {
         assert_eq!(steps(other), steps(&bare));
     }
-    // No factorisation is made only to check the operator.
+    // With a cached flexibility, the run makes no factorisation for the operator check alone.
     let defect = |summary: &Value| summary["steps"][0]["certificate"]["operator_defect"].as_f64();
     assert!(defect(&bare).is_some_and(|defect| defect < 1e-11) && defect(&second).is_none(), "{bare}");
     place.run(&["--set", "body1.fibre.tilt=20.0"]);
     assert_eq!(place.entries().len(), 3);
 }
 
-/// Truth: docs/results.md: a direct solution of the body checks the operator in the first entry that has a factorisation. With a
-/// flexibility from the cache, no factorisation exists until fields are written at the end of a step.
+/// Truth: docs/results.md: the operator check compares the operator with a direct solution, in the first entry for which a
+/// factorisation exists. With a flexibility from the cache, the factorisation is made only for the fields at the end of a step.
 #[test]
 fn the_operator_is_checked_once_the_factor_is_there() {
     let place = Place::new();
@@ -195,7 +196,7 @@ fn the_limit_is_the_users() {
     }
 }
 
-/// Truth: a run continues without a cache, with a note.
+/// Truth: if the cache cannot be written, the run continues without it and reports this.
 #[test]
 fn a_cache_that_cannot_be_written() {
     let place = Place::new();

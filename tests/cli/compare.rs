@@ -1,4 +1,4 @@
-//! `orthowear compare`: variants equal the corresponding runs, their differences are named, impossible variants are refused.
+//! `orthowear compare`: variants equal the corresponding runs, and the message names what makes a variant impossible.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
 }
 
-/// The near field of the mesh takes a hundredth of the time of the default.
+/// Keys of body 1. The near field of the mesh takes a hundredth of the time of the default near field.
 const FIBRE: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"";
 
 const STEEL: &str = "fibre = { tilt = 30.0 }\nnear_field = \"mesh\"\n[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3";
@@ -20,14 +20,14 @@ fn pairs(names: &[&str]) -> Vec<orthowear::scene::variant::DiscretisationPair> {
     names.iter().map(|name| name.parse().unwrap()).collect()
 }
 
-/// Resultants, areas and wear volume of the steps.
+/// Normal force, areas, peak pressure and wear volume of each entry.
 fn results(summary: &Value) -> Vec<Vec<f64>> {
     let keys = ["normal_force", "contact_area", "stick_area", "peak_pressure", "worn_volume"];
     let numbers = |step: &Value| keys.iter().map(|key| step[key].as_f64().unwrap()).collect::<Vec<f64>>();
     summary["steps"].as_array().unwrap().iter().map(numbers).collect()
 }
 
-/// Truth: each variant equals, bit by bit, the run of the scene with the body replaced as in the variant.
+/// Truth: each variant equals, bit by bit, a run of the scene in which the variant's body replaces the original body.
 #[test]
 fn the_variants_are_the_runs_they_stand_for() {
     let folder = folder(STEEL, "", &[]);
@@ -89,13 +89,13 @@ fn the_documents_explain_the_comparison() {
     }
 }
 
-/// Truth: docs/command-line.md: a half-space needs a plane frame and one material direction. The exit code is the worst of the
-/// computed variants.
+/// Truth: docs/command-line.md: a half-space needs a plane frame and one material direction. Other variants are computed, and the
+/// exit code is the worst of the computed variants.
 #[test]
 fn variants_that_cannot_be_do_not_stop_the_others() {
     let curved = folder(FIBRE, "", &[]);
     let mesh = fs::read_to_string(curved.path().join("box.msh")).unwrap();
-    // The top is lowered by 0.1 at two corners.
+    // The top is lowered by 0.1 mm at two corners.
     let bent = mesh.replace("-1 -1 0\n", "-1 -1 -0.1\n").replace("\n125 1 1 0\n", "\n125 1 1 -0.1\n");
     assert_ne!(bent, mesh);
     fs::write(curved.path().join("box.msh"), bent).unwrap();
@@ -119,8 +119,8 @@ fn variants_that_cannot_be_do_not_stop_the_others() {
     );
 }
 
-/// Truth: docs/command-line.md: a half-space has no loads, foundations and prescribed displacements, even if only a gradient is
-/// prescribed.
+/// Truth: docs/command-line.md: a half-space has no body force, foundations or prescribed displacements. A warning names them,
+/// even a prescribed displacement that consists of a gradient alone.
 #[test]
 fn what_a_half_space_has_no_place_for_is_named() {
     let scene = folder(FIBRE, "", &[]);
@@ -145,7 +145,7 @@ fn what_a_half_space_has_no_place_for_is_named() {
     }
 }
 
-/// Truth: docs/command-line.md: without a meshed body there is one variant. The exit code is the worst of the variants.
+/// Truth: docs/command-line.md: a scene without meshed bodies has one variant. The exit code is the worst of the variants.
 #[test]
 fn one_variant_and_the_worst_exit_code() {
     let folder = folder(FIBRE, "", &[]);
@@ -163,8 +163,8 @@ fn one_variant_and_the_worst_exit_code() {
     assert!(errors.contains("gap.radius"), "{errors}");
 }
 
-/// Truth: a sphere of radius R = 50 mm. Faces with sides of 0.19 mm deviate from it by 0.19^2/(4 R) = 2e-4 mm. The gap in the
-/// corners of the frame is 0.024 mm.
+/// Truth: geometry of a sphere of radius R = 50 mm. Plane faces with sides of 0.19 mm deviate from the sphere by up to 0.19^2/(4
+/// R) = 2e-4 mm. The gap in the corners of the frame is 0.024 mm.
 #[test]
 fn half_spaces_keep_the_gap_of_the_meshes() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/steel-cap-on-cfrp-block.toml");
@@ -181,8 +181,10 @@ fn half_spaces_keep_the_gap_of_the_meshes() {
     }
 }
 
-/// Truth: the run of the scene with the body replaced, bit by bit. An FE body becomes a BE body on the surface of its solids or on
-/// a separate mesh. A BE body becomes an FE body on the solids whose surface it used.
+/// Truth: each variant equals, bit by bit, a run of the scene in which the variant's body replaces the original body.
+///
+/// - FE to BE: the boundary elements are the surface of the solid elements, or a separate mesh.
+/// - BE to FE: the finite elements are the solid elements of the mesh whose surface the boundary elements used.
 #[test]
 fn meshed_bodies_become_one_another() {
     let folder = folder(FIBRE, "", &[]);
@@ -217,7 +219,8 @@ fn meshed_bodies_become_one_another() {
     }
 }
 
-/// Truth: docs/command-line.md: the message names what prevents a variant, and keys of `compare` that do not fit the scene.
+/// Truth: docs/command-line.md: the message names the reason why a variant is impossible, or the key of `compare` that does not
+/// fit the scene.
 #[test]
 fn descriptions_that_do_not_fit_are_named() {
     let folder = folder(FIBRE, "", &[("flat.msh", FLAT)]);
@@ -265,11 +268,12 @@ fn descriptions_that_do_not_fit_are_named() {
     }
 }
 
-/// Two triangles that form no closed surface.
+/// Mesh of two triangles, which form no closed surface.
 const FLAT: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"top\"\n$EndPhysicalNames\n$Nodes\n4\n\
                     1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n$Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 1 1 1 3 4\n$EndElements\n";
 
-/// Truth: the files contain the fields of both variants and, bit by bit, their differences.
+/// Truth: the files contain the fields of each variant. The differences in the files equal the differences of these fields bit by
+/// bit.
 #[test]
 fn differences_are_those_of_the_fields() {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
@@ -280,8 +284,8 @@ fn differences_are_those_of_the_fields() {
     let _checked = crate::tools::python("differences.py", &folder.path().join("c"));
 }
 
-/// Truth: the head of the scene: forces and peak pressure with either bushing agree to 0.5 %. A half-space has no curved surface,
-/// and a wound body has no uniform fibre direction.
+/// Truth: expected results in the head of the scene file: forces and peak pressures of FE-FE and FE-BE agree to 0.5 %. A
+/// half-space cannot represent the curved, wound tube.
 #[test]
 fn a_bushing_on_a_wound_tube() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/compare-bushing.toml");
@@ -299,8 +303,8 @@ fn a_bushing_on_a_wound_tube() {
     assert!(text.contains("HS-HS: the material axes of body1 vary by "), "{text}");
 }
 
-/// Truth: docs/command-line.md: differences are relative to the first computed variant, for steps that ended after equal numbers of
-/// cycles. If no variant is computed, the exit code is 2. A warning names its variant, unless all variants have it.
+/// Truth: docs/command-line.md: differences are relative to the first computed variant. If no variant is computed, the exit code
+/// is 2. A warning names its variant, unless all variants give this warning.
 #[test]
 fn what_is_compared_with_what_is_told() {
     let folder = folder(FIBRE, "", &[]);
@@ -330,7 +334,8 @@ fn what_is_compared_with_what_is_told() {
     assert!(text.contains("BE-rigid: WARNING: a cell of the frame has") && text.contains(edge), "{text}");
 }
 
-/// Truth: docs/scene.md: groups of supports and loads whose area or position differs between meshes by more than 5 % are reported.
+/// Truth: docs/scene.md: a warning reports a group of supports or loads whose area or position differs by more than 5 % between
+/// the meshes.
 #[test]
 fn meshes_that_are_not_alike_are_told() {
     let folder = folder(FIBRE, "", &[]);

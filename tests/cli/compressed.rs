@@ -1,4 +1,4 @@
-//! Half-spaces on many faces of a mesh, with a compressed operator.
+//! Half-spaces on mesh frames with many cells, whose operator is compressed.
 
 use std::fmt::Write;
 use std::fs;
@@ -10,7 +10,7 @@ use crate::tools::refusal;
 
 const FACES: usize = 32;
 
-/// A plate of one layer of hexahedra, `FACES` along x and y.
+/// Mesh of a plate with one layer of hexahedra, `FACES` of them along x and along y.
 fn plate() -> String {
     let nodes = FACES + 1;
     let at = |i: usize, j: usize, k: usize| (k * nodes + i) * nodes + j + 1;
@@ -83,8 +83,8 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Truth: docs/scene.md: above 1000 cells the operator is compressed, unless `solver.skip` is false. The results agree within the
-/// tolerance of the compression.
+/// Truth: docs/scene.md: above 1000 cells the operator of a half-space is compressed, unless `solver.skip` is false. Results with
+/// and without compression agree within the tolerance of the compression.
 #[test]
 fn compressed_half_spaces_are_told_and_change_nothing() {
     let folder = folder();
@@ -112,7 +112,8 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     };
     assert!(told(&compressed) && !told(&exact));
     let coarse = answer(&["--set", "solver.compression_tolerance=1e-3"]);
-    // A direct solution of the plate checks the operator in the first step only. The compressed operator is checked in all steps.
+    // The exact operator is checked by a direct solution of the plate, in the first entry only. The compressed operator is
+    // checked in every step.
     let defect = |summary: &Value, step: usize| {
         summary["steps"][step].pointer("/certificate/operator_defect").and_then(Value::as_f64)
     };
@@ -135,7 +136,8 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     }
 }
 
-/// Truth: docs/scene.md: tolerances from 1e-12 to 1e-2 are valid.
+/// Truth: docs/scene.md: the tolerance of the compression lies between 1e-12 and 1e-2. If the compressed operator exceeds the
+/// memory limit, the exit code is 4 and the message advises a larger tolerance.
 #[test]
 fn what_cannot_be_compressed_is_refused() {
     let folder = folder();

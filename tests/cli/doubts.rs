@@ -1,4 +1,4 @@
-//! Uncertain results, and results that cannot be improved, are reported.
+//! Warnings about uncertain results, and about results that refinement cannot improve.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,8 +29,8 @@ fn call(verb: &str, scene: &Path) -> (Option<i32>, String, Vec<String>) {
     (output.status.code(), text, warnings.iter().map(|w| w.as_str().unwrap().to_owned()).collect())
 }
 
-/// Truth: the contact faces of the block are quadrangles, one per node. The mesh does not respond to tractions that alternate from
-/// face to face. Cells around nodes are the default against a rigid body.
+/// Truth: the contact surface of the block has one quadrilateral face per node. Displacements of the nodes cannot follow
+/// tractions that alternate from face to face. Against a rigid body, cells around nodes are therefore the default.
 #[test]
 fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
     let grid = "kind = \"grid\"\nhalf_width = [1.2, 1.2]\ncells = [4, 4]";
@@ -50,8 +50,8 @@ fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
     assert!(code == Some(0) && text.contains("node cells") && !text.contains("WARNING"), "{text}");
 }
 
-/// Truth: geometry: at least twice the nodal area of (0.3 mm)^2 allows 5 cells of the frame's 2.4 mm. Hints of the same run that ask
-/// for smaller cells therefore ask for smaller contact faces too.
+/// Truth: geometry. A cell needs at least twice the area of a contact node, (0.3 mm)^2. A frame with a width of 2.4 mm therefore
+/// allows at most 5 cells per direction. A warning that asks for smaller cells must ask for smaller contact faces too.
 #[test]
 fn hints_about_the_number_of_cells_agree() {
     for (approach, hint) in [("0.02", "reaches the edge"), ("0.004", "cells lie in contact")] {
@@ -68,8 +68,8 @@ fn hints_about_the_number_of_cells_agree() {
     }
 }
 
-/// Truth: geometry: cells of 0.6 mm have their centres 0.42 mm from the axis. There the sphere of 50 mm is 1.8e-3 mm above its
-/// lowest point, more than the approach.
+/// Truth: geometry. The centres of the innermost cells with sides of 0.6 mm are 0.42 mm from the axis. At this distance, the
+/// sphere of radius 50 mm is 1.8e-3 mm above its lowest point. The approach of 1e-3 mm is smaller, so no cell touches.
 #[test]
 fn an_approach_that_no_cell_feels_is_a_warning() {
     let (_folder, path) = block(&[("approach = 0.02", "approach = 1e-3")]);
@@ -87,7 +87,8 @@ fn an_approach_that_no_cell_feels_is_a_warning() {
     assert!(text.contains("\nWARNING: step"), "{text}");
 }
 
-/// Truth: uniaxial stress in a prism (nu = 0) is exact on any mesh.
+/// Truth: uniaxial stress in a prism with nu = 0. Finite elements represent this stress exactly on any mesh, so refinement has no
+/// benefit.
 #[test]
 fn a_body_of_constant_stress_need_not_be_refined() {
     let (folder, path) = block(&[
@@ -119,8 +120,8 @@ fn a_body_of_constant_stress_need_not_be_refined() {
     assert!(!sizes.exists() && !text.contains("refine the mesh there"), "{text}");
 }
 
-/// Truth: geometry: of 3 x 3 cells of 0.8 mm one lies on the axis. Its neighbours are 6.4e-3 mm away from the sphere of 50 mm, more
-/// than the approach.
+/// Truth: geometry. Of 3 x 3 cells with sides of 0.8 mm, only the middle cell lies on the axis. At the centres of its neighbours,
+/// the gap to the sphere of radius 50 mm is 6.4e-3 mm. The approach of 1e-3 mm is smaller, so only the middle cell touches.
 #[test]
 fn a_contact_of_one_cell_is_told() {
     let (_folder, path) =
@@ -131,7 +132,7 @@ fn a_contact_of_one_cell_is_told() {
     let (_folder, path) = block(&[("approach = 0.02", "approach = 0.04")]);
     let (_, _, warnings) = call("run", &path);
     assert!(!warnings.iter().any(|w| w.contains("in contact")), "{warnings:?}");
-    // A load history is one step, with one warning about its last row.
+    // A load history is one step. It gives at most one warning, about its last row.
     let file = "approach = 0.02";
     let history = "history = { file = \"loads.csv\", columns = [\"approach\"] }";
     let (folder, path) = block(&[("cells = [4, 4]", "cells = [3, 3]"), (file, history)]);

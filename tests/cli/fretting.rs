@@ -1,18 +1,22 @@
-//! Fretting cycles of random scenes against strokes marched in many increments.
+//! Fretting cycles of random scenes, compared with strokes computed in many increments.
 
 use std::fs;
 
 use serde_json::Value;
 
-/// Largest relative error of the wear of a cycle. The reference itself is extrapolated from 32 and 64 increments per stroke (ellipse: 64
-/// and 128), which leaves some 1e-4 (ellipse: some 1e-3).
+/// Largest allowed relative error of the wear of a cycle, for strokes along a line and along an ellipse. The reference wear is
+/// extrapolated from 32 and 64 increments per stroke (ellipse: 64 and 128). The error of this reference is about 1e-4 (ellipse:
+/// about 1e-3).
 const WEAR: [f64; 2] = [2e-3, 1e-2];
-/// Largest error of the tangential force at a reversal point, relative to the larger force.
+/// Largest allowed error of the tangential force at a reversal point, relative to the largest force at a reversal point.
 const FORCE: f64 = 1e-2;
 
-/// Truth: load steps of the same program, without its cycles: strokes as load points in increments of equal length, until the wear of a
-/// cycle settles (tests/data/fretting-cycles.json, by `benchmarks/fretting/random_scenes.py`). The default of `cycles.increments` gives their
-/// wear and forces, and its estimated error is at least a tenth of the true error.
+/// Truth: the same program without `cycles`. The strokes are load points in increments of equal length, repeated until the wear
+/// of a cycle does not change any more. The results are in tests/data/fretting-cycles.json, made by
+/// `benchmarks/fretting/random_scenes.py`.
+///
+/// Cycles with the default of `cycles.increments` give the same wear and the same forces. The estimated error of the wear is at
+/// least a tenth of the true error.
 #[test]
 fn cycles_of_random_scenes() {
     let data: Value = serde_json::from_str(include_str!("../data/fretting-cycles.json")).unwrap();

@@ -1,4 +1,4 @@
-//! Frames that grow, and runs that stop if the frame must not grow.
+//! Frames that grow, and runs that stop because the frame cannot grow.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,8 @@ use std::path::Path;
 use serde_json::Value;
 use std::process::Command;
 
-/// Case `wear-sphere-elastic` on coarse cells. The contact radius grows from 1 to 1.408 mm, beyond the half-width of 1.35 mm.
+/// Case `wear-sphere-elastic` of docs/verification.md on coarse cells. Wear increases the contact radius from 1 to 1.408 mm. The
+/// half-width of the frame is 1.35 mm.
 const SCENE: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -71,7 +72,8 @@ fn cells(path: &Path) -> usize {
 
 const LARGE: [&str; 4] = ["--set", "frame.half_width=[2.025, 2.025]", "--set", "frame.cells=[36, 36]"];
 
-/// Truth (rel-contact-reaches-frame): the results of a run on the large frame. Each field file has the frame of its entry.
+/// Truth: case `rel-contact-reaches-frame` of docs/verification.md: a run with the large frame from the start. Each field file
+/// contains the frame of its entry.
 #[test]
 fn frames_grow() {
     let folder = tempfile::tempdir().unwrap();
@@ -101,8 +103,9 @@ fn frames_grow() {
     );
 }
 
-/// Truth (rel-contact-reaches-frame): with `frame.grow = false` the run stops before the contact outgrows the frame. A run on the
-/// large frame gives the contact radii. If its frame may grow, the resumed run ends like a run without the stop.
+/// Truth: case `rel-contact-reaches-frame` of docs/verification.md. With `frame.grow = false` the run stops before the contact
+/// reaches the edge of the frame. The contact radii come from a run with the large frame. The stopped run then resumes with
+/// `frame.grow = true`. Its results equal the results of a run without this stop.
 #[test]
 fn runs_stop_at_the_edge() {
     let folder = tempfile::tempdir().unwrap();
@@ -117,7 +120,8 @@ fn runs_stop_at_the_edge() {
     let radius = |entry: &Value| (entry["contact_area"].as_f64().unwrap() / std::f64::consts::PI).sqrt();
     let count = entries(&stopped).len();
     let cell = 2.7 / 24.0;
-    // The outermost cells begin at 1.35 minus the side of a cell. Contact radii are known to half a cell.
+    // The outermost cells begin one cell side inside the half-width of 1.35 mm. The error of the contact radius is half a cell
+    // side.
     let [before, after] = [count - 1, count].map(|k| radius(&entries(&large)[k]));
     assert!(before < 1.35 - 0.5 * cell && after > 1.35 - 1.5 * cell && before < after, "{before} {after}");
     for (a, b) in entries(&stopped).iter().zip(entries(&large)) {
@@ -134,8 +138,8 @@ fn runs_stop_at_the_edge() {
     assert_eq!(timeless(&resumed), timeless(&grown));
 }
 
-/// Truth: docs/theory-wear.md: a frame grows to four times its cells at most, and not if its gap is known only on the initial
-/// frame.
+/// Truth: docs/theory-wear.md: a frame grows to at most four times its initial number of cells. A frame with measured heights
+/// cannot grow, because the heights cover only the initial frame.
 #[test]
 fn frames_that_cannot_grow() {
     let folder = tempfile::tempdir().unwrap();
@@ -169,7 +173,7 @@ fn frames_that_cannot_grow() {
     assert!(folder.path().join("heights/wear.svg").exists(), "{text}");
 }
 
-/// Half of a model with the plane of symmetry x = -2. Along y, the body is larger than the frame.
+/// Scene of half a block with the plane of symmetry x = -2. Along y, the block extends beyond the frame.
 const HALF_MODEL: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -196,13 +200,13 @@ angle = 0.0
 approach = 0.01
 "#;
 
-/// Truth: the frame ends at x = -2 before and after it grows along y.
+/// Truth: the plane of symmetry is an edge of the frame. The frame ends at x = -2 mm before and after it grows along y.
 #[test]
 fn grown_frames_keep_their_planes_of_symmetry() {
     let folder = tempfile::tempdir().unwrap();
     let [nx, ny, nz] = [4, 8, 2];
     let mesh = crate::moved::layer([2.0, 4.0], 1.0, [nx, ny, nz]);
-    // Faces at x = 2 are removed from the group.
+    // The group contains only the faces in the plane of symmetry x = -2. Faces at x = 2 are removed from the group.
     let mesh = mesh.replace(" 3 2 3 3 ", " 3 2 9 9 ").replacen(" 3 2 9 9 ", " 3 2 3 3 ", ny * nz);
     fs::write(folder.path().join("layer.msh"), mesh).unwrap();
     let path = folder.path().join("scene.toml");

@@ -1,4 +1,4 @@
-//! Signals to runs that assemble and factorise a large body, or that compute many increments.
+//! Signals to runs that assemble and factorise a large body, and to runs of many increments.
 #![cfg(unix)]
 
 use std::fmt::Write;
@@ -7,10 +7,10 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// The factorisation of the cube takes seconds.
+/// Number of elements along each side of the cube. The factorisation of this cube takes seconds.
 const N: usize = 30;
 
-/// A cube of `N`³ hexahedra with sides of 1. The upper face lies in z = 0.
+/// Mesh of a cube of `N`³ hexahedra with sides of 1 mm. The upper face lies in z = 0.
 fn cube() -> String {
     let at = |i: usize, j: usize, k: usize| (i * (N + 1) + j) * (N + 1) + k + 1;
     let mut text =
@@ -69,7 +69,8 @@ approach = 0.1
 increments = 100000
 "#;
 
-/// Exit code, standard error, and time from signal to end.
+/// Runs the scene and sends SIGTERM `delay` after the output directory appears. Returns exit code, standard error, and time from
+/// the signal to the end of the run.
 fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration) {
     let out = folder.join("out");
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_orthowear"))
@@ -80,13 +81,13 @@ fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // The directory is created after the signal handlers are installed and the mesh is read.
+    // The program creates the directory after it has installed its signal handlers and read the mesh.
     let started = Instant::now();
     while !out.exists() && started.elapsed().as_secs() < 60 {
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(delay);
-    // SAFETY: sends a signal to the child just started.
+    // SAFETY: `kill` accesses no memory, and the child process has not been waited for.
     unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), libc::SIGTERM) };
     let signalled = Instant::now();
     let code = child.wait().unwrap().code();
@@ -96,8 +97,8 @@ fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration
     (code, text, elapsed)
 }
 
-/// Truth: docs/command-line.md: an interrupted run ends within about a second. The cache contains no part of an entry. The limit is
-/// 20 s, because machines may run other work at the same time. Without the signal, the run takes hours.
+/// Truth: docs/command-line.md: an interrupted run ends within about a second, and leaves no incomplete entry in the cache. The
+/// test allows 20 s, because the machine may do other work at the same time. Without the signal, the run would take hours.
 #[test]
 fn signals_are_heard_while_a_body_is_made() {
     let folder = tempfile::tempdir().unwrap();
@@ -123,8 +124,8 @@ fn signals_are_heard_while_a_body_is_made() {
     }
 }
 
-/// Truth: docs/command-line.md: a run whose increments need no iterations ends within about a second. The whole run would take
-/// days.
+/// Truth: docs/command-line.md: an interrupted run ends within about a second, even if its increments need no iterations. Without
+/// the signal, the run would take days.
 #[test]
 fn signals_are_heard_between_increments() {
     let folder = tempfile::tempdir().unwrap();

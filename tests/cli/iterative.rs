@@ -1,4 +1,4 @@
-//! Bodies that are condensed by conjugate gradients because a factorisation does not fit into the memory.
+//! Bodies that are condensed by conjugate gradients, because a factorisation does not fit into the memory.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -37,10 +37,11 @@ fn call(command: &str, scene: &Path, limit: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// Memory limit, and its part for frame and program, bytes. Under this limit, conjugate gradients with two threads fit, but a
-/// factorisation does not.
+/// Memory limit, and the part of this limit that frame and program need, bytes. Under this limit, conjugate gradients on two
+/// threads fit into the memory, but a factorisation does not.
 fn limit(scene: &Path) -> [u64; 2] {
-    // One of these limits suffices for the assembled body alone.
+    // Smaller limits than the one found do not suffice for the assembled body, and their message does not mention conjugate
+    // gradients.
     let refusal = |limit: u64| {
         let (code, text) = call("check", scene, &limit.to_string());
         (code == Some(4) && text.contains("by conjugate gradients")).then_some((limit, text))
@@ -60,8 +61,8 @@ fn tractions(scene: &Path, limit: u64) -> Vec<Vec<f64>> {
     seen.0
 }
 
-/// Truth: conjugate gradients and a factorisation give the same flexibility. Forces and tractions agree to 1e-8 of the largest. The
-/// contact solver has a tolerance of 1e-11, and columns of the flexibility have errors of 1e-11 in energy.
+/// Truth: the same scene with a factorisation. Forces and tractions agree to 1e-8 of the largest value. The contact solver has
+/// the tolerance 1e-11. The columns of the flexibility from conjugate gradients have relative errors of 1e-11 in the energy norm.
 #[test]
 fn a_small_memory_limit_changes_no_result() {
     let (folder, path) = scene();
@@ -90,7 +91,7 @@ fn a_small_memory_limit_changes_no_result() {
             assert!((a - b).abs() < 1e-8 * b.abs().max(force), "{pointer}: {a} {b}");
         }
     }
-    // The limit suffices for a pool of two threads only.
+    // The memory limit is just large enough for conjugate gradients on two threads, so this pool has two threads.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     let (a, b) = pool.install(|| (tractions(&path, limit), tractions(&path, 4 << 30)));
     for (a, b) in a.iter().zip(&b) {

@@ -78,7 +78,8 @@ fn noted(from: &str, to: &str, word: &str, there: bool) {
     }
 }
 
-/// Truth: tractions are unique only if the frame has no more points than the finer body has degrees of freedom in contact.
+/// Truth: linear algebra. The tractions are unique only if the frame does not have more cells than the finer body has contact
+/// nodes.
 #[test]
 fn cells_finer_than_the_elements() {
     refused(
@@ -89,7 +90,7 @@ fn cells_finer_than_the_elements() {
     noted("[4, 4]", "[4, 4]", "that belongs to a contact node", false);
 }
 
-/// Truth: docs/scene.md: a node fixed along z takes no part in contact.
+/// Truth: docs/scene.md: on a condensed mesh no support may fix a node under the frame along the normal, here z.
 #[test]
 fn supports_under_the_frame() {
     refused(
@@ -99,7 +100,8 @@ fn supports_under_the_frame() {
     );
 }
 
-/// Truth: a friction ellipse without extent means no friction. An ellipse without extent in one direction is refused.
+/// Truth: mu = 0 means no friction, so no note mentions the load path. A friction ellipse with one coefficient of zero is
+/// refused.
 #[test]
 fn friction_of_zero() {
     noted("mu = 0.4", "mu = 0.0", "load path", false);
@@ -127,7 +129,8 @@ fn folders_are_no_meshes() {
     refused("mesh = 'MESH'", &format!("mesh = '{folder}'"), &["body1.mesh", "is a folder"]);
 }
 
-/// Truth: docs/theory-contact.md: the load path matters with any friction. Coulomb's law does not depend on the fibres.
+/// Truth: docs/theory-contact.md: with friction, results depend on the load path. Coulomb's law does not depend on fibres, so the
+/// note about the load path does not mention them.
 #[test]
 fn path_dependence_names_tilted_fibres_only() {
     let (_folder, path) = block("[4, 4]", "[4, 4]");
@@ -135,7 +138,8 @@ fn path_dependence_names_tilted_fibres_only() {
     assert!(text.contains("load path") && !text.contains("tilted fibres"), "{text}");
 }
 
-/// Truth: products of the numbers of a scene must stay within the range of f64, and counts within the integers exact in f64.
+/// Truth: products of the numbers of a scene must stay within the range of f64. Counts must be integers that f64 represents
+/// exactly.
 #[test]
 fn numbers_of_impossible_sizes() {
     refused("half_width = [1.2, 1.2]", "half_width = [1e300, 1.2]", &["frame.half_width.0", "1e100"]);
@@ -148,7 +152,8 @@ fn numbers_of_impossible_sizes() {
     );
 }
 
-/// Truth: docs/scene.md: each component is named at most once, names of steps are not empty, and a note reports equal names.
+/// Truth: docs/scene.md: a component must not be named twice, and the name of a step must not be empty. A note reports two steps
+/// of the same name.
 #[test]
 fn names_given_twice_or_not_at_all() {
     refused(
@@ -172,8 +177,8 @@ fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, Path
     (folder, path)
 }
 
-/// Truth: docs/scene.md: meshes that overlap before loading are refused, and so is a pin that no motion along the normal takes out
-/// of the plate.
+/// Truth: docs/scene.md: meshes that overlap before loading are refused. A pin that is larger than its hole is refused too,
+/// because no motion along the normal removes its overlap.
 #[test]
 fn bodies_that_overlap_at_the_start() {
     let plate = "normal = [0.0, 0.0, 1.0]";
@@ -214,7 +219,7 @@ fn bodies_that_overlap_at_the_start() {
     }
 }
 
-/// A binary mesh of gmsh's format 2.2, scaled along the axes and then lowered along z by `drop`.
+/// Returns a binary mesh in gmsh's format 2.2, scaled along the axes and then lowered along z by `drop`.
 pub(super) fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
     let mut bytes = fs::read(path).unwrap();
     let head = b"$Nodes\n";
@@ -233,8 +238,8 @@ pub(super) fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
     bytes
 }
 
-/// Truth: docs/scene.md: faces without an opposite surface are left out of a mesh frame. The roller's patch has a length of 0.8 x
-/// 9 = 7.2 mm. 3 of the block's 12 faces with sides of 0.75 mm reach beyond the patch.
+/// Truth: docs/scene.md: a mesh frame omits faces without an opposite surface. The contact surface of the narrowed roller is 0.8
+/// x 9 = 7.2 mm long. Of the block's 12 faces with sides of 0.75 mm, 3 faces reach beyond this length.
 #[test]
 fn faces_left_out_of_the_frame() {
     let grid = "kind = \"grid\"\nhalf_width = [4.5, 0.5]\ncenter = [4.5, 0.5]\ncells = [8, 1]";
@@ -255,7 +260,7 @@ fn faces_left_out_of_the_frame() {
 }
 
 /// Truth: docs/scene.md, docs/command-line.md: a run that does not fit into the memory limit is refused before it starts. The
-/// allowed bytes and the bytes of the rest of the scene add up to the limit.
+/// message gives the allowed bytes and the bytes of the rest of the scene. Their sum is the limit.
 #[test]
 fn memory_is_refused_beforehand() {
     let told = |limit: &str| {
@@ -272,7 +277,8 @@ fn memory_is_refused_beforehand() {
     for word in ["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"] {
         assert!(text.contains(word), "lacks \"{word}\":\n{text}");
     }
-    // The first limit suffices for the frame, the second limit for the stiffness matrix, but not for its condensation.
+    // The first of the next two limits suffices for the frame only. The second limit suffices for the assembled stiffness matrix
+    // too, but not for its condensation.
     let [frame, ..] = refusal(&text);
     let [assembling, _, rest] = refusal(&told(&format!("{}", frame + 1.0)));
     let limit = (assembling + rest).round() + f64::from(1 << 20);

@@ -51,8 +51,8 @@ fn steps(summary: &Value) -> Vec<Value> {
     summary["steps"].as_array().cloned().unwrap_or_default()
 }
 
-/// Truth: docs/scene.md: a row of a history is a load point, as a step would prescribe it. The results equal the results of
-/// explicit steps, bit by bit.
+/// Truth: docs/scene.md: each row of a load history is a load point. The results equal, bit by bit, the results of a scene with
+/// one step per row.
 #[test]
 fn a_history_is_its_steps() {
     let folder = tempfile::tempdir().unwrap();
@@ -88,7 +88,7 @@ fn a_history_is_its_steps() {
         }
     }
     assert!(found[5]["dissipation"].as_f64() > Some(0.0));
-    // RFC 4180: quotes around a field are not part of it.
+    // RFC 4180: quotes around a field do not belong to its value.
     fs::write(
         folder.path().join("loads.csv"),
         "\"time\",normal_force,\"shift_x\",\"twist\"\n\"0\",\"200\",0,0\n1,200,\"0.0005\",0.01\n2,\"150\",-0.0002,0.0\n",
@@ -104,12 +104,13 @@ fn a_history_is_its_steps() {
     let (code, text, summary) = run(folder.path(), &scene("", SPHERE, header));
     assert_eq!(code, Some(0), "{text}");
     let last = steps(&summary).last().cloned().unwrap();
-    // The sphere of radius R rolls by M / (P R) under the moment M and the normal force P.
+    // Under the normal force P and the moment M, a sphere of radius R rolls by the angle M / (P R).
     let angle = last["rotation"][1].as_f64().unwrap().to_radians();
     assert!((angle / 0.01 - 1.0).abs() < 1e-2, "{angle}");
 }
 
-/// Truth: docs/scene.md: a column with the name of a load gives its amplitude, as `loads` of steps would. Results are equal bit by bit.
+/// Truth: docs/scene.md: a column with the name of a load gives the amplitude of this load. The results equal, bit by bit, the
+/// results of steps with the same amplitudes in `loads`.
 #[test]
 fn a_history_of_amplitudes() {
     let folder = tempfile::tempdir().unwrap();
@@ -142,7 +143,7 @@ fn a_history_of_amplitudes() {
     }
     assert_eq!(found[5]["loads"]["bulk"], -0.5);
     assert!(found[5]["dissipation"].as_f64() > Some(0.0));
-    // `check` has one row for the history.
+    // The table of `check` has one row for the whole history.
     fs::write(folder.path().join("scene.toml"), scene(history)).unwrap();
     let output =
         crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
@@ -153,19 +154,19 @@ fn a_history_of_amplitudes() {
         "{text}"
     );
     assert!(text.contains("bulk -0.5"), "{text}");
-    // A load with the name of a control is ambiguous.
+    // A load with the name of a force column is ambiguous.
     fs::write(folder.path().join("loads.csv"), "normal_force,tangential_x\n200,0\n").unwrap();
     let (code, text, _) = run(folder.path(), &scene(history).replace("\"bulk\"", "\"tangential_x\""));
     assert!(code == Some(2) && text.contains("also the name of a load"), "{text}");
-    // Names of other loads are refused, and the message lists those that exist.
+    // An unknown column name is refused. The message lists the named loads.
     fs::write(folder.path().join("loads.csv"), "normal_force,bilk\n200,0\n").unwrap();
     let (code, text, _) = run(folder.path(), &scene(history));
     let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(code == Some(2) && flat.contains("unknown name \"bilk\"") && flat.contains("bulk"), "{text}");
 }
 
-/// Truth: docs/scene.md: decimal commas beside semicolons, blanks or tabs are refused. Otherwise the digits before or behind the
-/// comma would go to the ignored column "-", without a message.
+/// Truth: docs/scene.md: decimal commas are refused in files whose columns are separated by semicolons, blanks or tabs. Otherwise
+/// a decimal comma could split a number in two columns, and an ignored column "-" would hide the mistake.
 #[test]
 fn decimal_commas_of_histories_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -204,7 +205,7 @@ fn decimal_commas_of_histories_are_refused() {
     }
 }
 
-/// Truth: docs/scene.md: mistakes in a history are reported with file, line and column, all together.
+/// Truth: docs/scene.md: all mistakes in a load history are reported together, with file, line and column.
 #[test]
 fn mistakes_of_histories_are_placed() {
     let folder = tempfile::tempdir().unwrap();
@@ -262,8 +263,8 @@ fn mistakes_of_histories_are_placed() {
     );
 }
 
-/// Truth: files of NumPy in C and Fortran order, and in format versions 1 and 2, give the results of equal heights as text, bit
-/// by bit. Heights in single precision give the same approach to 1e-6.
+/// Truth: the same heights in a text file. Files of NumPy in C and Fortran order, and in format versions 1 and 2, give the same
+/// results bit by bit. Heights in single precision give the same approach to 1e-6.
 #[test]
 fn heights_that_numpy_wrote() {
     let folder = tempfile::tempdir().unwrap();
@@ -311,7 +312,7 @@ fn outlines() {
     let (code, text, summary) = run(folder.path(), &circle);
     assert_eq!(code, Some(0), "{text}");
     assert!(steps(&summary).iter().all(|step| step["contact_touches_edge"] == Value::Bool(false)));
-    // The defect compares the operator with the integrals over the cells inside the outline.
+    // `operator_defect` compares the operator with the integrals over the cells inside the outline.
     let defect = steps(&summary)[1]["certificate"]["operator_defect"].as_f64().unwrap();
     assert!(defect < 1e-11, "{defect}");
     let output =
@@ -352,7 +353,7 @@ fn outlines() {
     assert!(code == Some(2) && text.contains("lacks `radii`"), "{text}");
 }
 
-/// Truth: docs/scene.md: magnitudes of numbers are limited, also in files.
+/// Truth: docs/scene.md: numbers in scenes and in files have a limited magnitude.
 #[test]
 fn heights_beyond_all_sizes() {
     let folder = tempfile::tempdir().unwrap();
@@ -369,8 +370,8 @@ fn heights_beyond_all_sizes() {
     );
 }
 
-/// Truth: docs/scene.md: an outline is given in the axes of the frame. An isotropic half-space therefore gives the same result on a
-/// rotated frame (1e-9).
+/// Truth: invariance. An outline is given in the axes of the frame (docs/scene.md). If the frame with its outline is rotated on
+/// an isotropic half-space, the results agree to 1e-9.
 #[test]
 fn outlines_turn_with_the_frame() {
     let folder = tempfile::tempdir().unwrap();
@@ -401,7 +402,8 @@ fn outlines_turn_with_the_frame() {
     assert!(plan.contains(&format!("{inside} inside the outline")), "{inside}: {plan}");
 }
 
-/// Truth: statics: a row of cells has no lever arm for a moment about the row, and a single cell none for a spin moment.
+/// Truth: statics. Pressures on a single row of cells cannot balance a moment about this row. Tractions on a single cell cannot
+/// balance a spin moment.
 #[test]
 fn moments_without_lever() {
     let folder = tempfile::tempdir().unwrap();
@@ -438,7 +440,7 @@ fn moments_without_lever() {
     }
 }
 
-/// Truth: Coulomb's law: without pressure there is no friction.
+/// Truth: Coulomb's law. Without pressure there is no friction, so a tangential force or a spin moment has no equilibrium.
 #[test]
 fn a_pull_on_bodies_that_do_not_touch() {
     let folder = tempfile::tempdir().unwrap();
@@ -453,8 +455,8 @@ fn a_pull_on_bodies_that_do_not_touch() {
     }
 }
 
-/// Truth: statics: in cycles with gross sliding, the moment of friction changes sign from stroke to stroke. Friction cannot balance
-/// a constant spin moment.
+/// Truth: statics. In cycles with gross sliding, the friction tractions reverse their direction from stroke to stroke. They
+/// cannot balance a constant spin moment.
 #[test]
 fn a_spin_moment_held_in_cycles() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Command line: runs, refusals, outputs.
+//! Tests of the command line: runs, refused scenes, output files.
 mod accuracy;
 mod accuracy_cases;
 mod bad_input;

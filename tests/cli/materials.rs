@@ -1,4 +1,5 @@
-//! Materials of meshed bodies in scenes: fields, tables, windings, plies. Mistakes are named.
+//! Materials of meshed bodies in scenes: fibre directions from fields and tables, wound bodies, plies, and messages about
+//! mistakes.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +8,7 @@ use serde_json::Value;
 
 use crate::tools::usual_or_finest;
 
-/// A box 2 x 2 x 1 below z = 0 with 4 x 4 x 4 hexahedra, numbered from 101.
+/// Mesh of a box of 2 mm x 2 mm x 1 mm below z = 0 with 4 x 4 x 4 hexahedra. The numbers of the hexahedra start at 101.
 fn mesh() -> String {
     let node = |i: usize, j: usize, k: usize| 1 + i + 5 * j + 25 * k;
     let mut nodes = String::new();
@@ -86,7 +87,8 @@ shift = { distance = 0.002 }
 fields = []
 "#;
 
-/// Folder with the mesh followed by `after_mesh`, further `files` (name, text), and the scene with the keys `fibre` in body 1.
+/// Creates a folder with the mesh and the scene. `fibre` are further keys of body 1, `after_mesh` are further sections of the
+/// mesh file. `files` are pairs (name, text) of further files.
 pub fn folder(fibre: &str, after_mesh: &str, files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("box.msh"), mesh() + after_mesh).unwrap();
@@ -101,7 +103,7 @@ pub fn orthowear(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, Str
     (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
-/// Normal forces of both steps, tangential force along x and y of the second step, and the warnings.
+/// Returns the normal forces of both steps, the tangential force along x and y of the second step, and the warnings.
 fn forces(folder: &tempfile::TempDir) -> ([f64; 4], String) {
     let (code, _, errors) = orthowear(folder.path(), &["run", "scene.toml", "--quiet"]);
     assert_eq!(code, Some(0), "{errors}");
@@ -123,8 +125,9 @@ fn refused(folder: &tempfile::TempDir, words: &[&str]) {
     }
 }
 
-/// Truth: the result depends on the fibre direction, not on the way it is given. The tolerance covers the rounding of the
-/// direction, which the factorisation and the tolerance 1e-8 of the contact solver may amplify.
+/// Truth: invariance. The forces depend on the fibre direction only, not on the way in which the scene gives this direction. They
+/// agree to 1e-7 of the normal force. The differences result from rounding of the direction and from the tolerance 1e-8 of the
+/// contact solver.
 #[test]
 fn one_direction_runs_the_same_in_every_way() {
     let (s, c) = 25.0f64.to_radians().sin_cos();
@@ -132,10 +135,10 @@ fn one_direction_runs_the_same_in_every_way() {
     let all = 101..165;
     let csv: String = all.clone().map(|e| format!("{e},{}\n", vector.replace(' ', ","))).collect();
     let second: String = all.clone().map(|e| format!("{e}; {vector}; {:e} {:e} 0\n", -s, c)).collect();
-    // Surface elements may have values too.
+    // Values of the surface elements 1 to 32 in the field have no effect.
     let field = element_data((1..33).chain(all.clone()), &vector);
     let view = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{field}");
-    // The near field of a half-space would take seconds for each scene.
+    // The near field of a half-space would take seconds for each scene, so only thorough tests use it.
     let near_field = usual_or_finest("near_field = \"mesh\"\n", "");
     let folder = |fibre: &str, after_mesh: &str, files: &[(&str, &str)]| {
         folder(&format!("{near_field}{fibre}"), after_mesh, files)
@@ -167,8 +170,9 @@ fn one_direction_runs_the_same_in_every_way() {
     }
 }
 
-/// Truth: docs/scene.md: fibres are wound around an axis parallel to y, below the block. At the top of the block they point along
-/// x, to within their spread over the elements.
+/// Truth: docs/scene.md: the fibres are wound around an axis parallel to y below the block. At the top of the block they point
+/// along x on average. If the axis is close to the block, their directions deviate too much for one mean direction, and the
+/// friction law needs its own `fibre`.
 #[test]
 fn friction_of_directions_that_vary() {
     let near = "fibre = { cylindrical = { axis = \"y\", origin = [0, 0, -20], angle = 90.0 } }";
@@ -220,7 +224,7 @@ fn mistakes_in_tables_and_fields() {
     refused(&field("fibre", &element_data(101..150, "1 0 0")), &["element 150", "(15 elements in all)"]);
 }
 
-/// Truth: docs/scene.md: a direction must be given in exactly one way, and plies must fill the mesh.
+/// Truth: docs/scene.md: a scene must give the fibre direction in exactly one way, and the plies must fill the mesh.
 #[test]
 fn contradictions_are_named() {
     refused(&folder("fibre = { tilt = 1.0, field = \"a\" }", "", &[]), &["more than one way"]);
@@ -271,7 +275,7 @@ fn contradictions_are_named() {
     assert!(text.contains("16 of 64 elements extend beyond the ply"), "{text}");
 }
 
-/// Truth: the strain energy must be positive, which bounds nu12.
+/// Truth: the strain energy of an orthotropic material is positive only if nu12^2 is below E1/E2.
 #[test]
 fn an_indefinite_material_is_named_with_its_group_and_bound() {
     let bad = "regions.block = { material = \"bad\" }\n[materials.bad]\nmodel = \"orthotropic\"\nE1 = 100.0e3\nE2 = 10e3\n\
@@ -282,7 +286,7 @@ fn an_indefinite_material_is_named_with_its_group_and_bound() {
     );
 }
 
-/// Truth: in double precision these materials cannot be distinguished from singular ones.
+/// Truth: in double precision, the elasticity matrices of these materials cannot be distinguished from singular matrices.
 #[test]
 fn nearly_singular_materials_are_refused() {
     let orthotropic = |g12: &str, g13: &str, g23: &str, nu: &str| {

@@ -1,4 +1,4 @@
-//! The memory that a run may take, and the estimate of its memory.
+//! Memory limit of a run, and estimate of its memory.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -44,8 +44,8 @@ fn what_is_no_amount_of_memory() {
     assert!(!folder.path().join("scene.out").exists());
 }
 
-/// Truth: docs/command-line.md: the option `--max-memory` overrides the key `solver.memory_limit`, even if it is the larger limit.
-/// The message gives the estimate, the limit that applies, and how to raise it.
+/// Truth: docs/command-line.md: the option `--max-memory` replaces the key `solver.memory_limit`, even if the option allows more
+/// memory. The message gives the estimate, the limit that applies, and how to raise this limit.
 #[test]
 fn the_option_wins_over_the_key() {
     let raised = "or raise solver.memory_limit";
@@ -87,8 +87,8 @@ fn the_option_wins_over_the_key() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` reports the allowed memory: 80 % of the available memory, or the value of the option. It
-/// also reports the defaults of docs/keys.md for `[solver]`.
+/// Truth: docs/command-line.md: `check` reports the allowed memory, which is 80 % of the available memory or the value of the
+/// option. It also reports the defaults that docs/keys.md gives for `[solver]`.
 #[test]
 fn check_says_what_is_allowed() {
     let (_folder, path) = scene("");
@@ -106,7 +106,7 @@ fn check_says_what_is_allowed() {
     }
 }
 
-/// Exit code and output of the program with an address space of `kibibytes`.
+/// Exit code and output of the program in an address space of at most `kibibytes` KiB.
 fn confined(kibibytes: usize, arguments: &[&str]) -> (Option<i32>, String) {
     let script = format!("ulimit -v {kibibytes}; exec \"$0\" \"$@\"");
     let mut shell = Command::new("sh");
@@ -115,13 +115,14 @@ fn confined(kibibytes: usize, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-/// Truth: docs/command-line.md: the program needs at most about a thirtieth of the refused memory as address space.
+/// Truth: docs/command-line.md: a scene that exceeds the memory limit is refused before its memory is allocated. The program runs
+/// in 1.5 GB of address space, about a thirtieth of the refused memory.
 #[test]
 fn refused_before_anything_is_allocated() {
     let (folder, path) = scene("");
     let out = folder.path().join("out").display().to_string();
     let path = path.display().to_string();
-    // 64 million cells take tens of GB.
+    // 64 million cells need tens of GB.
     for command in [&["check"][..], &["run", "--out", &out]] {
         let more = ["--set", "frame.cells=[8000, 8000]", "--max-memory", "2 GB", "--threads", "1"];
         let (code, said) = confined(1_500_000, &[command, &[path.as_str()], &more].concat());

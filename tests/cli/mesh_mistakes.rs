@@ -1,9 +1,9 @@
-//! Mistakes that only the mesh or the sequence of steps reveals. `check` reports them with key and line.
+//! Mistakes that only the mesh or the order of the steps reveals. `check` reports them with key and line.
 
 use std::fs;
 use std::path::Path;
 
-/// Two cubes of side 2, one on top of the other. The group "middle" is the face between them.
+/// Mesh of two cubes of side 2 mm, one on top of the other. The group "middle" is the common face of the cubes.
 pub(crate) const MESH: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n2 1 \"base\"\n2 2 \"top\"\n2 3 \"middle\"\n\
 3 4 \"solid\"\n$EndPhysicalNames\n$Nodes\n12\n1 -1 -1 -4\n2 1 -1 -4\n3 1 1 -4\n4 -1 1 -4\n5 -1 -1 -2\n6 1 -1 -2\n7 1 1 -2\n\
 8 -1 1 -2\n9 -1 -1 0\n10 1 -1 0\n11 1 1 0\n12 -1 1 0\n$EndNodes\n$Elements\n5\n1 3 2 1 1 1 4 3 2\n2 3 2 2 2 9 10 11 12\n\
@@ -83,15 +83,17 @@ fn the_sound_scene_is_accepted() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: in `MESH`, the group "middle" lies between two solids.
+/// Truth: in `MESH`, the group "middle" lies between two solid elements. A contact surface must lie on the boundary.
 #[test]
 fn an_inner_contact_face() {
     refused(&[INNER], &["body1.contact", "inner face", "--> scene.toml:9:"]);
 }
 
-/// Truth: docs/scene.md: a base fixed only along x leaves translations along y and z, and rotations about x and y, free. A force
-/// along a free direction can be prescribed, a displacement cannot. Two bodies that are free along the same direction are refused,
-/// and so is the block coupling of an unconstrained body.
+/// Truth: docs/scene.md:
+///
+/// - A base that is fixed along x only leaves these motions free: translations along y and z, rotations about x and y.
+/// - Along a free direction, a step can prescribe a force but not a displacement.
+/// - Two bodies that are free along the same direction are refused. An unconstrained body with block coupling is refused too.
 #[test]
 fn a_floating_body() {
     refused(
@@ -126,7 +128,7 @@ fn a_floating_body() {
     refused(&both, &["--> scene.toml:", "both bodies are unconstrained", "body 2 by translation y"]);
 }
 
-/// Truth: docs/scene.md: supports of other kinds than `fixed` are valid.
+/// Truth: docs/scene.md: foundations, prescribed displacements and planes of symmetry may replace `fixed`.
 #[test]
 fn supports_of_other_kinds() {
     let instead = |keys: &'static str| [("fixed = [{ group = \"base\" }]", keys)];
@@ -177,7 +179,7 @@ fn supports_of_other_kinds() {
     refused(&instead(across), &["body1.body_force", "across the plane of symmetry \"base\""]);
 }
 
-/// Truth: the contact surface ends at x = 1 mm, within the half-width of 1.5 mm of the frame.
+/// Truth: the contact surface ends at x = 1 mm, but the frame has a half-width of 1.5 mm.
 #[test]
 fn a_frame_beyond_the_contact_faces() {
     refused(
@@ -195,7 +197,8 @@ fn several_at_once() {
     );
 }
 
-/// Truth: docs/scene.md: quantities that a step does not name keep their values. A tangential force needs friction.
+/// Truth: docs/scene.md: a step keeps the prescribed quantities of earlier steps that it does not name. A tangential force needs
+/// friction.
 #[test]
 fn a_held_tangential_force_needs_friction() {
     let off = ("friction = true", "friction = false");
@@ -230,7 +233,7 @@ fn forces_on_a_curved_frame() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: 10^12 cells do not fit into any memory. Exit code 4: docs/command-line.md.
+/// Truth: 10^12 cells exceed the memory of any computer. docs/command-line.md gives the exit code 4.
 #[test]
 fn a_frame_beyond_the_memory() {
     let (code, text) = check(&[], &["--set", "frame.cells=[1000000, 1000000]"]);
@@ -246,12 +249,11 @@ fn check_mesh(mesh: &str) -> (Option<i32>, String) {
     let output =
         crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
     let text = String::from_utf8([output.stderr, output.stdout].concat()).unwrap();
-    // Source excerpts in messages may break lines anywhere.
+    // Excerpts of the scene in messages may break lines anywhere.
     (output.status.code(), text.split(['│', '\n']).map(str::trim).collect::<Vec<_>>().join(" "))
 }
 
-/// Truth: docs/meshes.md: a support group without elements would fix nothing. A name that a surface group and a volume group share
-/// is ambiguous.
+/// Truth: docs/meshes.md: a support group must contain elements. A name of both a surface group and a volume group is ambiguous.
 #[test]
 fn groups_of_supports() {
     let empty = MESH.replace("$Elements\n5\n1 3 2 1 1 1 4 3 2\n", "$Elements\n4\n");
@@ -263,7 +265,7 @@ fn groups_of_supports() {
     }
 }
 
-/// Truth: the stiffness of a material with nu = 0.5 - 1e-15 is singular to rounding.
+/// Truth: in double precision, the elasticity matrix of a material with nu = 0.5 - 1e-15 is singular.
 #[test]
 fn a_material_that_keeps_its_volume() {
     let folder = tempfile::tempdir().unwrap();
@@ -291,8 +293,8 @@ fn names_with_dots() {
     refused(&[table, name, name, ("E = 210e3", "E = -1")], &["materials.\"T700.epoxy\"", "--> scene.toml:"]);
 }
 
-/// A column of `n` cubes of side 2 below z = 0, numbered from 101 on, from the top down. `order` gives the order of the corners of
-/// each cube.
+/// Mesh of a column of `n` cubes of side 2 mm below z = 0. The cubes have the numbers 101, 102, .. from the top down. `order`
+/// gives the order of the corners of each cube.
 fn column(n: usize, order: impl Fn(usize) -> [usize; 8]) -> String {
     let mut text =
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"base\"\n2 2 \"top\"\n3 4 \"solid\"\n\
@@ -313,8 +315,8 @@ fn column(n: usize, order: impl Fn(usize) -> [usize; 8]) -> String {
     text + "$EndElements\n"
 }
 
-/// Truth: geometry. The cube and the reference cube both have side 2. With its lower and upper faces exchanged, the cube has the
-/// Jacobian -1.
+/// Truth: geometry. The cube and the reference cube both have the side 2, so the Jacobian is 1. If the lower and the upper face
+/// of the cube are exchanged, the Jacobian is -1.
 #[test]
 fn inverted_elements_are_listed() {
     let sound = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -335,7 +337,8 @@ fn inverted_elements_are_listed() {
     }
 }
 
-/// A cube of side 2 of 20 nodes. The middle node of the edge from (-1, -1, -2) to (1, -1, -2) has the x coordinate `x`.
+/// Mesh of a cube of side 2 mm with 20 nodes. The middle node of the edge from (-1, -1, -2) to (1, -1, -2) has the x coordinate
+/// `x`.
 fn curved(x: f64) -> String {
     let corners =
         [[-1, -1, -2], [1, -1, -2], [1, 1, -2], [-1, 1, -2], [-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]];
@@ -356,10 +359,11 @@ fn curved(x: f64) -> String {
     )
 }
 
-/// Truth: a quadratic line with nodes at -1, m and 1 has the slope 1 - 2 m x at the reference coordinate x. If m exceeds 1/2 (the
-/// quarter point of the line), the slope is negative at x = 1: the line and the cube fold. The outermost integration points have
-/// the coordinates ±s, s = sqrt(3/5). There the shape functions of the edge have the weight ((1 + s) / 2)^2 = 0.787. The Jacobian
-/// 1 - 2 m 0.787 s is positive up to m = 0.82.
+/// Truth: geometry. A quadratic line with nodes at -1, m and 1 has the slope 1 - 2 m x at the reference coordinate x. For m above
+/// 1/2, the slope is negative at the end x = 1. The line folds there, and so does the cube.
+///
+/// The outermost integration points have the coordinates ±s, s = sqrt(3/5). There the shape functions of the edge have the weight
+/// ((1 + s) / 2)^2 = 0.787. The Jacobian 1 - 2 m 0.787 s is positive up to m = 0.82.
 #[test]
 fn folded_curved_elements_are_listed() {
     let (code, text) = check_mesh(&curved(0.49));
@@ -376,7 +380,7 @@ fn folded_curved_elements_are_listed() {
     }
 }
 
-/// Truth: two keys prescribe different displacements along z on one group.
+/// Truth: two keys prescribe different displacements along z for the same group.
 #[test]
 fn contradicting_supports_are_named_by_their_keys() {
     let fixed = "fixed = [{ group = \"base\" }]";
@@ -397,7 +401,7 @@ fn contradicting_supports_are_named_by_their_keys() {
     refused(&[(fixed, "symmetry = [\"top\"]")], &["body1.symmetry.0", "`top`", "along z"]);
 }
 
-/// Truth: the base of the cubes faces downward, body 2 is above.
+/// Truth: geometry. The base of the cubes faces downward, but body 2 lies above the cubes.
 #[test]
 fn a_contact_group_that_looks_away_is_the_groups_mistake() {
     let turned =
@@ -421,7 +425,7 @@ fn a_mesh_of_surfaces_only() {
     assert!(!text.contains("body1.fixed") && !text.contains("body1.contact"), "{text}");
 }
 
-/// Truth: a plane mesh has no volume that a physical group could save.
+/// Truth: a plane mesh has no volume. The advice is therefore to extrude it.
 #[test]
 fn a_plane_mesh_is_to_be_extruded() {
     let (start, end) = (MESH.find("1 3 2 1 1").unwrap(), MESH.find("$EndElements").unwrap());
@@ -437,7 +441,8 @@ fn a_plane_mesh_is_to_be_extruded() {
     }
 }
 
-/// Truth: cubes with sides of 2 mm, given in metres, have sides of 0.002. The frame has a half-width of 0.5 mm.
+/// Truth: cubes with sides of 2 mm, given in metres, have sides of 0.002. The program takes this number as 0.002 mm, far below
+/// the half-width of 0.5 mm of the frame.
 #[test]
 fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
     let mut text = MESH[..MESH.find("$Nodes").unwrap()].to_owned();
@@ -457,10 +462,10 @@ fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
     );
 }
 
-/// Truth: two separate blocks in one mesh share no node, although four nodes coincide in position.
+/// Truth: two blocks without common nodes are separate bodies, even if four pairs of nodes have the same position.
 #[test]
 fn unmerged_nodes_are_told_with_the_mistake() {
-    // The upper cube gets its own nodes in place of nodes 5 to 8.
+    // The upper cube gets new nodes in place of nodes 5 to 8.
     let extra = "13 -1 -1 -2\n14 1 -1 -2\n15 1 1 -2\n16 -1 1 -2\n$EndNodes";
     let mesh = MESH
         .replace("$Nodes\n12", "$Nodes\n16")
@@ -476,8 +481,9 @@ fn unmerged_nodes_are_told_with_the_mistake() {
     );
 }
 
-/// A ring of radii 6 and 10, one element thick along y, with its lowest line at z = 0. The group "lower" contains the faces of
-/// "outer" whose normals point down, at more than 2.9 degrees to the horizontal.
+/// Mesh of a ring of radii 6 mm and 10 mm, one element thick along y. Its lowest line lies in z = 0. The group "outer" contains
+/// the outer faces. The group "lower" contains the outer faces whose normals point down, at more than 2.9 degrees to the
+/// horizontal.
 fn ring(n: usize) -> String {
     let (mut nodes, mut elements) = (String::new(), Vec::new());
     let number = |layer: usize, i: usize, y: usize| 1 + y + 2 * (layer + 2 * (i % n));
@@ -507,7 +513,8 @@ fn ring(n: usize) -> String {
     )
 }
 
-/// Truth: only the lower half of the ring faces the plane. The whole outer surface as contact group gives the same normal force.
+/// Truth: only the lower half of the ring faces the plane. With the whole outer surface as contact group, the normal force is
+/// therefore the same as with the lower half.
 #[test]
 fn rings_are_pressed_on_a_plane() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Situations in which a result would mislead: the scene is refused, or a warning is given.
+//! Scenes with a misleading result: the program refuses them or gives a warning.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::limits::moved_mesh;
 use super::materials::{folder, orthowear};
 use super::near_field;
 
-/// Exit code of `check` on a scene of `scenes/`, and its output on one line.
+/// Exit code of `check` for a file in `scenes/`, and its output on one line.
 fn check(scene: &str, overrides: &[&str]) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut arguments = vec!["check", scene];
@@ -20,8 +20,9 @@ const FRP: &str = "friction={ law = \"frp\", mu_L = 0.4, mu_T = 0.5, mu_N = 0.55
 const PLY: &str = "materials.peek={ model = \"orthotropic\", E1 = 167230.0, E2 = 9544.0, E3 = 9544.0, G12 = 5292.0, \
                    G13 = 5292.0, G23 = 3483.0, nu12 = 0.272, nu13 = 0.272, nu23 = 0.369 }";
 
-/// Truth: the normals of the half bore lie up to 90 degrees from their mean. Fibres along x lie in the surface at the bottom and
-/// along its normal at the sides. Angles relative to the surface (key `fibre` of the law) are valid.
+/// Truth: geometry. The normals of the half bore deviate by up to 90 degrees from their mean. Fibres along x lie in the surface
+/// at the bottom of the bore, and along its normal at the sides. The key `fibre` of the law gives angles relative to the surface,
+/// which are valid everywhere.
 #[test]
 fn frp_laws_in_a_bore() {
     let fibre = "body1.fibre={ tilt = 0.0, azimuth = 0.0 }";
@@ -39,8 +40,8 @@ fn frp_laws_in_a_bore() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: the top of the sheared block is plane, but inclined by atan(0.05) = 2.862 degrees. A fibre's tilt from the plane z = 0
-/// then differs from its tilt from the surface.
+/// Truth: geometry. The top of the sheared block is plane, but inclined by atan(0.05) = 2.862 degrees. The fibre's tilt out of
+/// the plane z = 0 therefore differs from its tilt out of the surface.
 #[test]
 fn frp_laws_on_an_inclined_plane() {
     let folder = folder("fibre = { tilt = 0.0 }", "", &[]);
@@ -69,8 +70,8 @@ fn frp_laws_on_an_inclined_plane() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: the fibre has one angle to a plane. On a sphere of radius 50 mm, 1.2 mm from the centre of the cap, its angle varies by
-/// at most 1.4 degrees.
+/// Truth: geometry. On a plane frame, a fibre has one angle to the surface. On the cap with a radius of 50 mm, up to 1.2 mm from
+/// its centre, the angle varies by at most 1.4 degrees.
 #[test]
 fn frp_laws_on_nearly_plane_mesh_frames() {
     for scene in ["steel-cap-on-cfrp-block.toml", "compare-finite-pin.toml"] {
@@ -79,8 +80,8 @@ fn frp_laws_on_nearly_plane_mesh_frames() {
     }
 }
 
-/// Truth: Hertz: a rigid sphere of radius 20 mm with an approach of 0.005 mm has a contact radius of at most sqrt(20 * 0.005) =
-/// 0.32 mm. A tangential displacement of 0.2 mm exceeds a fifth of this radius, 0.002 mm does not.
+/// Truth: geometry. The rigid sphere has the radius 20 mm and the approach 0.005 mm. Its contact radius is at most sqrt(20 *
+/// 0.005) = 0.32 mm. A tangential displacement of 0.2 mm exceeds a fifth of this radius, a displacement of 0.002 mm does not.
 #[test]
 fn sliding_farther_than_the_contact_allows() {
     let folder = folder("fibre = { tilt = 0.0 }\nnear_field = \"mesh\"", "", &[]);
@@ -98,7 +99,7 @@ fn sliding_farther_than_the_contact_allows() {
     assert!(!said("0.002").contains("displaced tangentially"));
 }
 
-/// Exit code of `check` for a pin of radius 9.8 mm times `scale`, and its output on one line.
+/// Exit code of `check` for `pin-in-hole.toml` with a pin of radius 9.8 mm times `scale`, and its output on one line.
 fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
@@ -108,10 +109,11 @@ fn pin_of_other_size(scale: f64, overrides: &[&str]) -> (Option<i32>, String) {
     check("pin-in-hole.toml", &[&[mesh.as_str()], overrides].concat())
 }
 
-/// Truth: a pin of radius 10.02 mm overlaps the bore of radius 10 mm by 0.02 mm all round. This is less than a tenth of a cell, but
-/// no motion along the normal removes it. The reported overlap is right to 5 %, because it is a mean over cells. A pin of 9.98 mm
-/// moves down by 0.02 mm to the bottom of the bore. Flat faces of 1.3 and 0.64 mm cut off 0.02 mm, of which the curvature
-/// correction leaves less than a tenth.
+/// Truth: geometry. A pin of radius 10.02 mm overlaps the bore of radius 10 mm by 0.02 mm all round. This overlap is less than a
+/// tenth of a cell, but no motion along the normal removes it. The reported overlap is a mean over cells, and is right to 5 %.
+///
+/// A pin of radius 9.98 mm moves down by 0.02 mm to the bottom of the bore. The flat faces of 1.3 mm and 0.64 mm deviate from the
+/// circles by up to 0.02 mm. With the curvature correction, the error of the motion is below 0.002 mm.
 #[test]
 fn press_fit() {
     let (code, text) = pin_of_other_size(10.02 / 9.8, &[]);
@@ -131,9 +133,9 @@ fn press_fit() {
     assert!((motion - 0.02).abs() < 0.002 && rest.starts_with("mm against n = (0, 0, 1)"), "{text}");
 }
 
-/// Truth: chords of h = 1.3 mm on the bore of radius R = 10 mm lie up to h^2 / 8R = 0.021 mm inside its circle. The mean over a
-/// cell, less the mean for the shorter chords of the pin, is half of this. Flat faces of a pin with a clearance of 0.01 mm overlap
-/// at an approach of 0.
+/// Truth: geometry. The bore has the radius R = 10 mm and flat faces of length h = 1.3 mm. The faces lie up to h^2 / 8R = 0.021
+/// mm inside the circle. The mean over a cell, reduced by the mean for the pin's shorter faces, is half of this distance. A pin
+/// with a clearance of 0.01 mm therefore overlaps the bore at an approach of 0, and a warning reports this.
 #[test]
 fn load_of_flat_faces_at_the_first_touch() {
     let words = "WARNING: where the curved surfaces first touch, their flat faces overlap by up to 0.01";
@@ -146,8 +148,9 @@ fn load_of_flat_faces_at_the_first_touch() {
     );
 }
 
-/// Truth: the pin lies 0.5 mm above its concentric position and has a clearance of 0.2 mm. It moves by u = 0.7 mm to the first
-/// touch. With the radius R = 10 mm of the frame, the error u^2 / R = 0.05 mm is a fifth of the approach.
+/// Truth: geometry. The pin lies 0.5 mm above its concentric position and has a clearance of 0.2 mm. The motion to the first
+/// touch is u = 0.7 mm. The frame has the radius R = 10 mm. The motion causes an error of u^2 / R = 0.05 mm, a fifth of the
+/// approach.
 #[test]
 fn long_motion_to_the_first_touch() {
     let words = "WARNING: the frame is curved, and moving body 2 by 0.";
@@ -161,7 +164,8 @@ fn long_motion_to_the_first_touch() {
     assert!(code == Some(0) && !text.contains(words), "{text}");
 }
 
-/// Truth: a mesh 0.1 mm above the block is moved down by 0.1 mm, a mesh 0.01 mm inside it is moved up by 0.01 mm.
+/// Truth: geometry. A mesh 0.1 mm above the block is moved down by 0.1 mm. A mesh that overlaps the block by 0.01 mm is moved up
+/// by 0.01 mm.
 #[test]
 fn meshes_moved_to_the_first_touch() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -182,8 +186,8 @@ fn meshes_moved_to_the_first_touch() {
     }
 }
 
-/// Truth: the half bore and its mirror image at x = 0 form a closed ring. A motion along x opens the contact on one side and
-/// presses on the opposite side.
+/// Truth: geometry. The half bore and its mirror image at x = 0 form a closed ring. A motion along x opens the contact on one
+/// side and closes it on the opposite side.
 #[test]
 fn contact_that_a_plane_of_symmetry_closes() {
     let planes = ["body1", "body2"].map(|body| {
@@ -201,8 +205,8 @@ fn contact_that_a_plane_of_symmetry_closes() {
     assert_eq!(code, Some(0), "{text}");
 }
 
-/// Truth: the faces of the pin are 0.64 mm long, the faces of the bore 1.31 mm. A plate 58 times as stiff as the pin hardly
-/// deforms, so its faces do not matter.
+/// Truth: geometry. The faces of the pin are 0.64 mm long, the faces of the bore 1.31 mm. A steel plate is 58 times as stiff as
+/// the pin and hardly deforms, so the length of its faces has little influence.
 #[test]
 fn coarse_partner_of_a_fine_mesh() {
     let warned = "WARNING: the contact faces of body1 are coarser than the cells of the frame";
@@ -215,7 +219,7 @@ fn coarse_partner_of_a_fine_mesh() {
     assert!(code == Some(0) && !text.contains("coarser than the cells"), "{text}");
 }
 
-/// Summary of a run of a scene of `scenes/`, and its output on one line.
+/// Summary of a run of a file in `scenes/`, and the output of the run on one line.
 fn run(scene: &str, overrides: &[&str]) -> (serde_json::Value, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
@@ -228,8 +232,8 @@ fn run(scene: &str, overrides: &[&str]) -> (serde_json::Value, String) {
     (summary, text.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
-/// Truth: Hertz: a frame of half-width 0.2 mm cuts off a contact radius of 0.32 mm, on half-spaces and in the middle of a meshed
-/// block. The flanks of a slice, a plane of symmetry and the edges of a body do not cut off the contact.
+/// Truth: Hertz. A contact radius of 0.32 mm exceeds a frame with a half-width of 0.2 mm, on half-spaces and in the middle of a
+/// meshed block. A contact that ends at the flanks of a slice, at a plane of symmetry or at the edges of a body is complete.
 #[test]
 fn contact_cut_off_at_the_edge_of_the_frame() {
     let warned =
@@ -249,7 +253,7 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     let flat: Vec<&str> = all.iter().copied().filter(|line| !line.starts_with("gap")).collect();
     let summary = near_field::run(place.path(), &[&flat[..], &["gap={ kind = \"flat\" }"]].concat());
     assert!(!cut(&summary) && !summary["warnings"].to_string().contains(warned), "{summary}");
-    // A half-space continues beyond the frame.
+    // The half-space continues beyond the frame, so its contact is cut off.
     let sets = [&flat[..], &["gap={ kind = \"flat\" }"]].concat();
     let mut arguments = vec!["compare", "scene.toml", "--variants", "FE-rigid,HS-rigid", "--out", "c"];
     sets.iter().for_each(|line| arguments.extend(["--set", line]));
@@ -258,8 +262,8 @@ fn contact_cut_off_at_the_edge_of_the_frame() {
     assert!(!text.contains("FE-rigid: WARNING: step \"press\" (1)"), "{text}");
 }
 
-/// Truth: the output line of a step with cycles shows the state at the + reversal point, as in `stroke_ends` of the summary. The
-/// mean tangential displacement over both reversal points is 0.
+/// Truth: for a step with cycles, the output line shows the values at the + reversal point, which `stroke_ends` of the summary
+/// contains. The mean tangential displacement over both reversal points would be 0.
 #[test]
 fn a_line_of_cycles_shows_one_state() {
     let steps = "steps=[{ name = \"press\", approach = 0.01 }, { name = \"fret\", cycles = { count = 10, amplitude = 0.002, jumps = 1 } }]";
@@ -276,7 +280,8 @@ fn a_line_of_cycles_shows_one_state() {
     assert!((shift / plus["shift"][0].as_f64().unwrap() - 1.0).abs() < 1e-4, "{line}");
 }
 
-/// A steel sphere in fretting along y on a unidirectional half-space, with fibres at an angle to x.
+/// Scene of a steel sphere in fretting along y on a unidirectional CFRP half-space. The fibres lie in the surface, at an angle to
+/// x.
 const OBLIQUE: &str = r#"
 [materials.cfrp]
 model = "transversely-isotropic"
@@ -323,11 +328,13 @@ cycles = { count = 2000, amplitude = 0.1, angle = 90.0 }
 fields = []
 "#;
 
-/// Truth: gross sliding along y with fibres at the azimuth t to x. In the axes of the fibre, the friction ellipse is M = diag(mL,
-/// mT) = diag(0.25, 0.35). The associated rule gives the traction q = p M^2 v / |M v| for the pressure p and the sliding velocity
-/// v. Let P be the normal force and m^2 = mL^2 sin^2 t + mT^2 cos^2 t. The tangential force is P (mL^2 - mT^2) sin t cos t / m
-/// across the stroke and P m along it. The tolerance is 2 %, because tractions reach their final direction only after sliding by a
-/// few elastic displacements.
+/// Truth: gross sliding along y, with fibres at the azimuth t to x. In the axes of the fibre, the friction ellipse is M =
+/// diag(mL, mT) = diag(0.25, 0.35). The associated slip rule gives the traction q = p M^2 v / |M v| for the pressure p and the
+/// sliding velocity v.
+///
+/// Let P be the normal force and m^2 = mL^2 sin^2 t + mT^2 cos^2 t. The tangential force is P m along the stroke. Across the
+/// stroke it is P (mL^2 - mT^2) sin t cos t / m. The tolerance is 2 %, because tractions reach their final direction only after
+/// sliding by several elastic displacements.
 #[test]
 fn oblique_fretting() {
     let folder = tempfile::tempdir().unwrap();
@@ -346,7 +353,8 @@ fn oblique_fretting() {
         let minus = record["stroke_ends"][1]["tangential_force"][0].as_f64().unwrap();
         assert!((minus / -expected[0] - 1.0).abs() < 0.02, "{minus}");
     }
-    // The law is homogeneous in the load: the ratio of the components is the same at a hundredth of the load.
+    // The friction law is homogeneous in the pressure. The ratio of the force components is therefore the same at a hundredth of
+    // the normal force.
     let summary = near_field::run(folder.path(), &["steps.fret.normal_force=5.0"]);
     for record in summary["steps"].as_array().unwrap().iter().skip(1) {
         let [x, y] = [0, 1].map(|k| record["tangential_force"][k].as_f64().unwrap());
@@ -355,8 +363,8 @@ fn oblique_fretting() {
     }
 }
 
-/// Truth: heights (x^2 + y^2) / 20 mm approximate a ball of radius 10 mm. In micrometres they rise a thousand times as fast (slope
-/// 40 instead of 0.04 at the edge of 0.4 mm). A map of +-0.25 mm does not cover a frame of +-0.4 mm.
+/// Truth: geometry. The heights (x^2 + y^2) / 20 mm approximate a sphere of radius 10 mm. Heights in micrometres have a slope of
+/// 40 instead of 0.04 at 0.4 mm from the centre. A map of ±0.25 mm does not cover a frame of ±0.4 mm.
 #[test]
 fn maps_of_heights() {
     let folder = tempfile::tempdir().unwrap();
@@ -390,16 +398,16 @@ fn maps_of_heights() {
     assert!(code == Some(2) && text.contains("decimal commas are not read"), "{text}");
 }
 
-/// Truth: flat faces deviate from the arcs by up to 0.02 mm, far more than the approach of 0.0001 mm. With a clearance of 0.1 mm
-/// nothing touches.
+/// Truth: geometry. Flat faces deviate from the circles by up to 0.02 mm, far more than the approach of 0.0001 mm. With a
+/// clearance of 0.1 mm, flat faces do not overlap the bore at the first touch.
 #[test]
 fn flat_faces_that_touch_nothing() {
     let (code, text) = pin_of_other_size(9.9 / 9.8, &["steps.press.approach=0.0001"]);
     assert!(code == Some(0) && text.contains("of the approach of 0.0001"), "{text}");
 }
 
-/// Truth: some cells around the bore coincide in the view along n. Profiles would zigzag between these cells, and a rectangle would
-/// misrepresent the frame.
+/// Truth: geometry. Some cells of the bore have the same position in a view along n. A profile over the position would therefore
+/// jump between these cells, and a rectangle would misrepresent the frame.
 #[test]
 fn figures_of_a_curved_frame() {
     let (code, text) = check("pin-in-hole.toml", &[]);

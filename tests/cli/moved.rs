@@ -1,4 +1,4 @@
-//! Meshes that move with wear.
+//! Finite-element meshes whose nodes move with wear (key `wear.move_mesh`).
 
 use std::fmt::Write;
 use std::fs;
@@ -8,8 +8,8 @@ use serde_json::Value;
 
 use crate::tools::timeless;
 
-/// A flat rigid body slides on a layer of thickness 1 mm whose sides move in their planes only. The wear depth is 1e-8 mm per mm of
-/// sliding and MPa.
+/// Scene of a flat rigid body that slides on a layer of thickness 1 mm. The sides of the layer stay in their planes. The wear
+/// depth is 1e-8 mm per mm of sliding distance and per MPa of pressure.
 pub const LAYER: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -48,7 +48,8 @@ name = "hold"
 wear = false
 "#;
 
-/// Compression of a layer of thickness 1 mm in uniaxial strain under 20 MPa, mm: 20 (1 + nu) (1 - 2 nu) / (E (1 - nu)).
+/// Compression of the layer in uniaxial strain under 20 MPa, mm: 20 (1 + nu) (1 - 2 nu) / (E (1 - nu)) times its thickness of 1
+/// mm.
 const GIVES: f64 = 20.0 * 1.3 * 0.4 / (1000.0 * 0.7);
 
 /// Mesh of equal hexahedra with the half-widths `half` along x and y and the extent `depth` below z = 0.
@@ -139,8 +140,8 @@ fn elastic(summary: &Value) -> Vec<f64> {
     entries(summary).iter().map(|entry| number(entry, "approach") - number(entry, "max_wear_depth")).collect()
 }
 
-/// Truth: in uniaxial strain a layer of thickness H and modulus M is compressed by p (H - d) / M under the pressure p. Here d is
-/// the wear depth at the last mesh move, 0 without moves.
+/// Truth: uniaxial strain. The pressure p compresses a layer of thickness H and modulus M by p (H - d) / M. Here d is the wear
+/// depth at the last move of the mesh, or 0 without moves.
 #[test]
 fn a_worn_layer_is_stiffer() {
     let folder = of_layer(4);
@@ -152,7 +153,7 @@ fn a_worn_layer_is_stiffer() {
     }
     let last = &entries(&moved)[3];
     let [depth, force] = ["max_wear_depth", "normal_force"].map(|key| number(last, key));
-    // The tolerance is the rounding of the sum over 16 cells.
+    // The tolerance of the force is the rounding error of the sum over 16 cells.
     assert!(
         (depth - 0.3).abs() < 1e-9 && (force / 80.0 - 1.0).abs() < 16.0 * f64::EPSILON,
         "{depth} {force}"
@@ -175,8 +176,8 @@ fn a_worn_layer_is_stiffer() {
     assert!(skipped(&still) && !skipped(&moved));
 }
 
-/// Truth: a layer of thickness H, modulus M and weight b per volume has the wear depth d and the pressure p. Body 2 is fixed at A
-/// below the undeformed surface. The compression is A - d = (p (H - d) + b (H - d)^2 / 2) / M.
+/// Truth: a layer of thickness H and modulus M has the weight b per volume, the wear depth d and the pressure p. Body 2 has the
+/// constant approach A. The compression is A - d = (p (H - d) + b (H - d)^2 / 2) / M.
 #[test]
 fn worn_layers_under_their_weight() {
     let folder = of_layer(4);
@@ -204,13 +205,13 @@ fn unmoved(summary: &Value) -> Value {
     summary
 }
 
-/// Truth: meshes that never wear deep enough to move give the results, bit by bit, of a run without `wear.move_mesh`.
+/// Truth: a run without `wear.move_mesh` gives the same results bit by bit, if no wear depth reaches the limit for a move.
 #[test]
 fn meshes_that_do_not_wear_deep_enough() {
     let folder = of_layer(1);
-    // Both runs use the near field of the mesh, and report the same reason for it.
+    // Both runs use the near field of the mesh and report the same reason for this choice.
     let mesh = "body1.near_field=\"mesh\"";
-    // The wear depth is 0.3 mm, in elements of 1 mm.
+    // The wear depth reaches 0.3 of the element height, which is below the limit of 0.31.
     let (code, text, moving) = run(folder.path(), "moving", &["wear.move_mesh=0.31", mesh]);
     assert_eq!(code, Some(0), "{text}");
     let (_, _, still) = run(folder.path(), "still", &[mesh]);
@@ -223,8 +224,8 @@ fn meshes_that_do_not_wear_deep_enough() {
     }
 }
 
-/// Truth: an element that would lose more than nine tenths of its height keeps the shape of the last move. Its compression is then
-/// p (H - d) / M for this shape.
+/// Truth: a move that would reduce the height of an element by more than nine tenths is omitted. The mesh keeps the shape of its
+/// last move, at the wear depth d. The compression is then p (H - d) / M.
 #[test]
 fn meshes_that_would_get_too_flat() {
     let folder = of_layer(1);
@@ -244,8 +245,8 @@ fn meshes_that_would_get_too_flat() {
     assert_eq!(entries(&summary)[6]["name"], "hold");
 }
 
-/// Truth: docs/scene.md: only the mesh of a body that wears can move. The wear depth that causes a move is at most half the element
-/// size.
+/// Truth: docs/scene.md: only the mesh of a finite-element body that wears can move. `wear.move_mesh`, the wear depth that causes
+/// a move relative to the element height, is at most 0.5.
 #[test]
 fn moves_that_make_no_sense() {
     let folder = of_layer(1);
@@ -268,7 +269,7 @@ fn moves_that_make_no_sense() {
     );
 }
 
-/// A rigid sphere on a block, with cells of 0.3 mm. Wear increases the contact radius from 0.8 to 1.2 mm.
+/// Scene of a rigid sphere on a block, with cells of 0.3 mm. Wear increases the contact radius from 0.8 to 1.2 mm.
 pub const SPHERE: &str = r#"
 [materials.m]
 model = "isotropic"
@@ -308,7 +309,7 @@ name = "hold"
 wear = false
 "#;
 
-/// Truth: the run on the large frame from the start, to 1e-6.
+/// Truth: a run with the large frame from the start gives the same results to 1e-6.
 #[test]
 fn frames_grow_over_moved_meshes() {
     let folder = place(SPHERE, &layer([2.4; 2], 1.2, [18, 18, 4]));

@@ -76,7 +76,8 @@ pub fn force(summary: &Value, step: usize) -> [f64; 3] {
     [&step["normal_force"], &tangential[0], &tangential[1]].map(|value| value.as_f64().unwrap())
 }
 
-/// Truths: docs/theory-hybrid.md: the near field of a half-space is used where the indicators of its error are below their limits.
+/// Truth: docs/theory-hybrid.md: the near field is the field of a half-space if the indicators of its error are below their
+/// limits.
 #[test]
 fn a_half_space_where_it_is_valid() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -97,7 +98,8 @@ fn a_half_space_where_it_is_valid() {
     assert!(text.contains("half-space, steel, corrected by finite elements: 512 solid cells"), "{text}");
 }
 
-/// Truth: the load that results from an approach, prescribed as a force, gives the same approach.
+/// Truth: equivalence of prescribed approach and prescribed force. The normal force that results from an approach gives this
+/// approach.
 #[test]
 fn held_by_a_load() {
     let place = place([4.0, 4.0], 4.0, [6, 6, 6]);
@@ -110,8 +112,8 @@ fn held_by_a_load() {
     assert!((a[1] / b[1] - 1.0).abs() < 0.05 && (b[0] / load - 1.0).abs() < 1e-9, "{a:?} {b:?} {load}");
 }
 
-/// Truths: docs/scene.md: if the near field of a half-space is not valid, "auto" uses the mesh and gives the reason. "half-space"
-/// is refused.
+/// Truth: docs/scene.md: if the near field of a half-space is not valid, the value "auto" uses the mesh and gives the reason. The
+/// value "half-space" is refused.
 #[test]
 fn no_place_for_a_half_space() {
     let place = place([2.0, 2.0], 2.0, [4, 4, 4]);
@@ -150,7 +152,8 @@ fn no_place_for_a_half_space() {
     assert_eq!(summary["near_fields"][0]["reason"], "near_field is \"mesh\"");
 }
 
-/// Truth: docs/theory-hybrid.md: if an indicator fails, the mesh is condensed, with the forces of `near_field = "mesh"`.
+/// Truth: docs/theory-hybrid.md: if an indicator exceeds its limit, the run condenses the mesh. The forces equal the forces with
+/// `near_field = "mesh"`.
 #[test]
 fn a_correction_that_is_not_used() {
     // A single element cannot represent the far field.
@@ -167,7 +170,7 @@ fn a_correction_that_is_not_used() {
             .contains(&format!("with its mesh instead of a half-space: {reason}")),
         "{given_up}"
     );
-    // The warning is printed before the solution and at the end.
+    // The run prints the warning before the solution, and again at its end.
     let (_, text) = call("run", place.path(), &sets);
     let said: Vec<usize> = text
         .match_indices("WARNING: the near field of body1 is computed with its mesh")
@@ -189,7 +192,8 @@ fn a_correction_that_is_not_used() {
     );
 }
 
-/// Truth: a rigid displacement of the support moves the body with it and reduces the approach.
+/// Truth: invariance. The support moves by 0.005 mm towards body 2, and the approach is 0.015 mm. The forces equal the forces of
+/// a fixed support and an approach of 0.02 mm.
 #[test]
 fn supports_that_move() {
     let place = place([4.0, 4.0], 4.0, [6, 6, 6]);
@@ -209,7 +213,8 @@ fn supports_that_move() {
     }
 }
 
-/// Truth: docs/refine.md: the stress of the half-space's correction is singular at the edges of the base.
+/// Truth: docs/refine.md: the stress of the finite-element correction is singular at the edges of the fixed base. The estimated
+/// error is therefore largest at these edges.
 #[test]
 fn refinement_at_held_edges() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);

@@ -1,4 +1,4 @@
-//! Gaps of meshed surfaces, and cells beside faces, for near fields of half-spaces and of meshes.
+//! Gaps of meshed surfaces, and cells that are finer than the contact faces, with near fields of half-spaces and of meshes.
 
 use std::fs;
 
@@ -6,7 +6,8 @@ use serde_json::Value;
 
 use crate::near_field::{call, force, place, run};
 
-/// A block whose top is bent to a spherical cap, with `cells` elements along x and y.
+/// Creates a scene with a block whose top is bent to a spherical cap of radius `radius`. The block has `cells` elements along x
+/// and y.
 fn cap(radius: f64, cells: usize) -> tempfile::TempDir {
     let (half, depth) = (3.0, 3.0);
     let place = place([half; 2], depth, [cells, cells, cells / 2]);
@@ -25,7 +26,7 @@ fn cap(radius: f64, cells: usize) -> tempfile::TempDir {
     place
 }
 
-/// Cells of 0.05 mm on faces of 0.5 mm; contact radius 0.45 mm.
+/// Settings for cells of 0.05 mm on faces of 0.5 mm. The contact radius is 0.45 mm.
 const CAP: [&str; 4] = [
     "frame.half_width=[0.8, 0.8]",
     "frame.cells=[32, 32]",
@@ -38,8 +39,8 @@ fn warning<'a>(summary: &'a Value, words: &str) -> Option<&'a str> {
     all.iter().filter_map(Value::as_str).find(|text| text.starts_with("WARNING: ") && text.contains(words))
 }
 
-/// Truths: the load equals the load with the exact sphere as gap, to 1e-2. The sag of a chord of length h on a circle of radius R
-/// is h^2 / 8R. Flat facets would bear a third less.
+/// Truth: a run with the exact sphere as gap gives the same load to 1e-2. The curvature correction is the distance h^2 / 8R of a
+/// chord of length h from a circle of radius R, to 2 %. Without this correction, the load would be a third smaller.
 #[test]
 fn flat_faces_are_bowed_under_a_half_space() {
     let place = cap(20.0, 12);
@@ -60,8 +61,9 @@ fn flat_faces_are_bowed_under_a_half_space() {
     );
 }
 
-/// Truth: the sag h^2 / 8R of the faces remains in the gap of a condensed mesh. Under a prescribed force, the sag is compared with
-/// the resulting approach. The same faces are fine enough for an approach nine times as large.
+/// Truth: the gap of a condensed mesh contains the distance h^2 / 8R of flat faces from the sphere. Under a prescribed force, the
+/// warning compares this distance with the resulting approach. For an approach nine times as large, the same faces are fine
+/// enough.
 #[test]
 fn flat_faces_of_a_condensed_mesh_are_doubtful() {
     let place = cap(20.0, 12);
@@ -89,8 +91,8 @@ fn flat_faces_of_a_condensed_mesh_are_doubtful() {
     assert!(code == Some(0) && !said.contains(words), "{said}");
 }
 
-/// Truth: docs/scene.md: cells finer than the faces of a condensed mesh beside a half-space make the pressures uncertain. The ratio
-/// of areas is (0.1 / 1 mm) squared.
+/// Truth: docs/scene.md: if a condensed mesh touches a half-space, cells finer than the contact faces make the pressures
+/// uncertain. Here the cell area is (0.1 / 1)^2 = 0.01 of the area of a face.
 #[test]
 fn cells_finer_than_faces_beside_a_half_space() {
     let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
@@ -115,7 +117,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
     let (code, text) =
         call("check", place.path(), &["frame.half_width=[3.07, 3.07]", "frame.cells=[35, 35]"]);
     assert!(code == Some(0) && !text.contains(words), "{text}");
-    // Cells of 0.097 mm on faces of 1 mm are allowed only if the scene asks for the mesh.
+    // Cells of 0.097 mm on faces of 1 mm are refused by default, and allowed if the scene chooses the near field of the mesh.
     let finer = ["frame.half_width=[3.5, 3.5]", "frame.cells=[72, 72]"];
     let (code, text) = call("check", place.path(), &finer);
     assert!(
@@ -196,8 +198,8 @@ fn frames_grow_under_own_loads() {
     }
 }
 
-/// Truths: the displacement of a body's surface is proportional to the loads of the body, and so is its estimated error. A large
-/// error gives a warning, under a prescribed approach as well as a prescribed force.
+/// Truth: linearity. Loads of a body displace its surface. This displacement and its estimated error are proportional to the
+/// loads. A large error gives a warning, both with a prescribed approach and with a prescribed force.
 #[test]
 fn surfaces_that_loads_move() {
     let place = place([3.0, 3.0], 3.0, [6, 6, 6]);

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::near_field::{call, place, run};
 
-/// Replaces each line of a section of block.msh by the result of `line`, which gets the numbers and the text of the line.
+/// Replaces each line of a section of block.msh by the result of `line`. Its arguments are the numbers and the text of the line.
 fn rewrite(folder: &Path, section: &str, line: impl Fn(&[f64], &str) -> String) {
     let path = folder.join("block.msh");
     let text = fs::read_to_string(&path).unwrap();
@@ -54,14 +54,14 @@ fn block() -> tempfile::TempDir {
     place([4.0, 4.0], 4.0, [8, 8, 8])
 }
 
-/// Truth: the near field of a half-space is valid for the scene that the other tests change.
+/// Truth: the unchanged block allows the near field of a half-space. The other tests change this block.
 #[test]
 fn nothing_is_wrong_with_the_block() {
     assert_eq!(run(block().path(), &["frame.cells=[4, 4]"])["near_fields"][0]["near_field"], "half-space");
 }
 
-/// Truth: a body that is moved together with its frame has the same forces. At 3e5 mm from the origin the coordinates are rounded
-/// to 6e-11 mm, which does not matter for cells of 0.3 mm.
+/// Truth: invariance. A body and its frame far from the origin give the same forces. At 3e5 mm the coordinates are rounded to
+/// 6e-11 mm, far less than the cells of 0.3 mm.
 #[test]
 fn bodies_may_lie_far_from_the_origin() {
     let near = block();
@@ -78,15 +78,16 @@ fn bodies_may_lie_far_from_the_origin() {
     assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
 }
 
-/// Truth: docs/theory-hybrid.md, range of validity: the surface of the half-space is free beside the contact.
+/// Truth: docs/theory-hybrid.md, range of validity: the surface beside the contact must be free of tractions, so no foundation
+/// may lie on it.
 #[test]
 fn a_foundation_in_the_plane_of_the_contact() {
     let springs = "body1.foundation=[{group=\"top\", stiffness=100.0}]";
     refused(block().path(), &[springs], "a foundation lies in the plane of the contact");
 }
 
-/// Truths: a core of seven of eight layers of 0.5 mm ends 0.5 mm below the contact. A half-width of 1.2 mm needs a distance of 0.48
-/// mm, a half-width of 1.8 mm 0.72 mm.
+/// Truth: geometry. The core fills seven of eight layers, each 0.5 mm high, and ends 0.5 mm below the contact. A frame with a
+/// half-width of 1.2 mm needs a distance of 0.48 mm. A frame with a half-width of 1.8 mm needs 0.72 mm.
 #[test]
 fn another_material_too_near() {
     let place = block();
@@ -101,7 +102,8 @@ fn another_material_too_near() {
     );
 }
 
-/// Truth: docs/theory-hybrid.md: a half-space has no material above its plane.
+/// Truth: docs/theory-hybrid.md: a half-space has no material above its plane, so the body must not extend above its contact
+/// plane.
 #[test]
 fn a_body_that_rises_above_its_contact() {
     let place = block();
@@ -112,7 +114,7 @@ fn a_body_that_rises_above_its_contact() {
     refused(place.path(), &[], "the body extends above its contact plane");
 }
 
-/// Truth: docs/theory-hybrid.md: supports lie on the boundary.
+/// Truth: docs/theory-hybrid.md: supports must lie on the boundary of the body.
 #[test]
 fn a_support_inside_the_body() {
     let place = block();
@@ -120,7 +122,7 @@ fn a_support_inside_the_body() {
     refused(place.path(), &["body1.fixed=[{group=\"core\"}]"], "a support fixes nodes inside the body");
 }
 
-/// Truth: a point without a solid is no part of the body.
+/// Truth: a mesh point that belongs to no solid element is no part of the body.
 #[test]
 fn a_lone_point_above_the_contact() {
     let place = block();

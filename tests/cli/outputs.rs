@@ -14,7 +14,8 @@ fn record(increment: usize) -> IncrementRecord {
     IncrementRecord { name: "indent".into(), increment, normal_force: 290.7, ..Default::default() }
 }
 
-/// Writes a run with the given outcome into `dir`, with a further file `extra` of content `text`. Returns its summary.
+/// Writes a run with the given outcome into `dir`. `extra` is the name of a further file with the content `text`. Returns the
+/// summary of the run.
 fn run_into(
     dir: &Path,
     increments: usize,
@@ -62,7 +63,8 @@ fn a_converged_run_leaves_its_files_and_nothing_else() {
     assert!(summary["peak_memory_bytes"].as_u64().is_some_and(|bytes| bytes > 0));
 }
 
-/// Truth: a run that does not converge loses no existing file, of the user or of the run before.
+/// Truth: a run that does not converge keeps the files of the user, and moves the files of the earlier run to the folder
+/// previous-1.
 #[test]
 fn a_run_that_does_not_converge_sets_earlier_results_aside() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -79,7 +81,8 @@ fn a_run_that_does_not_converge_sets_earlier_results_aside() {
     assert_eq!(fs::read_to_string(dir.path().join("notes.txt")).expect("untouched"), "mine");
 }
 
-/// Truth: a run that ends before its first increment leaves only its summary, and moves the files of the earlier run to a folder.
+/// Truth: a run that ends before its first increment leaves only its summary. The files of the earlier run are in the folder
+/// previous-1.
 #[test]
 fn a_failed_run_leaves_only_its_summary() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -99,7 +102,7 @@ fn a_failed_run_leaves_only_its_summary() {
     );
 }
 
-/// Truth: only field files of the previous run are removed.
+/// Truth: a converged run removes the field files of the previous run, but not the files of the user.
 #[test]
 fn a_converged_run_removes_the_fields_of_the_run_before() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -109,7 +112,7 @@ fn a_converged_run_removes_the_fields_of_the_run_before() {
     assert_eq!(names(dir.path()), ["frame_0001.vtu", "frame_0009.vtu", "history.csv", "summary.json"]);
 }
 
-/// Truth: a dropped run leaves the directory unchanged.
+/// Truth: an output directory that is dropped before `finish` remains unchanged.
 #[test]
 fn a_dropped_run_leaves_no_trace() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -119,8 +122,8 @@ fn a_dropped_run_leaves_no_trace() {
     assert!(names(dir.path()).is_empty());
 }
 
-/// Truth: docs/checkpoints.md: if a run ends again before it has resumed, it keeps the files needed to resume, and its entries in
-/// the summary. Files that were moved meanwhile are found by their content.
+/// Truth: docs/checkpoints.md: a resumed run may end again before its next increment. It then keeps the files needed to resume,
+/// and the entries of its summary. Files that were moved between the runs are found by their content.
 #[test]
 fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -160,7 +163,7 @@ fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     assert_eq!(missing.expect("readable files"), ["frame_0001.vtu"]);
 }
 
-/// Truth: docs/results.md: a summary is written after every outcome, even if staged files have vanished.
+/// Truth: docs/results.md: every outcome writes a summary, even if temporary files of the run have vanished.
 #[test]
 fn vanished_files_fail_the_run() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -175,7 +178,7 @@ fn vanished_files_fail_the_run() {
     assert_eq!((&summary["status"], &summary["files"]), (&"failed".into(), &serde_json::json!([])));
 }
 
-/// Truth: results that are not finite end as a failed run with an error, and history.csv is not written.
+/// Truth: a result that is not finite makes the run fail with an error, and history.csv is not written.
 #[test]
 fn numbers_that_are_not_finite_are_never_written_silently() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -233,7 +236,8 @@ fn program(out: &Path, more: &[&str]) -> std::process::Output {
     command.args(more).output().expect("the program starts")
 }
 
-/// Truth: forces in the summary are sums of traction times area over the cells of the fields, which meshio reads.
+/// Truth: forces in the summary equal the sums of traction times area over the cells. A Python script computes these sums from
+/// the field files, which it reads by meshio.
 #[test]
 fn fields_and_summary_of_a_run_agree() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -258,7 +262,7 @@ fn fields_and_summary_of_a_run_agree() {
     let _checked = crate::tools::python("resultants.py", dir.path());
 }
 
-/// Truth: the wear volume of each body is the sum of wear depth times area over the cells of its fields.
+/// Truth: the wear volume of each body is the sum of wear depth times area over the cells in its field file.
 #[test]
 fn both_bodies_have_their_worn_depth() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -277,7 +281,7 @@ fn both_bodies_have_their_worn_depth() {
     assert!(["slip.svg", "wear.svg"].iter().all(|name| there.iter().any(|file| file == name)), "{there:?}");
 }
 
-/// Truth: at a fixed approach δ of a sphere of radius R, the wear volume tends to π δ² R, the overlap of the bodies.
+/// Truth: geometry. At a constant approach δ of a sphere of radius R, the wear volume tends to the overlap of the bodies, π δ² R.
 #[test]
 fn runs_in_which_nothing_is_left_to_wear() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
@@ -332,7 +336,7 @@ fn failures_of_the_program_lose_nothing() {
     assert_eq!(summary["steps"].as_array().map(Vec::len), Some(1), "the entries so far are kept");
 }
 
-/// Truth: exit code 4 and a message with the path if results cannot be written.
+/// Truth: results that cannot be written give exit code 4 and a message with the path.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_place_that_cannot_be_written_ends_with_code_4() {
@@ -342,7 +346,7 @@ fn a_place_that_cannot_be_written_ends_with_code_4() {
     assert!(message.contains("/proc/orthowear.out"), "{message}");
 }
 
-/// Exit code and standard error of the program after the bash commands `limits`.
+/// Exit code and standard error of the program, started by bash after the commands `limits`.
 #[cfg(target_os = "linux")]
 fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -351,7 +355,8 @@ fn limited(limits: &str, arguments: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// Truth: docs/command-line.md: exit code 4 if the output does not fit. A pipe that its reader has closed is no error.
+/// Truth: docs/command-line.md: output that does not fit on the disk gives exit code 4. Output to a pipe that its reader has
+/// closed is no error.
 #[cfg(target_os = "linux")]
 #[test]
 fn output_that_does_not_fit_is_a_lack_of_resources() {

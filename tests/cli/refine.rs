@@ -1,4 +1,4 @@
-//! `orthowear refine`: size fields for gmsh from the estimated error, and their benefit.
+//! `orthowear refine`: size fields for gmsh from the estimated error, compared with uniform refinement.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::tools::gmsh;
 
-/// Without friction and wear.
+/// Settings of all runs: no friction, no wear, 16 x 16 cells, estimated error, near field of the mesh.
 const SETTINGS: [&str; 5] = [
     "friction={law=\"none\"}",
     "wear={law=\"none\"}",
@@ -29,7 +29,7 @@ fn program(verb: &str, scene: &Path, mesh: &Path) -> Command {
     command
 }
 
-/// The scene of the block, cut after its first step.
+/// Writes `sphere-on-cfrp-block.toml` with its first step only into `folder`. Returns the path.
 fn scene(folder: &Path) -> PathBuf {
     let text = std::fs::read_to_string(root().join("scenes/sphere-on-cfrp-block.toml")).unwrap();
     let second = text.match_indices("[[steps]]").nth(1).unwrap().0;
@@ -48,7 +48,7 @@ fn mesh(folder: &Path, name: &str, arguments: &[&str]) -> Option<PathBuf> {
     gmsh(&all, folder).then_some(out)
 }
 
-/// Number of unknowns, load and estimated relative error.
+/// Number of displacement unknowns, normal force in N, and estimated relative error of a run with the given mesh.
 fn solve(folder: &Path, scene: &Path, mesh: &Path) -> (usize, f64, f64) {
     let out = folder.join("out");
     let output = program("run", scene, mesh).arg("--out").arg(&out).output().unwrap();
@@ -59,8 +59,9 @@ fn solve(folder: &Path, scene: &Path, mesh: &Path) -> (usize, f64, f64) {
     (3 * points, summary["steps"][0]["normal_force"].as_f64().unwrap(), error)
 }
 
-/// Truths: a conforming mesh is too stiff: of two loads for one approach the smaller one is nearer to the true load. After three
-/// rounds of refinement, load and estimated error are below the values of a uniform mesh with at least as many unknowns.
+/// Truth: displacement finite elements are too stiff. Of two loads for the same approach, the smaller load is closer to the exact
+/// load. After three rounds of refinement, load and estimated error are smaller than with a uniform mesh of at least as many
+/// unknowns.
 #[test]
 fn the_size_field_beats_uniform_refinement() {
     let folder = tempfile::tempdir().unwrap();
@@ -94,7 +95,7 @@ fn the_size_field_beats_uniform_refinement() {
     assert!(adapted.2 < 0.8 * uniform.2 && uniform.2 < start.2);
 }
 
-/// Truth: docs/command-line.md: impossible requests are refused before anything is computed.
+/// Truth: docs/command-line.md: impossible requests are refused before any computation.
 #[test]
 fn refine_refuses_what_it_cannot_do() {
     let refused = |scene: &str, arguments: &[&str]| {

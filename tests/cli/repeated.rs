@@ -29,9 +29,9 @@ fn call(command: &str, scene: &str) -> (Option<i32>, String, Value) {
 
 const PRESS: &str = "[[steps]]\nnormal_force = 10.0\n[[steps]]\n";
 
-/// Truth: flat periodic surfaces bear the force P on the area A as a uniform pressure P / A. This pressure deforms nothing
-/// (docs/scene.md: the mean displacement is zero). Friction carries the prescribed tangential force, or 0.3 P against a motion, to
-/// 1e-7.
+/// Truth: flat surfaces on a periodic frame carry the force P on the area A as uniform pressure P / A. This pressure causes no
+/// displacement, because the mean displacement is zero (docs/scene.md). Friction carries the prescribed tangential force, or 0.3
+/// P against a prescribed motion, to 1e-7.
 #[test]
 fn level_surfaces_bear_a_uniform_pressure() {
     let flat = "kind = \"flat\"";
@@ -61,7 +61,8 @@ fn level_surfaces_bear_a_uniform_pressure() {
     }
 }
 
-/// Truth: docs/scene.md: mean planes cannot approach beyond first touch, where flat surfaces are in complete contact.
+/// Truth: docs/scene.md: the approach is less than the mean gap. Flat surfaces are in complete contact at first touch, so the
+/// only possible approach is 0.
 #[test]
 fn level_surfaces_approach_under_no_pressure() {
     let frame = "cells = [16, 16]\nperiodic = [true, true]";
@@ -73,14 +74,14 @@ fn level_surfaces_approach_under_no_pressure() {
     }
     let (code, text, _) = call("run", &scene("0.0"));
     assert_eq!(code, Some(0), "{text}");
-    // Without sliding no wear allows a further approach.
+    // Wear would allow a further approach, but there is no wear without sliding.
     let wear = "[wear]\nlaw = \"archard\"\ni = 1e-6\n";
     let (code, text, _) = call("check", &scene("0.001").replace("[output]", &format!("{wear}[output]")));
     assert!(code == Some(2) && text.contains("mean gap"), "{text}");
 }
 
-/// Truth: Hertz's line contact has the half-width a = √(4 P R / π L E*) under the force P on the length L. Here 4 N on a period of
-/// 4 um give a width of 0.7 mm, less than the frame's 1 mm.
+/// Truth: Hertz's line contact has the half-width a = √(4 P R / π L E*) under the force P on the length L. R is the radius, E*
+/// the contact modulus. Here 4 N on a period of 4 µm give a contact width of 0.7 mm. The frame has a width of 1 mm.
 #[test]
 fn a_thin_period_is_no_narrow_frame() {
     let frame = "cells = [64, 1]\nperiodic = [false, true]";
@@ -95,8 +96,8 @@ fn a_thin_period_is_no_narrow_frame() {
     assert!(!noted("4.0") && noted("4e3"));
 }
 
-/// Truth: docs/scene.md: cells outside an outline stay open, so an approach is possible. On a periodic frame the approach is
-/// relative to the mean plane, which the load moves too. The same approach therefore takes more force than without periodicity.
+/// Truth: docs/scene.md: cells outside an outline stay open, so an approach is possible. On a periodic frame the approach refers
+/// to the mean plane, which the load displaces too. The same approach therefore needs more force than without periodicity.
 #[test]
 fn outlines_on_repeated_frames() {
     let frame = |periodic: &str| {

@@ -1,4 +1,4 @@
-//! `orthowear report`: refusals, pages of damaged results, and pages in a browser.
+//! `orthowear report`: refused directories, pages of damaged results, and pages in a browser.
 
 use std::fs;
 use std::path::Path;
@@ -77,7 +77,7 @@ fn places_that_cannot_be_written_are_named() {
         assert_eq!(found, code, "{said}");
         assert!(said.contains(words) && said.contains(out), "{said}");
     }
-    // An earlier page is overwritten.
+    // A report overwrites an earlier report, but no other file.
     let before = fs::read(folder.path().join("run/summary.json")).unwrap();
     for out in ["run/summary.json", "/dev/full"] {
         let (code, said) = report(folder.path(), &["run", "--out", out]);
@@ -93,7 +93,7 @@ fn places_that_cannot_be_written_are_named() {
     assert!(folder.path().join("page.html").is_file() && !folder.path().join("run/report.html").exists());
 }
 
-/// Truth: the same input gives the same bytes, and the page agrees with the summary.
+/// Truth: the same results give the same page, byte for byte. The page contains values of the summary.
 #[test]
 fn pages_are_the_same_each_time() {
     let folder = tempfile::tempdir().unwrap();
@@ -115,7 +115,7 @@ fn pages_are_the_same_each_time() {
     }
 }
 
-/// Truth: docs/results.md: files beside summary.json belong to its run. Files of the user are kept.
+/// Truth: docs/results.md: a new run removes the report of the earlier run. It keeps a file of the user with the same name.
 #[test]
 fn pages_of_earlier_results_go_when_there_are_new_ones() {
     let folder = tempfile::tempdir().unwrap();
@@ -128,7 +128,7 @@ fn pages_of_earlier_results_go_when_there_are_new_ones() {
     assert_eq!(page(folder.path(), "run"), "mine");
 }
 
-/// Truth: each damaged or missing file is reported, on the page too, and the other files are shown.
+/// Truth: each damaged or missing file is reported, on standard error and on the page. The page shows the other files.
 #[test]
 fn damaged_files_are_named_and_the_rest_is_shown() {
     let folder = tempfile::tempdir().unwrap();
@@ -184,7 +184,8 @@ fn damaged_files_are_named_and_the_rest_is_shown() {
     }
 }
 
-/// Truth: a field file has the number of its entry in `summary.steps`.
+/// Truth: the number of a field file is the number of its entry in `summary.steps`, counted from 1. Missing files do not change
+/// this number.
 #[test]
 fn entries_keep_their_names_without_the_files_of_others() {
     let folder = tempfile::tempdir().unwrap();
@@ -209,7 +210,7 @@ fn entries_keep_their_names_without_the_files_of_others() {
     assert!(data["bodies"].as_array().unwrap().iter().any(|body| body["body"] == 1 && body["file"] == 1));
 }
 
-/// Truth: file names in a summary are not followed out of the directory.
+/// Truth: a report reads no file outside of its directory, even if the summary names the file.
 #[test]
 fn files_outside_of_the_directory_are_not_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -222,7 +223,7 @@ fn files_outside_of_the_directory_are_not_read() {
     assert!(!page.contains("data:image/svg+xml"), "{page}");
 }
 
-/// The sound scene with a hostile title and step name, and with a tangential force beyond the friction limit.
+/// The scene `SOUND` with a hostile title and step name, and with a tangential force beyond the friction limit.
 fn sliding() -> String {
     let scene = SOUND.replace("title = \"sound\"", &format!("title = \"{HOSTILE}\""));
     let scene = scene.replace("name = \"indent\"", &format!("name = \"{HOSTILE}\""));
@@ -232,7 +233,7 @@ fn sliding() -> String {
         .replace("[solver]", pull)
 }
 
-/// Truth: HTML: text remains text whatever it contains, in tags and in the data block.
+/// Truth: HTML. Texts of the user are escaped in tags and in the data block, so they remain texts.
 #[test]
 fn texts_are_escaped() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `--resume`: runs that were interrupted, killed or out of disk space end like uninterrupted runs.
+//! `--resume`: runs that were interrupted, killed or out of disk space end with the results of uninterrupted runs.
 #![cfg(unix)]
 
 mod disk;
@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use crate::moved::{SPHERE, layer};
 use job::{Job, assert_whole, results, send, whole};
 
-/// Truth (rel-restart-equals-continuous, docs/checkpoints.md): all files equal the files of an uninterrupted run byte for byte,
-/// after interrupts with different numbers of threads.
+/// Truth: case `rel-restart-equals-continuous` of docs/verification.md, and docs/checkpoints.md. An uninterrupted run gives the
+/// same files byte for byte. The interrupted runs use different numbers of threads.
 #[test]
 fn interrupted_runs_go_on() {
     let job = Job::new();
@@ -35,7 +35,8 @@ fn interrupted_runs_go_on() {
     assert_eq!(fs::read(job.out.join("summary.json")).unwrap(), before);
 }
 
-/// Truth: the uninterrupted run, byte for byte. The contact outgrows the frame in the jump of entry 50, between the interrupts.
+/// Truth: an uninterrupted run gives the same files byte for byte. The frame grows in the wear jump of entry 50, between the
+/// interrupts.
 #[test]
 fn runs_go_on_whose_frame_has_grown() {
     let sets = ["wear.i=2e-6", "frame.half_width=[1.1, 1.1]", "frame.cells=[18, 18]"];
@@ -60,7 +61,7 @@ fn runs_go_on_whose_frame_has_grown() {
     }
 }
 
-/// Truth: the uninterrupted run, byte for byte, with interrupts before and after moves of the mesh.
+/// Truth: an uninterrupted run gives the same files byte for byte. The interrupts come before and after moves of the mesh.
 #[test]
 fn runs_go_on_whose_meshes_have_moved() {
     let place = || {
@@ -92,8 +93,8 @@ fn runs_go_on_whose_meshes_have_moved() {
     }
 }
 
-/// Truth (rel-kill-any-time): the uninterrupted run, byte for byte, after SIGKILL at random moments. Only the entries after the
-/// last checkpoint are lost.
+/// Truth: case `rel-kill-any-time` of docs/verification.md. An uninterrupted run gives the same files byte for byte, although
+/// SIGKILL ends the run at random moments. Only the entries after the last checkpoint are lost.
 #[test]
 fn killed_runs_go_on() {
     let job = Job::new();
@@ -115,7 +116,7 @@ fn killed_runs_go_on() {
     assert_whole(&job.out);
 }
 
-/// Truth: docs/checkpoints.md: without a checkpoint a run begins at the start and says so.
+/// Truth: docs/checkpoints.md: without a checkpoint, a run with `--resume` starts from the beginning and reports this.
 #[test]
 fn without_a_checkpoint() {
     let job = Job::new();
@@ -126,8 +127,8 @@ fn without_a_checkpoint() {
     );
 }
 
-/// Truth: docs/checkpoints.md: a checkpoint of another scene or version is refused with the differences and is not changed. The
-/// title may change.
+/// Truth: docs/checkpoints.md: a checkpoint of another scene or version is refused. The message lists the differences, and the
+/// checkpoint stays unchanged. The title may differ.
 #[test]
 fn other_scenes_are_refused() {
     let job = Job::new();
@@ -171,7 +172,8 @@ fn other_scenes_are_refused() {
     assert!(files.len() == whole().len() && whole().iter().all(same));
 }
 
-/// Truth (rel-corrupt-checkpoint, docs/checkpoints.md): a damaged checkpoint is reported and the previous one is used.
+/// Truth: case `rel-corrupt-checkpoint` of docs/verification.md, and docs/checkpoints.md. A damaged checkpoint is reported, and
+/// the run resumes from the previous checkpoint.
 #[test]
 fn damaged_checkpoints() {
     let job = Job::new();
@@ -215,12 +217,12 @@ fn a_new_run_sets_an_unfinished_one_aside() {
     assert_whole(&aside.out);
 }
 
-/// Truth: docs/checkpoints.md: a directory accepts one run at a time.
+/// Truth: docs/checkpoints.md: only one run at a time may write into a directory.
 #[test]
 fn one_run_at_a_time() {
     let job = Job::new();
     let first = job.start(&["--quiet"], 1);
-    // The first run is stopped while the second one is tried.
+    // The first run is stopped while the second run tries to start.
     send(&first, libc::SIGSTOP);
     let (code, text) = job.run(&["--set", "steps.press.increments=1"]);
     send(&first, libc::SIGCONT);
@@ -229,7 +231,8 @@ fn one_run_at_a_time() {
     assert_whole(&job.out);
 }
 
-/// Truth: the uninterrupted run, byte for byte. Interrupts come during the evaluation at points inside the body.
+/// Truth: an uninterrupted run gives the same files byte for byte. The interrupt comes while the run evaluates the points inside
+/// the body.
 #[test]
 fn points_inside_may_be_interrupted() {
     let scene = r#"
@@ -283,8 +286,8 @@ points = [100, 60]
     }
 }
 
-/// Truth: the uninterrupted run, byte for byte. Interrupts come during the recovery of the bodies' fields, after the fields of the
-/// frame have been written.
+/// Truth: an uninterrupted run gives the same files byte for byte. The interrupts come while the run computes the fields of the
+/// body, after it has written the fields of the frame.
 #[test]
 fn fields_of_bodies_may_be_interrupted() {
     let scene = r#"
@@ -340,7 +343,7 @@ fields = ["vtu", "volume", "error", "svg"]
     }
 }
 
-/// Truth: docs/checkpoints.md: missing files of an interrupted run are named, and the run resumes.
+/// Truth: docs/checkpoints.md: the message names the missing files of an interrupted run, and the run resumes.
 #[test]
 fn missing_field_files() {
     let job = Job::new();

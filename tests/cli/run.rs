@@ -1,4 +1,4 @@
-//! Runs of whole scenes: exit codes, results against closed forms and an independent program, options.
+//! Runs of whole scenes: exit codes, options, and results compared with closed forms and an independent program.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ fn summary(out: &Path) -> Value {
     serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap()
 }
 
-/// The run must converge.
+/// Summary of a run that must converge.
 fn converged(scene: &Path, options: &[&str]) -> Value {
     let out = tempfile::tempdir().unwrap();
     let output = run(scene, out.path(), options);
@@ -77,7 +77,7 @@ fn hertz(more: &str) -> (tempfile::TempDir, PathBuf) {
 }
 
 /// Truth: Hertz (Johnson 1985, chapter 4). The approach agrees to 2e-3 and the peak pressure to 1e-2, the usual error of constant
-/// cells with 50 cells across the contact. The area agrees to 4 %, half of the ring of cells at the contact edge.
+/// cells with 50 cells across the contact. The contact area agrees to 4 %, half the area of the cells along the contact edge.
 #[test]
 fn hertz_scene() {
     let summary = converged(&scene("hertz.toml"), &["--set", "output.fields=[]"]);
@@ -88,7 +88,8 @@ fn hertz_scene() {
     close(&press["contact_area"], 0.319_94, 0.04);
 }
 
-/// Truth: Cattaneo and Mindlin (Johnson 1985, section 7.2), exact for nu = 0, to 5e-3.
+/// Truth: Cattaneo and Mindlin (Johnson 1985, section 7.2). Their solution is exact for nu = 0. The tangential displacement
+/// agrees to 5e-3, the stick area to 4 %.
 #[test]
 fn cattaneo_mindlin_scene() {
     let summary = converged(&scene("cattaneo-mindlin.toml"), &["--set", "output.fields=[]"]);
@@ -96,12 +97,12 @@ fn cattaneo_mindlin_scene() {
     close(&pull["tangential_force"][0], 270.0, 1e-6);
     close(&pull["shift"][0], 0.004_051_92, 5e-3);
     close(&pull["stick_area"], 0.116_52, 0.04);
-    // Equal bodies: friction and pressure are uncoupled.
+    // The bodies have equal elastic constants, so friction does not change the pressure.
     close(&pull["peak_pressure"], press["peak_pressure"].as_f64().unwrap(), 1e-6);
 }
 
-/// Truth: forces on 64 x 64 cells equal an independent program's forces on 256 x 256 cells to 5e-4. Between these grids, the
-/// program's forces differ by at most 3e-4.
+/// Truth: the forces of an independent program on 256 x 256 cells. The forces on 64 x 64 cells agree to 5e-4. The independent
+/// program's own forces on these two grids differ by at most 3e-4.
 #[test]
 fn half_space_scene() {
     let summary = converged(&scene("sphere-on-cfrp-halfspaces.toml"), &["--set", "output.fields=[]"]);
@@ -114,8 +115,8 @@ fn half_space_scene() {
     }
 }
 
-/// Truth: Hertz's load is (4/3) E* sqrt(R) approach^(3/2): four times the radius R doubles it. This is exact if the cells grow with
-/// the contact (by 2), because the problem is then the same except for units.
+/// Truth: Hertz's load is (4/3) E* sqrt(R) approach^(3/2). Four times the radius R therefore gives twice the load. The contact
+/// and the frame are twice as wide, so both discretised problems are similar and the ratio 2 is exact.
 #[test]
 fn overrides_change_the_scene() {
     let (_folder, path) = hertz("");
@@ -136,8 +137,8 @@ fn overrides_change_the_scene() {
     assert_ne!(plain["scene_sha256"], scaled["scene_sha256"]);
 }
 
-/// Truth: any number of threads gives the same bits (README). Cases: half-spaces with friction, wear of 100 000 cycles on windows
-/// of the frame, and a finite-element block with either near field.
+/// Truth: README: results do not depend on the number of threads, bit by bit. The cases are half-spaces with friction, wear of
+/// 100 000 cycles on windows of the frame, and a finite-element block with each near field.
 #[test]
 fn threads_do_not_change_a_bit() {
     let (half_spaces, wear) = (scene("sphere-on-cfrp-halfspaces.toml"), scene("sphere-wear.toml"));
@@ -168,7 +169,7 @@ fn too_few_iterations() {
     assert_eq!(summary["reason"], "iterations");
 }
 
-/// Truth: docs/command-line.md: a failed run loses nothing in an output directory.
+/// Truth: docs/command-line.md: a failed run deletes no results in an output directory.
 #[test]
 fn a_failed_run_loses_nothing() {
     let (folder, path) = hertz("");
@@ -207,7 +208,7 @@ fn an_interrupted_run_keeps_its_results() {
     }
 }
 
-/// Interrupts a run `delay` ms after it has created its output directory, once or twice.
+/// Interrupts a run `delay` ms after it has created its output directory. If `twice` is true, a second signal follows after 5 ms.
 #[cfg(unix)]
 fn assert_keeps_results(delay: u64, twice: bool) {
     let (folder, path) = hertz("");
@@ -218,7 +219,7 @@ fn assert_keeps_results(delay: u64, twice: bool) {
         .arg(&path)
         .arg("--out")
         .arg(&out)
-        // The run takes far longer than the time to the signal.
+        // The whole run would take far longer than the delay before the signal.
         .args(["--quiet", "--set", "frame.cells=[256, 256]", "--set", "steps.press.increments=100000"])
         .spawn()
         .unwrap();
@@ -228,10 +229,10 @@ fn assert_keeps_results(delay: u64, twice: bool) {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     std::thread::sleep(std::time::Duration::from_millis(delay));
-    // SAFETY: sends a signal to the child just started.
+    // SAFETY: `kill` accesses no memory, and the child process has not been waited for.
     let interrupt = || unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), libc::SIGINT) };
     interrupt();
-    // Some programs signal a process and then its group.
+    // Some programs send a signal to a process and then to its process group. The process then gets the signal twice.
     if twice {
         std::thread::sleep(std::time::Duration::from_millis(5));
         interrupt();
@@ -334,7 +335,7 @@ fn check_tells_the_plan() {
         ("sphere-on-cfrp-halfspaces.toml", &["64 x 64 = 4096 cells", "ellipse 0.45000 x 0.51667"]),
         ("steel-cap-on-cfrp-block.toml", &["body 2", "7840 solid cells"]),
     ] {
-        // The output directory may contain results of the user's earlier runs.
+        // The output directory may exist already, with results of earlier runs.
         let results = scene(name).with_extension("out");
         let written = || fs::metadata(&results).and_then(|found| found.modified()).ok();
         let before = written();
@@ -348,7 +349,7 @@ fn check_tells_the_plan() {
     }
 }
 
-/// Truth: omitted work does not change the result beyond the tolerance of the solution.
+/// Truth: omitted work changes results by less than the tolerance of the solution.
 #[test]
 fn skips_do_not_change_answers() {
     let (_folder, path) = hertz("[friction]\nlaw = \"none\"\n");

@@ -1,4 +1,4 @@
-//! Scenes of this repository from end to end on coarse grids and meshes, and comparisons of equivalent scenes.
+//! Runs of the files in `scenes/` on coarse grids and meshes, and comparisons of equivalent scenes.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +13,7 @@ pub fn scene(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
 }
 
-/// Runs `scene`, which must converge, with an option `--set` for each of `settings`.
+/// Summary of a run of `scene`, which must converge, with an option `--set` for each of `settings`.
 pub fn run(scene: &Path, settings: &[&str]) -> Value {
     let out = tempfile::tempdir().unwrap();
     let output = command("run", scene, settings).arg("--out").arg(out.path()).output().unwrap();
@@ -41,8 +41,8 @@ fn certified(summary: &Value) {
     }
 }
 
-/// Truth: the wear volume is below pi R approach^2, the overlap with the sphere of radius R. For specific wear rates i = k mu in
-/// every direction, the wear volume is k = 1.25e-9 times the friction energy.
+/// Truth: the wear volume is below pi R approach^2, the overlap of the sphere of radius R with the block. The specific wear rate
+/// is i = k mu in every direction. The wear volume is therefore k = 1.25e-9 times the friction energy.
 #[test]
 fn sphere_on_block() {
     let scene = scene("sphere-on-cfrp-block.toml");
@@ -54,9 +54,9 @@ fn sphere_on_block() {
     assert!((volume - 1.25e-9 * energy).abs() <= 1e-10 * volume, "{volume} {energy}");
 }
 
-/// Truth: an independent program, CalculiX 2.20, gives 443.37 N on indentation with 20 elements along the patch and a friction
-/// coefficient of 0.5 (docs/benchmarks/calculix.csv). The forces agree to 2 %, because the mesh of this test is twice as coarse and
-/// the friction of the scene depends on the fibre.
+/// Truth: CalculiX 2.20, an independent program, gives a normal force of 443.37 N after indentation. Its mesh has 20 elements
+/// along the contact patch, and its friction coefficient is 0.5 (docs/benchmarks/calculix.csv). The forces agree to 2 %, because
+/// the mesh of this test is twice as coarse and its friction depends on the fibre.
 #[test]
 fn cap_on_block() {
     let scene = scene("steel-cap-on-cfrp-block.toml");
@@ -70,7 +70,8 @@ fn number(step: &Value, key: &str) -> f64 {
     step[key].as_f64().unwrap()
 }
 
-/// Truth: Nowell and Hills (values in the scene file): dissipation of a settled cycle to 0.1 %, stick area to a cell.
+/// Truth: Nowell and Hills (values in the scene file). The dissipation of a steady-state cycle agrees to 0.1 %, the stick area to
+/// about one cell.
 #[test]
 fn cylinder_on_a_strained_body() {
     let summary = run(&scene("fretting-fatigue.toml"), &[]);
@@ -82,7 +83,8 @@ fn cylinder_on_a_strained_body() {
     stick.for_each(|stick| assert!((stick - wanted).abs() < 1.2 / 256.0, "{stick} {wanted}"));
 }
 
-/// Truth: Lamé (values in the scene file): pressure to 0.5 %, torque of the sliding shaft to 0.5 %. No cell sticks when it slides.
+/// Truth: Lamé (values in the scene file). The pressure and the torque of the sliding shaft agree to 0.5 %. No cell sticks while
+/// the shaft slides.
 #[test]
 fn shaft_in_a_hub() {
     let summary = run(&scene("press-fit.toml"), &[]);
@@ -94,7 +96,8 @@ fn shaft_in_a_hub() {
     assert_eq!(last["loads"]["interference"].as_f64(), Some(1.0));
 }
 
-/// Truth: Hertz's line contact and NAFEMS benchmark 1 (values in the scene file): area to one cell, peak pressure to 3 %.
+/// Truth: Hertz's line contact and NAFEMS benchmark 1 (values in the scene file). The contact area agrees to one cell, the peak
+/// pressure to 3 %.
 #[test]
 fn roller_on_block() {
     let summary = run(&scene("cylinder-on-flat.toml"), &[]);
@@ -106,8 +109,8 @@ fn roller_on_block() {
     assert!(stick > 0.0 && stick < number(last, "contact_area"), "{last}");
 }
 
-/// Truth: Persson's solution (equations in the scene file) for the computed load. The peak pressure agrees to 5 % on the coarse
-/// meshes, the contact arc to a face of 7.5 degrees.
+/// Truth: Persson's solution (equations in the scene file) for the computed load. On these coarse meshes, the peak pressure
+/// agrees to 5 %, the contact arc to one face of 7.5 degrees.
 #[test]
 fn pin_in_hole() {
     use std::f64::consts::PI;
@@ -131,8 +134,8 @@ fn pin_in_hole() {
     assert!((arc - 2.0 * low.atan()).abs() < PI / 24.0, "{arc} {}: {last}", 2.0 * low.atan());
 }
 
-/// Truth: Hertz's peak pressure for the computed load, to 10 %: the faces have sides of 0.3 mm, and the contact radius is about 1
-/// mm.
+/// Truth: Hertz's peak pressure for the computed load. The peak pressures agree to 10 %, because the faces have sides of 0.3 mm
+/// and the contact radius is about 1 mm.
 #[test]
 fn sphere_on_block_of_finite_elements() {
     let summary = run(&scene("sphere-on-block-fe.toml"), &[COARSE, "frame.body=1"]);
@@ -145,7 +148,8 @@ fn sphere_on_block_of_finite_elements() {
     assert!((number(last, "peak_pressure") / peak - 1.0).abs() < 0.1, "{peak}: {last}");
 }
 
-/// Truth: Hertz in plane strain (values in the scene file): area to two cells, peak pressure and approach to 1e-3.
+/// Truth: Hertz in plane strain (values in the scene file). The contact area agrees to two cells, the peak pressure and the
+/// approach to 1e-3.
 #[test]
 fn line_contact() {
     let summary = run(&scene("hertz-line.toml"), &[]);
@@ -157,7 +161,7 @@ fn line_contact() {
     assert_eq!(summary["warnings"].as_array().map(Vec::len), Some(0), "{summary}");
 }
 
-/// Truth: Carter (values in the scene file): force to 2 %, stick area to two cells.
+/// Truth: Carter (values in the scene file). The tangential force agrees to 2 %, the stick area to two cells.
 #[test]
 fn rolling_cylinders() {
     let summary = run(&scene("rolling-cylinders.toml"), &[]);
@@ -169,7 +173,7 @@ fn rolling_cylinders() {
     assert_eq!(last["rolling"]["creepage"][0].as_f64(), Some(0.0024914), "{last}");
 }
 
-/// Truth: cells that never touch do not matter. By Hertz, the radius of the contact is 0.29 mm.
+/// Truth: cells outside the contact have no effect. The contact radius is 0.29 mm (Hertz), the outline has a radius of 0.4 mm.
 #[test]
 fn rolling_within_an_outline() {
     let folder = tempfile::tempdir().unwrap();
@@ -235,7 +239,8 @@ pub fn same(a: &Value, b: &Value, relative: f64) {
             let load = step["normal_force"].as_f64().unwrap();
             let q = [0, 1].map(|k| step["tangential_force"][k].as_f64().unwrap());
             let worn = ["worn_volume", "dissipation"].map(|key| step[key].as_f64().unwrap());
-            // Without sliding, the dissipation is only rounding of the work done.
+            // Without slip, the dissipation is a rounding error of the work of the normal force. This work is then the scale of
+            // the comparison.
             let [approach, peak] = ["approach", "peak_pressure"].map(|key| step[key].as_f64().unwrap());
             let energy = worn[1].max(load * approach);
             let forces = [(load, load), (q[0], load), (q[1], load)];
@@ -248,7 +253,8 @@ pub fn same(a: &Value, b: &Value, relative: f64) {
     }
 }
 
-/// Truth: rotating frame and fibre about the normal of half-spaces rotates the solution, to 1e-7 at a solver tolerance of 1e-10.
+/// Truth: invariance. If frame and fibre are rotated about the normal of half-spaces, the results agree to 1e-7. The tolerance of
+/// the solver is 1e-10.
 #[test]
 fn turned_half_spaces() {
     let scene = scene("sphere-on-cfrp-halfspaces.toml");
@@ -257,7 +263,8 @@ fn turned_half_spaces() {
     same(&run(&scene, &plain), &run(&scene, &turned), 1e-7);
 }
 
-/// Truth: block and mesh are invariant under a quarter turn, so turning frame and fibre does not change the results.
+/// Truth: invariance. A quarter turn maps the block and its mesh onto themselves. If frame and fibre are rotated by 90 degrees,
+/// the results agree to 1e-7.
 #[test]
 fn turned_block() {
     let scene = scene("sphere-on-cfrp-block.toml");
@@ -267,7 +274,8 @@ fn turned_block() {
 }
 
 /// Truth: approach and rotation of a rigid circular punch (Boussinesq; Johnson 1985, 3.3; values in the scene file). The approach
-/// agrees to 1e-2, because the circle cuts cells. The rotation depends on the cube of the radius and agrees to 1.5e-2.
+/// agrees to 1e-2, because the edge of the circle cuts cells. The rotation depends on the cube of the radius, and agrees to
+/// 1.5e-2.
 #[test]
 fn tilting_punch() {
     let summary = run(&scene("tilting-punch.toml"), &[]);

@@ -16,7 +16,7 @@ const NAMED: [(&str, &str, &[&str]); 8] = [
     ("cold-starts", "sphere-on-cfrp-halfspaces.toml", &["frame.cells=[20, 20]"]),
 ];
 
-/// Names of `solver.skip` in the summary of a run.
+/// Kinds of omitted work (names of `solver.skip`) that the summary of a run lists.
 fn names(summary: &Value) -> Vec<&str> {
     summary["skipped"].as_array().unwrap().iter().filter_map(|entry| entry["skip"].as_str()).collect()
 }
@@ -28,8 +28,8 @@ fn all_names() -> Vec<String> {
     words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect()
 }
 
-/// Truth: docs/scene.md: results are the same with and without one kind of omitted work, to 1e-7 at residuals of 1e-10.
-/// `distant-entries` is tested in compressed.rs.
+/// Truth: docs/scene.md: results with and without one kind of omitted work are the same. They agree to 1e-7 at residuals of
+/// 1e-10. The kind `distant-entries` is tested in compressed.rs.
 #[test]
 fn each_skip_changes_nothing() {
     let all = all_names();
@@ -60,8 +60,8 @@ fn skips_are_named() {
     assert!(text.contains("solver.skip") && text.contains("cold-starts"), "{text}");
 }
 
-/// Truth: in a growing contact with friction, starts from the previous tractions take at most a fifth more iterations than cold
-/// starts. Cells may change state along another path.
+/// Truth: solutions that start from the previous tractions need at most 1.2 times as many iterations as solutions that start from
+/// zero. They may need more, because the cells of a growing contact with friction may change their states in another order.
 #[test]
 fn warm_starts_are_no_longer_than_cold_ones() {
     let settings = [
@@ -81,7 +81,7 @@ fn warm_starts_are_no_longer_than_cold_ones() {
     assert!(5 * warm <= 6 * cold, "{warm} {cold}");
 }
 
-/// Truth: omitted work does not change the result.
+/// Truth: omitted work does not change the results, in scenes with friction, wear and cycles.
 #[test]
 fn skips_with_friction_and_cycles() {
     let scene = scene("sphere-on-cfrp-halfspaces.toml");
@@ -97,7 +97,8 @@ fn skips_with_friction_and_cycles() {
     same(&with, &without, 1e-7);
 }
 
-/// Frames larger than the contact needs. The flexibility of bodies is computed on the cells that can touch.
+/// Scenes with settings. Their frames are larger than the contact, so the flexibility of bodies is computed only on the cells
+/// that may touch.
 const OVERSIZED: [(&str, &[&str]); 2] = [
     (
         "sphere-on-cfrp-block.toml",
@@ -115,7 +116,7 @@ const OVERSIZED: [(&str, &[&str]); 2] = [
     ),
 ];
 
-/// Truth: omitted work does not change the result, and is reported.
+/// Truth: omitted work does not change the results. The summary reports the omitted work.
 #[test]
 fn skips_of_cells_that_cannot_touch() {
     for (name, settings) in OVERSIZED {
@@ -129,8 +130,8 @@ fn skips_of_cells_that_cannot_touch() {
     }
 }
 
-/// Truth: docs/command-line.md: `check` lists the work that a run will omit. Whether resolved cycles correct the wear is known only
-/// after the run (docs/skips.md).
+/// Truth: docs/command-line.md: `check` lists the work that a run will omit. The correction of wear by resolved cycles is an
+/// exception: whether a run omits it is known only after the run (docs/skips.md).
 #[test]
 fn check_and_run_skip_the_same() {
     let coarse = "frame.cells=[12, 12]";

@@ -1,4 +1,4 @@
-//! `orthowear study`: the table agrees with the single runs, and all mistakes are reported together.
+//! `orthowear study`: its table has the results of single runs, and all mistakes are reported together.
 
 use std::fs;
 use std::path::Path;
@@ -45,7 +45,7 @@ collect = ["indent.normal_force", "fretting.worn_volume", "fretting.stroke_ends.
 curves = ["fretting.worn_volume"]
 "#;
 
-/// Truth: docs/study.md: every run is computed, and a note says that `study.symmetry` has no effect.
+/// Truth: docs/study.md: a study computes every run, and a note reports that `study.symmetry` has no effect.
 #[test]
 fn symmetric_runs_are_computed() {
     let axis = "[[axes]]\nkeys = [\"body1.fibre.azimuth\"]\nvalues = [30, -30]\n";
@@ -64,7 +64,7 @@ fn symmetric_runs_are_computed() {
     }
 }
 
-/// Truth: each row of the table equals, bit by bit, the results of a run with the row's values.
+/// Truth: each row of the table equals, bit by bit, the results of a single run with the values of the row.
 #[test]
 fn the_table_is_that_of_the_single_runs() {
     let folder = folder(TWO_AXES);
@@ -111,7 +111,8 @@ fn the_table_is_that_of_the_single_runs() {
     }
 }
 
-/// Truth: any number of threads gives the same bytes, any order of values the same rows.
+/// Truth: the table does not depend on the number of threads, byte for byte. Another order of the values gives the same rows in
+/// another order.
 #[test]
 fn neither_threads_nor_order_change_the_table() {
     let folder = folder(TWO_AXES);
@@ -137,7 +138,8 @@ fn neither_threads_nor_order_change_the_table() {
     assert_eq!(sorted("a"), sorted("c"));
 }
 
-/// Truth: the combinations written out by hand below. The wear volumes equal, bit by bit, those of a study with explicit lists.
+/// Truth: the combinations that the loops below write out. The wear volumes equal, bit by bit, the wear volumes of a study with a
+/// list of these combinations.
 #[test]
 fn ranges_zips_and_requirements_make_the_runs_that_are_meant() {
     let study = r#"
@@ -194,8 +196,8 @@ collect = ["fretting.worn_volume"]
     assert_eq!(worn(&rows), worn(&listed));
 }
 
-/// Truth: docs/study.md: ranges are sampled at `count` points, which the seed determines, and combined with each value of the other
-/// axes.
+/// Truth: docs/study.md: axes with `sample` are sampled together at `count` points, which the seed determines. Each point is
+/// combined with each value of the other axes.
 #[test]
 fn samples_are_studied() {
     let study = r#"
@@ -223,7 +225,7 @@ collect = ["fretting.worn_volume"]
     let (heads, rows) = csv(&folder.path().join("a/study.csv"));
     assert_eq!(heads[..3], ["gap.radius", "wear.k", "body1.fibre.tilt"]);
     let number = |row: &[String], k: usize| row[k].parse::<f64>().unwrap();
-    // One point lies in each eighth of the range of radii.
+    // One point lies in each eighth of the range of radii. `require` excludes the last eighth, so two combinations are omitted.
     assert!(text.contains("14 runs, 2 combinations omitted"), "{text}");
     assert_eq!(rows.len(), 14);
     for pair in rows.chunks(2) {
@@ -256,7 +258,7 @@ collect = ["fretting.worn_volume"]
     }
 }
 
-/// Truth: docs/results.md: each run has its own folder, even if names become equal once special characters are replaced.
+/// Truth: docs/results.md: each run has its own folder, even if two names are equal after the replacement of special characters.
 #[test]
 fn each_run_has_a_folder() {
     let study = r#"
@@ -285,7 +287,7 @@ collect = ["indent.normal_force"]
     assert_eq!(fs::read(out.join("study.csv")).unwrap(), table);
 }
 
-/// Truth: docs/command-line.md: the other runs are computed, and the exit code is the worst of all runs.
+/// Truth: docs/command-line.md: a failed run does not prevent the other runs. The exit code is the worst of all runs.
 #[test]
 fn runs_that_fail_do_not_stop_the_others() {
     let study = r#"
@@ -469,7 +471,7 @@ colect = []
     );
     fs::write(folder.path().join("scene.toml"), SOUND.replace("radius = 50.0", "radius = -50.0")).unwrap();
     told(&one(&tilt), &["--set", "frame.cels=3"], &["gap.radius", "--> scene.toml:26", "--set frame.cels=3"]);
-    // A value makes another key of the scene invalid.
+    // A value of an axis makes another key of the scene invalid.
     let pulled = SOUND.replace("approach = 0.02", "approach = 0.02\ntangential_force = [1.0, 0.0]");
     fs::write(folder.path().join("scene.toml"), pulled).unwrap();
     let laws = axis("[\"friction\"]", "[{ law = \"coulomb\", mu = 0.3 }, { law = \"none\" }]");

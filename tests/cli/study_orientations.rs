@@ -1,4 +1,4 @@
-//! Studies of fibre orientations: an independent program, and symmetry.
+//! Studies of fibre orientations, compared with an independent program and by symmetry.
 
 use std::fs;
 use std::path::Path;
@@ -8,8 +8,9 @@ use serde_json::Value;
 use super::study::{csv, folder, json, orthowear};
 use crate::tools::usual_or_finest;
 
-/// Truth: an independent program's forces on body 1 for two half-spaces on up to 256 x 256 cells. On 32 x 32 cells the forces agree
-/// to 3e-3 of the load. With fibres along the normal all directions are equal.
+/// Truth: the forces on body 1 from an independent program, for two half-spaces on up to 256 x 256 cells. The forces on 32 x 32
+/// cells agree to 3e-3 of the normal force. With fibres along the normal (tilt 90), the tangential force is the same for all
+/// directions of the shift.
 #[test]
 fn contact_of_orientations() {
     let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/contact-orientation.toml");
@@ -48,9 +49,9 @@ fn contact_of_orientations() {
     }
 }
 
-/// Truth: an independent program's wear volumes on up to 256 x 256 cells, after 100 000 cycles along the fibre in small jumps. 32 x
-/// 32 cells and 4 jumps agree to 1 %. With fibres along the normal all sliding directions wear alike, up to the effect of the grid
-/// at 45 degrees.
+/// Truth: the wear volumes after 100 000 cycles along the fibre, from an independent program on up to 256 x 256 cells with small
+/// wear jumps. The wear volumes on 32 x 32 cells with 4 jumps agree to 1 %. With fibres along the normal, all sliding directions
+/// give the same wear volume. At 45 degrees the grid causes a difference below 2e-3.
 #[test]
 fn wear_of_orientations() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -79,8 +80,8 @@ fn wear_of_orientations() {
     assert!((worn("90", "45") / worn("90", "0") - 1.0).abs() < 2e-3);
 }
 
-/// Truth: symmetry. The plane of the fibres is a mirror plane. With fibres along the normal, a transversely isotropic material on a
-/// square frame is invariant under a quarter turn. Wear volumes agree to 1e-6.
+/// Truth: symmetry. The plane of fibre and normal is a mirror plane. With fibres along the normal, a transversely isotropic
+/// material on a square frame is invariant under a quarter turn. The wear volumes agree to 1e-6.
 #[test]
 fn symmetric_orientations_wear_alike() {
     let study = r#"

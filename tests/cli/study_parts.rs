@@ -1,4 +1,4 @@
-//! Studies that are interrupted or run in parts give the table and files of uninterrupted studies.
+//! Studies that are interrupted or run in parts give the table and files of an uninterrupted study.
 
 use std::fs;
 use std::path::Path;
@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::study::{TWO_AXES, folder, json, orthowear};
 
-/// Truth: the uninterrupted study bit by bit, after SIGKILL. Finished runs stay unchanged, and the begun run resumes from its
-/// checkpoint.
+/// Truth: an uninterrupted study gives the same table and curves bit by bit. SIGKILL ends the study during a run. Finished runs
+/// stay unchanged, and the interrupted run resumes from its checkpoint.
 #[test]
 #[cfg(unix)]
 fn killed_studies_go_on() {
@@ -64,7 +64,7 @@ fn killed_studies_go_on() {
     );
 }
 
-/// Files of a folder, except `summary.json`, which contains times.
+/// Files of a folder except `summary.json`, because it contains times.
 pub(super) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
@@ -75,7 +75,7 @@ pub(super) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Truth: the files of a single run bit by bit, except for times.
+/// Truth: a single run with the values of a run of the study gives the same files bit by bit, except for times.
 #[test]
 fn runs_of_a_study_are_single_runs() {
     let study = r#"
@@ -132,7 +132,8 @@ collect = ["fretting.worn_volume"]
     }
 }
 
-/// Truth: the table of the study in one process, from runs in any order. Results of another scene count as not run.
+/// Truth: the table of a study in one process. The runs may be computed in parts and in any order. Runs whose results come from
+/// another scene count as not run.
 #[test]
 fn parts_of_a_study_make_its_table() {
     let folder = folder(TWO_AXES);
@@ -172,7 +173,7 @@ fn parts_of_a_study_make_its_table() {
     assert!(code == Some(2) && errors.contains("numbers from 1"), "{errors}");
 }
 
-/// Truth: the table of the study in one process. The script runs under bash, with a substitute for Slurm's sbatch.
+/// Truth: the table of a study in one process. The test runs the script under bash, with a substitute for Slurm's sbatch.
 #[test]
 #[cfg(unix)]
 fn the_script_for_slurm_runs_the_study() {
@@ -230,7 +231,7 @@ fn jobs_have_the_memory_of_the_largest_run() {
     assert_eq!(memory("[[16, 16], [2000, 2000]]", &["--jobs", "2"]), large);
     assert_eq!(memory("[[2000, 2000], [16, 16]]", &["--jobs", "2"]), large);
     assert_eq!(memory("[[16, 16]]", &["--max-memory", "64GiB"]), 64 << 10);
-    // Friction takes most of the memory.
+    // Friction needs most of the memory. The estimate must not depend on the position of the run with friction.
     let hertz = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/hertz.toml");
     let axis = cells("[[1000, 1000]]") + "[[axes]]\nkeys = [\"friction\"]\n";
     let [none, coulomb] = ["{ \"law\" = \"none\" }", "{ \"law\" = \"coulomb\", \"mu\" = 0.3 }"];
@@ -240,7 +241,7 @@ fn jobs_have_the_memory_of_the_largest_run() {
     assert_eq!(first, second);
 }
 
-/// Truth: `--collect` has the exit code of the study, whose runs were refused for lack of memory.
+/// Truth: `--collect` has the exit code of the study. The runs of this study were refused for lack of memory, with exit code 4.
 #[test]
 fn collected_runs_have_the_exit_code_they_ended_with() {
     let folder = folder(TWO_AXES);
@@ -251,8 +252,8 @@ fn collected_runs_have_the_exit_code_they_ended_with() {
     assert_eq!(code, Some(4), "{errors}");
 }
 
-/// Truth: for 2, 2 and 7 values of three axes the result has 2 (2 + 2 + 7) = 22 panels: one for each axis on the x axis, choice of
-/// the axis of the curves, and value of the remaining axis.
+/// Truth: a panel has one axis as x axis, a second axis as family of curves, and one value of the third axis. Three axes with 2,
+/// 2 and 7 values therefore give 2 (2 + 2 + 7) = 22 panels.
 #[test]
 fn pictures_say_how_many_panels_are_missing() {
     let axis = |key: &str, values: &str| format!("[[axes]]\nkeys = [\"{key}\"]\nvalues = {values}\n");

@@ -1,4 +1,5 @@
-//! Changes of temperature in scenes: refusals, warnings, half-spaces by bulk stress, and that a warm body closes its gap.
+//! Changes of temperature in scenes: refused keys, warnings, half-spaces with the equivalent bulk stress, and a warm body that
+//! closes its gap.
 
 use crate::bad_input::{SOUND, check};
 use crate::materials::{folder, orthowear};
@@ -17,7 +18,8 @@ fn flat(text: &str) -> String {
     text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
 }
 
-/// Truth: docs/scene.md: the material needs all its coefficients; what cannot expand is refused at its key.
+/// Truth: docs/scene.md: a change of temperature needs all coefficients of thermal expansion of the material. Truncated
+/// half-spaces, rolling and periodic frames do not allow it. The message gives the key.
 #[test]
 fn what_is_refused() {
     let (code, text) = check(&heated(), &[]);
@@ -52,7 +54,8 @@ fn what_is_refused() {
     }
 }
 
-/// Truth: coefficients in 1e-6/K give thermal strains of thousands, which no solid has.
+/// Truth: a coefficient of 30 1/K and a change of 80 K give a thermal strain of 2400, which no solid reaches. The coefficient was
+/// probably given in 1e-6/K.
 #[test]
 fn coefficients_without_their_power_of_ten() {
     let folder = tempfile::tempdir().unwrap();
@@ -62,8 +65,9 @@ fn coefficients_without_their_power_of_ten() {
     assert!(code == Some(0) && words.contains("the thermal strain of body1 is 2400"), "{words}");
 }
 
-/// Truth: a block of 1 mm that is fixed at its base and 100 K warmer rises towards the sphere above it; the near field of a
-/// half-space is not available. A named change that no step raises has no effect.
+/// Truth: a block of height 1 mm that is fixed at its base and 100 K warmer rises towards the sphere above it. The normal force
+/// at a given approach therefore increases. With the amplitude 0, the change has no effect. The near field of a half-space is
+/// refused.
 #[test]
 fn warm_blocks_rise() {
     let force = |keys: &str, more: &[&str]| {
@@ -94,8 +98,9 @@ fn warm_blocks_rise() {
     assert!(code == Some(2) && words.contains("the temperature of the body changes"), "{words}");
 }
 
-/// Truth: the bulk stress σ_x = σ_y = E α ΔT / (1 - ν) strains the surface of steel as a change of temperature does. Half of each, and
-/// the temperature of body 1 against that of body 2, follow by superposition.
+/// Truth: the bulk stress σ_x = σ_y = E α ΔT / (1 - ν) and the change of temperature ΔT strain a steel half-space equally. They
+/// give the same dissipation. By superposition, two further cases give this dissipation: half of each load, or half the change of
+/// temperature in body 1 and its negative in body 2.
 #[test]
 fn half_spaces_as_by_bulk_stress() {
     let stress = 210e3 * 12e-6 * 40.0 / 0.7;

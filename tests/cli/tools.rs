@@ -1,17 +1,18 @@
-//! The program itself, gmsh, and Python with meshio and VTK ($ORTHOWEAR_PYTHON or the project's .venv). If a tool is absent the
-//! test says so and passes, unless ORTHOWEAR_REQUIRE_TOOLS=1.
+//! Programs that tests start: orthowear itself, gmsh, a browser, and Python with meshio and VTK ($ORTHOWEAR_PYTHON or the
+//! project's .venv). If a program is missing, the test reports this and passes. With ORTHOWEAR_REQUIRE_TOOLS=1 the test fails
+//! instead.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
 
-/// `finest` with `scripts/test --thorough`, `usual` otherwise.
+/// Returns `finest` in thorough tests (`scripts/test --thorough`), `usual` otherwise.
 pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
     if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
 }
 
-/// The program without a cache: tests must not depend on the user's cache.
+/// Command for the program without a cache, because tests must not depend on the user's cache.
 pub fn orthowear() -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_orthowear"));
     program.env("ORTHOWEAR_CACHE_LIMIT", "0");
@@ -71,7 +72,7 @@ pub fn browser(script: &str, argument: &Path) -> bool {
     true
 }
 
-/// `false` if gmsh is absent.
+/// Runs gmsh in `directory`, and panics with its output if it fails. Returns `false` if gmsh is missing.
 pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     if Command::new("gmsh").arg("--version").output().is_err() {
         let required = std::env::var("ORTHOWEAR_REQUIRE_TOOLS").is_ok_and(|value| value == "1");
@@ -94,8 +95,8 @@ pub fn foretold(said: &str) -> f64 {
     words[0].parse::<f64>().unwrap() * f64::from(1 << 20)
 }
 
-/// Bytes in the message of a run that is refused for lack of memory: needed, allowed, and rest of the scene. The allowed bytes are
-/// the limit without the rest. The rest is exact to 0.05 MiB, and 0 if the message omits it.
+/// Bytes in the message of a run that is refused for lack of memory: needed, allowed, and rest of the scene. The allowed bytes
+/// are the memory limit minus the rest. The rest is exact to 0.05 MiB, and 0 if the message omits it.
 pub fn refusal(said: &str) -> [f64; 3] {
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     let exactly = |text: &str| {
@@ -121,7 +122,7 @@ pub fn refusal(said: &str) -> [f64; 3] {
     [exactly(after(" needs ")), exactly(allowed), rest]
 }
 
-/// The summary without the fields that may differ from run to run.
+/// Returns the summary without the fields that differ between equal runs.
 pub fn timeless(mut summary: Value) -> Value {
     let fields = summary.as_object_mut().unwrap();
     fields.remove("timings").unwrap();

@@ -1,4 +1,4 @@
-//! Half-spaces with meshed surfaces in scenes.
+//! Half-spaces with truncated, meshed surfaces in scenes.
 
 use std::fs;
 use std::path::Path;
@@ -36,8 +36,9 @@ fn call(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), text)
 }
 
-/// Truth: the approach under a load differs from the approach of the exact half-space by at most 3 %. Under uniform tractions the
-/// difference is 1.5 % for a surface of 4 and more times the frame (docs/theory-boundary-elements.md).
+/// Truth: the approach under the same force differs from the approach of the exact half-space by at most 3 %. Under uniform
+/// tractions, the difference is 1.6 % or less, if the surface is at least 3 times as wide as the frame
+/// (docs/theory-boundary-elements.md).
 #[test]
 fn beside_the_exact_half_space() {
     let folder = tempfile::tempdir().unwrap();
@@ -58,7 +59,8 @@ fn beside_the_exact_half_space() {
     assert!((of("compliance") / of("exact_compliance") - 1.0).abs() < 0.03);
 }
 
-/// Truth: docs/scene.md: the frame must be a grid without periodicity, and the surface larger than the frame.
+/// Truth: docs/scene.md: the frame must be a grid without periodic directions, and the truncated surface must be larger than the
+/// frame.
 #[test]
 fn what_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -13,8 +13,8 @@ fn notes(options: &[&str]) -> String {
     text.lines().filter(|line| line.contains("possible unit error:")).collect::<Vec<_>>().join("\n")
 }
 
-/// Truth: the scene has ordinary materials and sizes: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh 1 mm high. Each
-/// case makes one number implausible, for example by another unit.
+/// Truth: the scene has ordinary materials and sizes: radius 20 mm, half-width 0.75 mm, approach 0.005 mm, height of the mesh 1
+/// mm. Each case makes one number implausible, for example by another unit.
 #[test]
 fn each_mixed_up_number_is_named() {
     assert_eq!(notes(&[]), "");
@@ -54,7 +54,8 @@ fn each_mixed_up_number_is_named() {
     set(forced, &["force 1.0000e9 N gives a contact"]);
 }
 
-/// Truth: the slices of this pin and its hole are 1 mm thick along y and 40 mm high along the normal.
+/// Truth: geometry. The slices of pin and hole are 1 mm thick along y, but 40 mm high along the normal. An approach of 0.31 mm is
+/// therefore plausible.
 #[test]
 fn thin_slices_may_approach_along_their_plane() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pin-in-hole.toml");
@@ -64,7 +65,7 @@ fn thin_slices_may_approach_along_their_plane() {
     assert!(!text.contains("possible unit error"), "{text}");
 }
 
-/// Truth: no body uses a second material.
+/// Truth: the scene defines a second material, which no body uses.
 #[test]
 fn a_material_that_nothing_is_made_of_is_noted() {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
@@ -77,10 +78,10 @@ fn a_material_that_nothing_is_made_of_is_noted() {
     );
 }
 
-/// Truth: the scenes of the repository are consistent.
+/// Truth: the scenes of the repository are consistent, so no unit error is reported.
 #[test]
 fn ready_scenes_are_not_warned_about() {
-    // A user's own scenes may lie beside them.
+    // Only scenes that git tracks are tested, because the folder may also contain scenes of the user.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let listed = Command::new("git").current_dir(root).args(["ls-files", "scenes/*.toml"]).output().unwrap();
     let names = String::from_utf8(listed.stdout).unwrap();
@@ -102,8 +103,8 @@ fn ready_scenes_are_not_warned_about() {
     }
 }
 
-/// Truth: Hertz: the contact area is π R δ for the radius R and the approach δ, here 3.14e-13 m². It agrees to 3 %, because of the
-/// cells at its edge.
+/// Truth: Hertz. The contact area is π R δ = 3.14e-13 m² for the radius R and the approach δ. The computed area agrees to 3 %,
+/// because the contact edge cuts cells.
 #[test]
 fn results_in_metres_are_shown() {
     let scene = r#"
@@ -136,7 +137,7 @@ approach = 1e-10
     assert_eq!(code, Some(0), "{errors}");
     let lines: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("step")).collect();
     assert!(lines[1].split_whitespace().any(|unit| unit == "Pa"), "{text}");
-    // Pairs in brackets contain a blank.
+    // Pairs in brackets contain a blank, which would split them in two columns.
     let row = lines[2].replace("(0, 0)", "0");
     let area: f64 = row.split_whitespace().nth(5).and_then(|cell| cell.parse().ok()).unwrap();
     assert!((area / (std::f64::consts::PI * 1e-13) - 1.0).abs() < 0.03, "{text}");

@@ -1,6 +1,8 @@
-"""Compares the cells of VTU files with the types and volumes in text files beside them, by VTK and by meshio.
+"""Compares the cells of VTU files with text files, by VTK and by meshio.
 
-    cells.py DIR      NAME.vtu and NAME.txt, the latter with a line "VTK's type, volume" for each cell
+    cells.py DIR
+
+For each file NAME.vtu in DIR, NAME.txt has a line "VTK's type, volume" for each cell.
 """
 
 import sys
@@ -24,13 +26,15 @@ def line_rule(n):
 
 
 def rule(code):
-    """Gauss points of VTK's reference cells: the unit cube (pyramids are mapped from it), or a part of it."""
+    """Gauss points in VTK's reference cells. The reference cell is the unit cube or a part of it. VTK maps the unit
+    cube to pyramids.
+    """
     x, w = line_rule(5)
     points = []
     for (a, u), (b, v), (c, s) in ((p, q, r) for p in zip(x, w) for q in zip(x, w) for r in zip(x, w)):
-        if code in (10, 24):  # collapsed to a tetrahedron
+        if code in (10, 24):  # The cube is collapsed to a tetrahedron.
             points.append(((a, b * (1 - a), c * (1 - a) * (1 - b)), u * v * s * (1 - a) ** 2 * (1 - b)))
-        elif code in (13, 26, 32):  # collapsed to a wedge
+        elif code in (13, 26, 32):  # The cube is collapsed to a wedge.
             points.append(((a, b * (1 - a), c), u * v * s * (1 - a)))
         else:
             points.append(((a, b, c), u * v * s))
@@ -38,7 +42,9 @@ def rule(code):
 
 
 def volume(cell, weights):
-    """Integral of the Jacobian of VTK's own map. Central differences are exact for quadratic maps."""
+    """Volume of a cell: integral of the Jacobian of VTK's own map. Central differences give the exact Jacobian of
+    quadratic maps.
+    """
     def at(xi):
         x = [0.0] * 3
         cell.EvaluateLocation(mutable(0), list(xi), x, weights)
@@ -70,16 +76,16 @@ def check(path):
         error = abs(volume(cell, [0.0] * 32) / own - 1)
         worst = max(worst, error)
         assert error < 1e-9, (path, i, error)
-        # VTK's filter cuts curved cells into a few straight tetrahedra.
+        # VTK's filter is less accurate for curved cells, because it cuts them into a few straight tetrahedra.
         assert abs(sizes[i] / own - 1) < 0.2, (path, i, sizes[i] / own - 1)
     print(f"{path.name}: volumes differ by {worst:.1e}, by VTK's filter by {np.abs(sizes / wanted[:, 1] - 1).max():.1e}")
     if MESHIO[int(wanted[0, 0])] not in topological_dimension:
-        return  # meshio 5.3 names wedges of 15 and pyramids of 13 nodes, but cannot read them
+        return  # meshio 5.3 knows the names of wedges with 15 nodes and pyramids with 13 nodes, but cannot read them.
     mesh = meshio.read(path)
     assert [block.type for block in mesh.cells] == [MESHIO[int(wanted[0, 0])]], path
     assert np.array_equal(mesh.points, vtk_to_numpy(grid.GetPoints().GetData())), path
     nodes = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(len(wanted), -1)
-    # meshio reverses the triangles of wedges.
+    # meshio reverses the node order of the triangles of wedges.
     turned = [0, 2, 1, 3, 5, 4] if mesh.cells[0].type == "wedge" else range(nodes.shape[1])
     assert np.array_equal(mesh.cells[0].data, nodes[:, turned]), path
     assert np.array_equal(mesh.point_data["displacement"], mesh.points), path

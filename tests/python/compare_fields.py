@@ -1,10 +1,10 @@
-"""Opens .vtu files with meshio and with VTK and compares every array with the values given.
+"""Opens .vtu files with meshio and with VTK, and compares every array with the expected values.
 
     compare_fields.py EXPECTED.json
 
-EXPECTED.json: { "files": { file: { "points", "cells", "types", "point_data", "cell_data" } }, "collections": { file: [..] } },
-paths relative to EXPECTED.json. A field is { "components": [names], "values": [tuples or scalars] }. Numbers must be equal to
-the last bit.
+EXPECTED.json contains { "files": { file: { "points", "cells", "types", "point_data", "cell_data" } },
+"collections": { file: [..] } }. Paths are relative to EXPECTED.json. A field is { "components": [names], "values":
+[tuples or scalars] }. Numbers must be equal to the last bit.
 """
 
 import json
@@ -25,7 +25,9 @@ def equal(what, found, wanted):
 
 
 def midpoints(what, cell, points):
-    """Tests VTK's own edges of a quadratic cell: the third point lies midway between the first two."""
+    """Tests the edges of a quadratic cell, as VTK defines them: the third point lies midway between the first two
+    points.
+    """
     for i in range(cell.GetNumberOfEdges()):
         edge = cell.GetEdge(i).GetPointIds()
         ids = [edge.GetId(k) for k in range(edge.GetNumberOfIds())]

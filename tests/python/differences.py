@@ -1,6 +1,8 @@
-"""Compares the differences of a comparison with the fields of its variants.
+"""Compares the difference fields of `orthowear compare` with the fields of the variants.
 
-    differences.py DIR      output directory of `orthowear compare` with the variants HS-rigid and FE-rigid, one entry per step
+    differences.py DIR
+
+DIR is the output directory of `orthowear compare` with the variants HS-rigid and FE-rigid. Each step has one entry.
 """
 
 import sys

@@ -1,6 +1,9 @@
-"""Compares the forces in summary.json with the traction fields: sum over the cells of traction x area.
+"""Compares the forces in summary.json with the traction fields. The force is the sum over the cells of traction x
+area.
 
-    resultants.py DIR      the output directory of a run on a frame along x, y, with one frame file per entry
+    resultants.py DIR
+
+DIR is the output directory of a run on a frame along x, y, with one frame file per entry.
 """
 
 import json
@@ -18,7 +21,8 @@ def main(out):
         field = {name: np.concatenate(blocks) for name, blocks in mesh.cell_data.items()}
         on_body2 = (field["traction"] * field["area"][:, None]).sum(axis=0)
         scale = abs(step["normal_force"])
-        # Tractions act on body 2. The tangential force is reported on body 1, the normal force as compression.
+        # Tractions act on body 2. summary.json contains the tangential force on body 1, and the normal force as
+        # positive compression.
         assert abs(on_body2[2] - step["normal_force"]) < 1e-12 * scale, (number, on_body2, step["normal_force"])
         assert np.abs(on_body2[:2] + step["tangential_force"]).max() < 1e-12 * scale, (number, on_body2)
         area = field["area"][field["pressure"] > 0].sum()
@@ -26,7 +30,7 @@ def main(out):
         assert field["pressure"].max() == step["peak_pressure"], number
         assert np.array_equal(field["status"] > 0, field["pressure"] > 0), number
         assert field["wear_depth"].max() == step["max_wear_depth"], number
-        # The elastic displacements separate the two surfaces: pressure pushes them apart.
+        # Pressure pushes the two surfaces apart: body 1 is displaced downwards, and body 2 upwards.
         u1, u2 = (meshio.read(out / f"{body}_{number:04d}.vtu") for body in ("body1", "body2"))
         u1, u2 = (np.concatenate(body.cell_data["displacement"]) for body in (u1, u2))
         assert (u1[field["pressure"] > 0, 2] < 0).all() and (u2[field["pressure"] > 0, 2] > 0).all(), number

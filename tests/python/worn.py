@@ -1,6 +1,9 @@
-"""Compares the wear volumes in summary.json with the wear depths of the bodies: sum over the cells of depth x area.
+"""Compares the wear volumes in summary.json with the wear depths of the bodies. The volume is the sum over the cells
+of depth x area.
 
-    worn.py DIR      the output directory of a run, with one frame file per entry
+    worn.py DIR
+
+DIR is the output directory of a run with one frame file per entry.
 """
 
 import json

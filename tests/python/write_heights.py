@@ -1,4 +1,6 @@
-"""Writes a paraboloid with radii of curvature 10 and 5 on 24 x 24 points 0.05 apart, as text and as NumPy arrays."""
+"""Writes the heights of a paraboloid as text and as NumPy arrays. The radii of curvature are 10 and 5 mm, on 24 x 24
+points with a spacing of 0.05 mm.
+"""
 
 import pathlib
 import sys

@@ -1,4 +1,5 @@
-//! Cache files: with flipped bytes, truncated, extended, and with invalid numbers under a new checksum.
+//! Damaged cache files: with changed bytes, truncated, extended, and with invalid numbers and a matching checksum.
+//! Names after "Truth" are cases of docs/verification.md.
 
 use std::fs;
 use std::path::PathBuf;
@@ -10,7 +11,7 @@ use sha2::{Digest, Sha256};
 
 use crate::harness::{Reader, put};
 
-/// Rows of the flexibility.
+/// Number of rows of the flexibility.
 const N: usize = 5;
 const CHECKSUM: usize = 32;
 
@@ -48,7 +49,8 @@ impl Place {
         Self { cache, key, entry, list, paths, _folder: folder }
     }
 
-    /// Outcomes of reading both files replaced by `bytes`. Unless `sealed`, a hit must have the original values.
+    /// Replaces both files by `bytes`, and returns the outcomes of reading them. Unless `sealed` (the checksum
+    /// matches), values that are read must be the original values.
     fn examine(&self, bytes: &[u8], sealed: bool) -> String {
         self.paths.iter().for_each(|path| put(path, bytes));
         let _found =
@@ -78,8 +80,8 @@ impl Place {
     }
 }
 
-/// Truth (docs/command-line.md: a damaged cache file is computed again): each flipped byte, each truncation and each extension is
-/// detected.
+/// Truth (docs/command-line.md: a damaged cache file is computed again): each changed byte, each truncation and each
+/// extension is detected.
 #[test]
 fn every_damage_of_cached_files_is_found() {
     let place = Place::new();
@@ -101,8 +103,8 @@ fn every_damage_of_cached_files_is_found() {
     }
 }
 
-/// Truth (rel-no-panics): arbitrary files, also with the right checksum, are refused or read. There is no allocation of the sizes
-/// that their headers announce.
+/// Truth (rel-no-panics): arbitrary files are refused or read, also with a matching checksum. The sizes in their
+/// headers cause no large allocations.
 #[test]
 fn cached_files() {
     let place = Place::new();

@@ -1,4 +1,5 @@
-//! Checkpoints of a small run: with flipped bytes, truncated, extended, foreign, and changed with a new checksum.
+//! Damaged checkpoints of a small run: with changed bytes, truncated, extended, replaced by other files, and changed
+//! with a matching checksum. Names after "Truth" are cases of docs/verification.md.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +15,8 @@ use crate::harness::{Reader, put};
 
 const CHECKSUM: usize = 32;
 
-/// The run ends with a force beyond the friction limit and leaves the checkpoints of the steps before.
+/// Scene of the run. The last step has a force beyond the friction limit, so that the run ends and its checkpoints
+/// remain.
 pub const SCENE: &str = r#"
 [materials.steel]
 model = "isotropic"
@@ -59,7 +61,7 @@ pub fn orthowear() -> Command {
     program
 }
 
-/// The two checkpoints of the run, the older one first.
+/// The two checkpoints that the run leaves, the older checkpoint first.
 pub fn left() -> &'static [Vec<u8>; 2] {
     static LEFT: OnceLock<[Vec<u8>; 2]> = OnceLock::new();
     LEFT.get_or_init(|| {
@@ -85,8 +87,8 @@ fn read(folder: &Path, bytes: &[u8]) -> Result<Option<CheckpointData<RunCheckpoi
     found.map(|found| found.state().map_err(|error| error.to_string())).transpose()
 }
 
-/// Truth (rel-corrupt-checkpoint): each flipped byte, each truncation and each extension of a checkpoint is detected, and the
-/// previous checkpoint is used.
+/// Truth (rel-corrupt-checkpoint): each changed byte, each truncation and each extension of a checkpoint is detected,
+/// and the previous checkpoint is used.
 #[test]
 fn every_damage_of_a_checkpoint_is_found() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -112,8 +114,8 @@ fn every_damage_of_a_checkpoint_is_found() {
     assert!(found.number == number(newest) && found.warnings.is_empty());
 }
 
-/// Truth (rel-corrupt-checkpoint, rel-no-panics): a file of wrong bytes with the right checksum is refused or read. There is no
-/// allocation of the sizes that the file announces.
+/// Truth (rel-corrupt-checkpoint, rel-no-panics): a file of wrong bytes with a matching checksum is refused or read.
+/// The sizes in the file cause no large allocations.
 #[test]
 fn checkpoint_files() {
     let folder = tempfile::tempdir().expect("a folder");

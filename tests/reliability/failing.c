@@ -1,12 +1,13 @@
-/* Lets a chosen file operation of a program fail, or ends the program there: preloaded by tests/reliability/faults.rs.
+/* Library that tests/reliability/faults.rs preloads into the program. It makes a chosen file operation fail, or kills the program
+ * at this operation.
  *
- * FAULT_UNDER  operations on files below this folder count
- * FAULT_AT     number of the operation, from 1; 0 for none
- * FAULT_MODE   once: it fails; ever: so do all after it; kill: the program ends, as by a power cut; half: of what it writes half
- *              gets there, and then it fails
- * FAULT_COUNT  file that gets the number of operations at the end
+ * FAULT_UNDER  Folder. Only operations on files below this folder are counted.
+ * FAULT_AT     Number of the chosen operation, from 1. If it is 0, no operation fails.
+ * FAULT_MODE   once: the operation fails. ever: the operation and all later operations fail. kill: the program is killed before the
+ *              operation. half: a write operation writes half of its bytes, and then fails.
+ * FAULT_COUNT  File to which the number of operations is written when the program ends.
  *
- * Flushing to the disk is left out: the tests end processes, not machines.
+ * fsync is counted, but does not flush. The tests only kill processes, and files of a killed process need no flush.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -60,7 +61,7 @@ static int concerns_open(int fd)
     return concerns(path);
 }
 
-/* Counts an operation; whether it is to fail. */
+/* Counts an operation. Returns whether the operation must fail. */
 static int fails(void)
 {
     long number = atomic_fetch_add(&operations, 1) + 1;

@@ -1,6 +1,7 @@
-//! Failing file operations, each in turn, and termination of the program at each of them.
+//! Runs in which a file operation fails or the program is killed, for one operation after the other.
 //!
-//! A preloaded library (`failing.c`) makes the n-th operation on files of the output directory fail.
+//! A preloaded library (`failing.c`) makes the n-th operation on files of the output directory fail. Names after
+//! "Truth" are cases of docs/verification.md.
 #![cfg(target_os = "linux")]
 
 use std::collections::BTreeMap;
@@ -37,7 +38,7 @@ struct Job {
     out: PathBuf,
 }
 
-/// Exit code, or `None` if the run was killed, and output.
+/// Exit code of a run (`None` if the run was killed), and its output.
 type Ended = (Option<i32>, String);
 
 impl Job {
@@ -54,7 +55,7 @@ impl Job {
         let mut command = orthowear();
         command.arg("run").arg(self.folder.path().join("scene.toml")).arg("--out").arg(&self.out).args(more);
         command.args(["--threads", "1"]);
-        // The library also skips flushing to the disk.
+        // The library also omits the flush of files to the disk, which saves time.
         command.env("LD_PRELOAD", library()).env("FAULT_UNDER", &self.out);
         command
     }
@@ -69,7 +70,7 @@ impl Job {
         ended(command)
     }
 
-    /// Results by name, without times and memory.
+    /// Contents of the result files by name, without times and memory.
     fn results(&self) -> BTreeMap<String, Vec<u8>> {
         let files = fs::read_dir(&self.out).into_iter().flatten().map(|entry| entry.expect("an entry"));
         let files = files.filter(|entry| entry.file_type().is_ok_and(|is| is.is_file()));
@@ -113,7 +114,7 @@ fn timeless(name: &str, bytes: Vec<u8>) -> Vec<u8> {
     }
 }
 
-/// Results of the undisturbed run and the number of its file operations.
+/// Results of the undisturbed run, and the number of its file operations.
 fn whole() -> &'static (BTreeMap<String, Vec<u8>>, u64) {
     static WHOLE: OnceLock<(BTreeMap<String, Vec<u8>>, u64)> = OnceLock::new();
     WHOLE.get_or_init(|| {
@@ -129,8 +130,8 @@ fn whole() -> &'static (BTreeMap<String, Vec<u8>>, u64) {
     })
 }
 
-/// Runs the program with the fault `mode` at every operation, or with the smallest stride that gives at most `most` runs, and
-/// resumes each run.
+/// Runs the program with the fault `mode` at one file operation per run, and resumes each run. The operations have the
+/// smallest stride that gives at most `most` runs. With `ORTHOWEAR_FUZZ_SECONDS`, all operations are tested.
 fn at_each(mode: &str, most: u64, check: impl Fn(&Job, u64, Ended)) {
     let n = whole().1;
     let all = std::env::var_os("ORTHOWEAR_FUZZ_SECONDS").is_some();
@@ -154,14 +155,14 @@ fn resumed(job: &Job, what: &str) {
         .map(|(name, _)| name)
         .collect();
     assert!(differing.is_empty(), "{what}: {differing:?} differ");
-    // A run that has converged is not resumed, and hidden temporary files that it could not remove stay.
+    // A converged run is not resumed. Hidden temporary files that it could not remove therefore remain.
     let hidden = fs::read_dir(&job.out).expect("a folder").map(|entry| entry.expect("an entry").file_name());
     let left: Vec<_> = hidden.filter(|name| name.to_string_lossy().starts_with('.')).collect();
     assert!(left.is_empty() || text.contains("already converged"), "{what}: {left:?} are left");
 }
 
-/// Asserts that a failed operation is reported with exit code 4, or has no effect on the results. No incomplete file may have a
-/// final name.
+/// Asserts that a failed operation is reported with exit code 4, or does not change the results. No incomplete file may
+/// have a final name.
 fn told(job: &Job, at: u64, (code, text): Ended) {
     let place = job.out.display().to_string();
     match code {
@@ -170,7 +171,7 @@ fn told(job: &Job, at: u64, (code, text): Ended) {
         _ => panic!("operation {at}: {code:?} {text}"),
     }
     for (name, content) in job.results() {
-        // Collections and tables of an unfinished run are shorter. Fields of an entry are final.
+        // Collections and tables of an unfinished run may be shorter. The fields of an entry must be complete.
         let text = String::from_utf8_lossy(&content);
         let is_whole = match name.rsplit('.').next() {
             Some("pvd") => text.trim_end().ends_with("</VTKFile>"),
@@ -184,8 +185,8 @@ fn told(job: &Job, at: u64, (code, text): Ended) {
     assert!(found.is_none_or(|found| found.warnings.is_empty()), "operation {at}: a damaged checkpoint");
 }
 
-/// Truth (rel-disk-full): a failing file operation is reported with path, reason and exit code 4, or has no effect. `--resume` ends
-/// with the results of the undisturbed run.
+/// Truth (rel-disk-full): a failing file operation is reported with path, reason and exit code 4, or has no effect.
+/// After `--resume`, the run has the results of the undisturbed run.
 #[test]
 fn each_operation_fails() {
     for mode in ["once", "ever", "half"] {
@@ -193,14 +194,15 @@ fn each_operation_fails() {
     }
 }
 
-/// Truth (rel-kill-any-time): after a kill between any two file operations, `--resume` ends with the results of the undisturbed
-/// run.
+/// Truth (rel-kill-any-time): the program is killed between any two file operations. After `--resume`, the run has the
+/// results of the undisturbed run.
 #[test]
 fn killed_at_each_operation() {
     at_each("kill", 60, |_, at, (code, text)| assert!(code.is_none(), "operation {at}: {code:?} {text}"));
 }
 
-/// Truth (rel-disk-full): exit code 4 and a message with the path.
+/// Truth (rel-disk-full): if the output directory is removed, the run ends with exit code 4 and a message with the
+/// path.
 #[test]
 fn a_directory_that_vanishes() {
     let job = Job::new();
@@ -212,7 +214,7 @@ fn a_directory_that_vanishes() {
     while !checkpoint::are_in(&job.out) {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
-    // The run may create a file between the removals.
+    // The removal is repeated, because the run may create a file meanwhile.
     while fs::remove_dir_all(&job.out).is_err() {}
     let output = child.wait_with_output().expect("an end");
     let text = String::from_utf8_lossy(&output.stderr);

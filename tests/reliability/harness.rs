@@ -1,4 +1,4 @@
-//! Feeds a reader with inputs and reports the inputs that fail.
+//! Tests a reader with many inputs, and reports the inputs that fail.
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashSet};
@@ -10,29 +10,30 @@ use std::time::{Duration, Instant};
 use crate::meter::measured;
 use crate::mutate::{Random, mutate};
 
-/// Stack size, bytes, equal to the stacks of the program's own threads.
+/// Stack size, bytes. The threads of the program have the same stack size.
 const STACK: usize = 8 << 20;
 /// Maximum number of inputs that are kept for further mutation.
 const POOL: usize = 600;
-/// Limit of processor time for an input, s (catalogue: rel-no-panics).
+/// Limit of processor time for an input, s (docs/verification.md: rel-no-panics).
 const SECONDS: f64 = 10.0;
 /// Memory limit for an input of n bytes: BYTES + TIMES * n bytes.
 const BYTES: u64 = 64 << 20;
 const TIMES: u64 = 400;
 
 pub struct Reader<'a> {
-    /// Name of the reader. Inputs that failed once are in `corpus/NAME`.
+    /// Name of the reader. The folder `corpus/NAME` contains inputs that failed once.
     pub name: &'a str,
     pub seeds: Vec<Vec<u8>>,
     pub words: Vec<String>,
-    /// Prefix of the outcome of an accepted input.
+    /// Prefix of the outcome by which accepted inputs are recognised.
     pub read: &'a str,
     /// Number of mutated inputs, unless `ORTHOWEAR_FUZZ_SECONDS` sets a time.
     pub cases: u64,
 }
 
 impl Reader<'_> {
-    /// Feeds all inputs to `examine`, which returns a short description of the outcome and panics if the outcome is wrong.
+    /// Calls `examine` for all inputs. `examine` returns a short description of the outcome, and panics if the outcome
+    /// is wrong.
     pub fn check(self, examine: impl FnMut(&[u8]) -> String + Send) {
         std::thread::scope(|scope| {
             let work = std::thread::Builder::new().stack_size(STACK).name(self.name.to_owned());
@@ -75,7 +76,7 @@ impl Reader<'_> {
         while goes_on(number) {
             let mut random = Random::new(begin + number);
             let input = mutate(&pool, &self.words, &mut random);
-            // An input with a new outcome is mutated further.
+            // An input with a new outcome is added to the pool of inputs that are mutated.
             if let Some(outcome) = one(&input, begin + number)
                 && known.insert(plain(&outcome))
                 && pool.len() < POOL
@@ -88,7 +89,7 @@ impl Reader<'_> {
         assert!(failed.is_empty(), "{}: {failed:#?}", self.name);
     }
 
-    /// Writes the input to a file, where it can be found if the process dies.
+    /// Writes the input to a file, so that it is known if the process dies.
     fn note(&self, input: &[u8]) {
         put(&place(&format!("{}-last", self.name)), input);
     }
@@ -101,7 +102,8 @@ impl Reader<'_> {
     }
 }
 
-/// Removes a file and writes it again: some file systems flush an overwritten file, which takes most of the time.
+/// Writes a file after removing it. Some file systems flush a file that is overwritten, which would take most of the
+/// time.
 pub fn put(path: &Path, bytes: &[u8]) {
     let _absent = fs::remove_file(path);
     fs::write(path, bytes).expect("a file");
@@ -130,7 +132,7 @@ fn said(panic: &(dyn Any + Send)) -> String {
     text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned()
 }
 
-/// A message without numbers and quoted texts, which belong to the input.
+/// Removes numbers and quoted texts from a message, because they belong to the input.
 fn plain(text: &str) -> String {
     let mut quoted = false;
     let mut short = String::new();
@@ -147,7 +149,8 @@ fn plain(text: &str) -> String {
     short
 }
 
-/// The first non-finite number outside of quotation marks: `NaN` or, with `infinite`, `inf`.
+/// First number that is not finite in a debug text, with its surroundings: `NaN` or, with `infinite`, `inf`. Quoted
+/// texts are ignored.
 pub fn not_finite(debug: &str, infinite: bool) -> Option<String> {
     let mut outside = String::with_capacity(debug.len());
     let (mut quoted, mut escaped) = (false, false);
@@ -172,7 +175,7 @@ pub fn not_finite(debug: &str, infinite: bool) -> Option<String> {
     Some(outside[start..].chars().take(100).collect())
 }
 
-/// Truth: quoted texts and longer names with these letters are no numbers.
+/// Truth: "NaN" and "inf" in quoted texts and in longer names are no numbers.
 #[test]
 fn numbers_that_are_none_are_found() {
     assert_eq!(not_finite(r#"A { t: "NaN \" inf", NaNo: 1, infinite: 2.0 }"#, true), None);

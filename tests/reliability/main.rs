@@ -1,8 +1,10 @@
-//! Readers and writers under damage: mutated inputs, truncated and flipped files, failing disks and missing memory.
+//! Reliability of readers and writers: mutated inputs, truncated and changed files, failing disks, and too little
+//! memory.
 //!
-//! The same random sequence mutates valid inputs in every run, so that failures are reproducible. `ORTHOWEAR_FUZZ_SECONDS` sets the
-//! time for each reader instead of a fixed number of inputs. `ORTHOWEAR_FUZZ_SEED` selects another sequence. Failing inputs are
-//! written to `target/tmp` and belong in `corpus/READER/` once the fault is fixed.
+//! The same random sequence mutates valid inputs in every run, so that failures are reproducible.
+//! `ORTHOWEAR_FUZZ_SECONDS` sets the time for each reader instead of a fixed number of inputs. `ORTHOWEAR_FUZZ_SEED`
+//! selects another sequence. Failing inputs are written to `target/tmp`. After the fault is fixed, the failing input is
+//! added to `corpus/READER/`.
 mod caches;
 mod checkpoints;
 mod faults;

@@ -1,4 +1,5 @@
-//! Runs with little memory end with a message and never by a signal.
+//! Runs with too little memory end with a message, and never by a signal. Names after "Truth" are cases of
+//! docs/verification.md.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -16,18 +17,18 @@ fn run(n: usize, bytes: u64) -> (Option<i32>, String) {
     command.env("RUST_BACKTRACE", "0");
     let limit = move || {
         let limit = libc::rlimit { rlim_cur: bytes, rlim_max: bytes };
-        // SAFETY: setrlimit may be called between fork and exec.
+        // SAFETY: POSIX allows setrlimit between fork and exec.
         let done = unsafe { libc::setrlimit(libc::RLIMIT_AS, &raw const limit) };
         if done == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
     };
-    // SAFETY: the closure calls setrlimit alone.
+    // SAFETY: the closure only calls setrlimit.
     unsafe { command.pre_exec(limit) };
     let output = command.output().expect("a run");
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// Truth (rel-memory-limit): with less memory than it needs a run ends with exit code 4. With enough memory it ends as usual (here
-/// without convergence, after two iterations).
+/// Truth (rel-memory-limit): a run with too little memory ends with exit code 4. With enough memory, the run ends
+/// without convergence, because the scene allows only two iterations.
 #[test]
 fn runs_with_little_memory() {
     let mut refused = 0;

@@ -1,4 +1,5 @@
-//! Mutated mesh files of all formats.
+//! Mutated mesh files of gmsh's formats 2.2 and 4.1, as text and binary. Names after "Truth" are cases of
+//! docs/verification.md.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -12,7 +13,7 @@ use crate::structured::{BlockElements, GradedBlock};
 #[derive(Clone, Copy)]
 enum Form {
     Text,
-    /// Binary, with big-endian numbers if `true`.
+    /// Binary file; `true` means that its numbers are big-endian.
     Binary(bool),
 }
 
@@ -102,7 +103,7 @@ fn groups_of(mesh: &Mesh, cell: CellRef) -> Vec<i64> {
     of_cell.map(|group| group.tag).collect()
 }
 
-/// A mesh in gmsh's format 4.1. Each sequence of cells with the same groups is one entity.
+/// Writes a mesh in gmsh's format 4.1. Consecutive cells of a block with the same groups form one entity.
 fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "4.1");
     file.names(mesh);
@@ -175,7 +176,7 @@ fn version_4(mesh: &Mesh, form: Form) -> Vec<u8> {
     file.bytes
 }
 
-/// Each cell is written as one element for each of its groups.
+/// Writes a mesh in gmsh's format 2.2. Each cell is written as one element for each of its groups.
 fn version_2(mesh: &Mesh, form: Form) -> Vec<u8> {
     let mut file = File::new(form, "2.2");
     file.names(mesh);
@@ -222,7 +223,7 @@ pub fn block_text(cells: [usize; 3]) -> Vec<u8> {
     version_4(&block(BlockElements::Hex8, cells), Form::Text)
 }
 
-/// Everything that writing and reading preserve: not the source and the order within groups.
+/// Content of a mesh that writing and reading preserve. Source and order of the cells within groups are excluded.
 fn essence(mesh: &Mesh) -> impl PartialEq + std::fmt::Debug {
     let mut groups = mesh.groups.clone();
     groups.iter_mut().for_each(|group| group.cells.sort());
@@ -235,7 +236,7 @@ fn essence(mesh: &Mesh) -> impl PartialEq + std::fmt::Debug {
     (points, mesh.blocks.clone(), groups, fields.collect::<Vec<_>>())
 }
 
-/// Results of the checks of a mesh, or the message of the error.
+/// Reads a mesh file. Returns the results of all checks of the mesh, or the message of the error.
 fn examine(bytes: &[u8]) -> String {
     let mesh = match gmsh::parse(bytes, "file") {
         Ok(mesh) => mesh,
@@ -254,7 +255,7 @@ fn examine(bytes: &[u8]) -> String {
         let is_there = |cell: &CellRef| mesh.blocks.get(cell.block).is_some_and(|b| cell.cell < b.n_cells());
         assert!(group.cells.iter().all(is_there), "cells of groups");
     }
-    // NaN has no unique text.
+    // Only meshes with finite field values are written and read again, because NaN has no unique text.
     if mesh.fields.iter().flat_map(|field| &field.values).all(|value| value.is_finite()) {
         let again = gmsh::parse(&version_4(&mesh, Form::Text), "again");
         let again = again.unwrap_or_else(|error| panic!("what was read cannot be read again: {error}"));
@@ -278,8 +279,8 @@ fn examine(bytes: &[u8]) -> String {
     text
 }
 
-/// Truth (rel-no-panics): an invalid file is refused with a message. An accepted file is a valid mesh with finite points, which
-/// writing and reading do not change.
+/// Truth (rel-no-panics): an invalid file is refused with a message. A file that is accepted gives a valid mesh with
+/// finite points, and writing and reading do not change the mesh.
 #[test]
 fn mesh_files() {
     let small = [block(BlockElements::Hex8, [2, 1, 1]), block(BlockElements::Tet4, [1, 1, 1])];

@@ -1,4 +1,4 @@
-//! Resources of a piece of work: memory of its thread, counted by the allocator, and processor time of the thread.
+//! Measures the memory of a thread, counted by the allocator, and the processor time of the thread.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -8,11 +8,11 @@ thread_local! {
     static MOST: Cell<i64> = const { Cell::new(0) };
 }
 
-/// The system's allocator with a count for each thread.
+/// The allocator of the system with a count of the bytes of each thread.
 pub struct Counted;
 
 fn count(bytes: i64) {
-    // Fails only at the end of a thread, when the count is no longer needed.
+    // The access fails only when the thread ends, and the count is no longer needed.
     let _ = HELD.try_with(|held| {
         let now = held.get() + bytes;
         held.set(now);
@@ -20,7 +20,7 @@ fn count(bytes: i64) {
     });
 }
 
-// SAFETY: every call goes unchanged to the system's allocator.
+// SAFETY: every call is passed unchanged to the allocator of the system.
 unsafe impl GlobalAlloc for Counted {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size() as i64);
@@ -43,7 +43,8 @@ unsafe impl GlobalAlloc for Counted {
     }
 }
 
-/// Result of `work`, most additional bytes of this thread during the work, and processor time in seconds.
+/// Result of `work`, largest number of bytes that this thread allocates in addition during the work, and processor time
+/// in seconds.
 pub fn measured<T>(work: impl FnOnce() -> T) -> (T, u64, f64) {
     let before = HELD.get();
     MOST.set(before);

@@ -36,7 +36,7 @@ const NUMBERS: [&str; 30] = [
     "0x7f",
 ];
 
-/// Counts of all magnitudes, infinity and NaN.
+/// Numbers that overwrite bytes of binary files: integers of all magnitudes, and the bit patterns of NaN and infinity.
 const WORDS: [u64; 12] = [
     0,
     1,
@@ -52,7 +52,7 @@ const WORDS: [u64; 12] = [
     0x7ff0_0000_0000_0000,
 ];
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
+/// Random number generator SplitMix64 (Steele, Lea, Flood 2014).
 pub struct Random(u64);
 
 impl Random {
@@ -67,7 +67,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number below `n`, or 0 for n = 0.
+    /// Random number below `n`; 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() % (n as u64).max(1)) as usize
     }
@@ -79,7 +79,7 @@ impl Random {
 
 pub fn mutate(pool: &[Vec<u8>], words: &[String], random: &mut Random) -> Vec<u8> {
     let mut bytes = random.pick(pool).clone();
-    // Half of the inputs have one change, a quarter two, and so on.
+    // Half of the inputs get one change, a quarter of the inputs get two changes, and so on.
     let changes = 1 + random.next().trailing_ones() as usize;
     for _ in 0..changes {
         change(&mut bytes, pool, words, random);
@@ -212,7 +212,7 @@ fn change_lines(bytes: &mut Vec<u8>, random: &mut Random) {
     *bytes = lines.concat();
 }
 
-/// Overwrites bytes from `at` on with one of `WORDS`, as 4 or 8 bytes in either byte order.
+/// Overwrites the bytes from `at` on with a number of `WORDS`, as 4 or 8 bytes in either byte order.
 fn put_word(bytes: &mut [u8], at: usize, random: &mut Random) {
     let word = *random.pick(&WORDS);
     let mut piece =

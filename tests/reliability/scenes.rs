@@ -1,4 +1,4 @@
-//! Mutated scenes with their overrides.
+//! Mutated scenes with their overrides. Names after "Truth" are cases of docs/verification.md.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ use orthowear::scene::{self, MeshCache, Plan};
 use crate::harness::{Reader, not_finite, put};
 use crate::meshes;
 
-/// Lines of an input with this prefix are overrides.
+/// Prefix of the lines of an input that contain overrides.
 const SET: &str = "#--set ";
 
 pub const MATERIALS: &str = r#"title = "inputs"
@@ -139,7 +139,7 @@ tangential_force = [1.0, 0.5]
 increments = 3
 "#;
 
-/// Words that mutations insert: keys and allowed values of the schema, and pieces of TOML.
+/// Words that mutations insert: keys and allowed values of the schema, and fragments of TOML.
 pub fn words(schema: &serde_json::Value) -> Vec<String> {
     let mut found = Vec::new();
     collect(schema, &mut found);
@@ -200,7 +200,7 @@ pub fn axes() -> String {
 }
 
 pub fn seeds() -> Vec<Vec<u8>> {
-    // Only committed scenes, because users may keep their own in the same folder.
+    // Only scenes under version control are used, because users may keep their own scenes in the same folder.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let listed =
         Command::new("git").current_dir(root).args(["ls-files", "scenes/*.toml"]).output().expect("git");
@@ -212,10 +212,10 @@ pub fn seeds() -> Vec<Vec<u8>> {
     seeds
 }
 
-/// Read once for all cases.
+/// Meshes of all cases, which are read only once.
 static MESHES: LazyLock<MeshCache> = LazyLock::new(MeshCache::default);
 
-/// The plan with an empty document and a fixed memory limit, so that plans can be compared.
+/// Copy of a plan with an empty document and a fixed memory limit. Such copies of equal plans are equal.
 pub fn bare(mut plan: Plan) -> Plan {
     plan.document = Document::new(Path::new("scene"), String::new(), &[]);
     plan.document.folder.clear();
@@ -251,7 +251,8 @@ fn examine(path: &Path, bytes: &[u8]) -> String {
     check_plan(path, plan)
 }
 
-/// Numbers must be finite. The document, written and read again, must give the same plan.
+/// Asserts that all numbers of a plan are finite. Then writes the document of the plan, reads it again, and asserts
+/// that the plan is the same.
 pub fn check_plan(path: &Path, plan: Plan) -> String {
     let TomlValue::Table(entries) = &plan.document.root.value else { panic!("a document without a table") };
     let key = |name: &str| serde_json::Value::from(name).to_string().replace('\u{7f}', "\\u007f");
@@ -273,7 +274,7 @@ pub fn check_plan(path: &Path, plan: Plan) -> String {
     format!("a plan of {} steps {:?}", plan.steps.len(), plan.notes)
 }
 
-/// Words of a debug text, sorted because maps have no order.
+/// Words of a debug text. They are sorted, because maps have no order.
 fn parts(debug: &str) -> Vec<&str> {
     let is_part = |c: char| c.is_alphanumeric() || ".-+_".contains(c);
     let mut parts: Vec<&str> = debug.split(|c| !is_part(c)).collect();
@@ -281,8 +282,8 @@ fn parts(debug: &str) -> Vec<&str> {
     parts
 }
 
-/// Truth (rel-no-panics, rel-nan-guard, rel-input-validation): a scene is refused with messages whose places lie in its text, or
-/// it gives a plan of finite numbers, also after writing and reading its keys.
+/// Truth (rel-no-panics, rel-nan-guard, rel-input-validation): a scene is refused with messages that refer to places in
+/// its text. Otherwise, the scene gives a plan of finite numbers, and writing and reading its keys gives the same plan.
 #[test]
 fn scene_files() {
     let folder = folder();
@@ -297,7 +298,8 @@ fn scene_files() {
     reader.check(|bytes| examine(&path, bytes));
 }
 
-/// Truth (rel-no-panics): deeply nested keys and lists are read or refused, on a stack like that of the program's threads.
+/// Truth (rel-no-panics): deeply nested keys and lists are read or refused on a stack of the size that the program's
+/// threads have.
 #[test]
 fn deep_scenes() {
     let folder = folder();

@@ -1,4 +1,4 @@
-//! Mutated study files.
+//! Mutated study files. Names after "Truth" are cases of docs/verification.md.
 
 use std::fs;
 
@@ -33,8 +33,8 @@ collect = ["indent.normal_force", "indent.tangential_force.0"]
 curves = ["indent.worn_volume"]
 "#;
 
-/// Truth (rel-no-panics, rel-nan-guard): a study is refused with at least one mistake, or it has a run for each combination of
-/// values that is not excluded, each in its own folder.
+/// Truth (rel-no-panics, rel-nan-guard): a study is refused with at least one mistake. Otherwise, each combination of
+/// values that is not excluded is a run with its own folder.
 #[test]
 fn study_files() {
     let folder = tempfile::tempdir().expect("a folder");

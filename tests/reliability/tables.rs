@@ -1,4 +1,5 @@
-//! Table files of scenes: heights, load histories, material axes of elements.
+//! Mutated table files of scenes: heights, load histories, and material axes of elements. Names after "Truth" are cases
+//! of docs/verification.md.
 
 use std::fs;
 use std::path::Path;
@@ -19,8 +20,8 @@ fn words(list: &[&str]) -> Vec<String> {
     list.iter().map(|word| (*word).to_owned()).collect()
 }
 
-/// Truth (rel-no-panics, rel-nan-guard): a table of heights is refused with a message, or it has as many finite values as its shape
-/// requires.
+/// Truth (rel-no-panics, rel-nan-guard): a table of heights is refused with a message. Otherwise, it has as many finite
+/// values as its shape requires.
 #[test]
 fn height_files() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -65,7 +66,8 @@ fn examine(scene: &Path, table: &Path, bytes: &[u8]) -> String {
     }
 }
 
-/// Truth (rel-no-panics, rel-nan-guard): a load history is refused with mistakes, or it gives a plan of finite numbers.
+/// Truth (rel-no-panics, rel-nan-guard): a load history is refused with mistakes. Otherwise, it gives a plan of finite
+/// numbers.
 #[test]
 fn load_histories() {
     let folder = scenes::folder();
@@ -101,7 +103,8 @@ fn load_histories() {
         .check(|bytes| examine(&path, &table, bytes));
 }
 
-/// Truth (rel-no-panics, rel-nan-guard): a table of axes is refused with mistakes, or it gives a plan of finite numbers.
+/// Truth (rel-no-panics, rel-nan-guard): a table of axes is refused with mistakes. Otherwise, it gives a plan of finite
+/// numbers.
 #[test]
 fn axes_of_elements() {
     let folder = scenes::folder();

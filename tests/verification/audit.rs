@@ -1,4 +1,4 @@
-//! Audits states cell by cell from their fields alone.
+//! Checks the laws of contact and friction in every cell, from the fields of a state alone.
 
 use orthowear::evolution::records::FrameState;
 use orthowear::laws::friction::FrictionEllipse;
@@ -12,14 +12,16 @@ pub struct Audit {
     pub tension: f64,
     /// Violation of p g = 0, divided by the squared largest pressure and `unit`.
     pub complementarity: f64,
-    /// Violation of |q|_mu <= p, divided by the largest pressure. |q|_mu is the norm of (q1 / mu1, q2 / mu2) in the ellipse's axes.
+    /// Violation of |q|_mu <= p for the tangential traction q, divided by the largest pressure. |q|_mu is the norm of (q1 / mu1,
+    /// q2 / mu2) in the axes of the friction ellipse.
     pub cone: f64,
-    /// Slip of cells inside their friction ellipse, divided by the largest pressure and `unit`. Only cells with more than 1e-3 of
-    /// the largest pressure count.
+    /// Slip of cells whose tangential traction is below the friction limit, divided by the largest pressure and `unit`. Only
+    /// cells with more than 1e-3 of the largest pressure count.
     pub stick: f64,
-    /// Angle between slip and the inward normal of a cell's ellipse, degrees, if pressure and slip exceed 1e-3 of their scales.
+    /// Largest angle between the slip and the inward normal of the friction ellipse, degrees. Only cells whose pressure and slip
+    /// exceed 1e-3 of their scales count.
     pub angle: f64,
-    /// Smallest dissipation of a cell (minus traction times slip), divided by the squared largest pressure and `unit`.
+    /// Smallest dissipation of a cell (minus tangential traction times slip), divided by the squared largest pressure and `unit`.
     pub dissipation: f64,
 }
 
@@ -30,7 +32,8 @@ impl Audit {
     }
 }
 
-/// `unit` is the displacement of a cell under unit pressure.
+/// Largest violations in `state`. `unit` is the normal displacement of a cell under unit pressure (mm/MPa). Without a friction
+/// `ellipse`, only the normal laws are checked.
 pub fn audit(state: &FrameState, ellipse: Option<FrictionEllipse>, unit: f64) -> Audit {
     let n = state.gap.len() / 3;
     let p_max = state.tractions[2 * n..].iter().copied().fold(f64::MIN_POSITIVE, f64::max);

@@ -42,7 +42,7 @@ fn entries(value: &Value) -> impl Iterator<Item = (&str, &Value)> {
     value.as_object().expect("an object of the table").iter().map(|(key, entry)| (key.as_str(), entry))
 }
 
-/// Pseudo-random numbers, equal on every machine: `next` lies in [0, 1), the entries of `vector` in [-1, 1).
+/// Pseudo-random numbers that are the same on every machine. `next` lies in [0, 1), the entries of `vector` in [-1, 1).
 struct Random(u64);
 
 impl Random {

@@ -1,4 +1,4 @@
-//! Loads of meshed bodies that grow while the bodies touch.
+//! Loads of meshed bodies that change while the bodies are in contact.
 
 use orthowear::bem::finite::Interpolation::Linear;
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
@@ -25,8 +25,8 @@ use crate::fem_bodies::spec;
 use crate::fem_meshes::block;
 use crate::hybrid::blocks;
 
-/// The right half of a plate of 80 mm x 40 mm x 1 mm on a rigid plane, in plane strain, with 16 elements along each side. The
-/// pressures are 50 MPa on top and 150 MPa on the side at x = 0.
+/// Half of a plate of 80 mm x 40 mm x 1 mm on a rigid plane, in plane strain. The symmetry plane is x = 40 mm. The mesh has 16
+/// elements along each side. The pressures are 50 MPa on top and 150 MPa on the side at x = 0.
 fn plate() -> FeSpec {
     let mesh = block(ElementKind::Hex20, [16, 1, 16], [1.0; 3], |[x, y, z]| [40.0 * x, y, 40.0 * z]);
     let supports = vec![held("x1", 0), held("y0", 1), held("y1", 1)];
@@ -36,7 +36,7 @@ fn plate() -> FeSpec {
     plate
 }
 
-/// Cases of the plate: the pressure on top, and that on the side.
+/// Load cases of the plate: `top` is the pressure on top, `side` is the pressure on the side at x = 0.
 fn cases(plate: &FeSpec) -> Vec<(LoadCase, FeSpec)> {
     let case = |(name, pressure): (&str, &(String, f64))| {
         let case = LoadCase { name: Some(name.to_owned()), preload: false };
@@ -82,10 +82,12 @@ fn in_steps(model: &Model, steps: &[Step]) -> RunResult {
     result
 }
 
-/// Truth: an independent program in plane strain with bilinear elements and contact of nodes, 256 elements along each side: friction
-/// force -1405.36(1) N on the plate, normal force 2000 N, displacement (0.028603(1), 0.000590(1)) mm of the lower left corner, and
-/// dissipation 4.4011(1) N mm. The state in proportion to the loads solves every increment: forces do not depend on the number of
-/// increments, and neither does the dissipation, because pressures and slip grow in proportion.
+/// Truth: an independent program in plane strain, with bilinear elements, contact at nodes and 256 elements along each side. The
+/// friction force is -1405.36(1) N on the plate, the normal force 2000 N. The lower left corner moves by (0.028603(1),
+/// 0.000590(1)) mm, and the dissipation is 4.4011(1) N mm.
+///
+/// All loads are proportional to one amplitude. A state that is proportional to the amplitude solves every increment. Forces and
+/// dissipation therefore do not depend on the number of increments.
 #[test]
 fn plate_squeezed_on_a_rigid_plane() {
     let (body, model) = on_rigid_plane(plate(), &[], FrictionLaw::Coulomb { mu: 1.0 });
@@ -106,8 +108,9 @@ fn plate_squeezed_on_a_rigid_plane() {
     }
 }
 
-/// Truth: as [`plate_squeezed_on_a_rigid_plane`]. With the pressure on top first and that on the side in a second step of k
-/// increments, the forces are the same. The dissipation of that program tends to 9.841 N mm.
+/// Truth: the program of [`plate_squeezed_on_a_rigid_plane`]. The pressure on top acts first, and the pressure on the side
+/// follows in a second step. The forces are the same as with both pressures at once. The dissipation of the program tends to
+/// 9.841 N mm with the number of increments.
 #[test]
 fn plate_pressed_first_and_squeezed_then() {
     let (_, model) = {
@@ -127,8 +130,9 @@ fn plate_pressed_first_and_squeezed_then() {
     }
 }
 
-/// Truth: an independent program in plane strain with 256 bilinear elements along each side, for a plate whose side is moved by
-/// 0.04 mm: friction force -1641.55(1) N on the plate, dissipation 9.7056(10) N mm in any number of increments.
+/// Truth: an independent program in plane strain with 256 bilinear elements along each side. The side of the plate at x = 0 is
+/// displaced by 0.04 mm. The friction force on the plate is -1641.55(1) N. The dissipation is 9.7056(10) N mm in any number of
+/// increments.
 #[test]
 fn plate_with_a_moved_side() {
     let mut spec = plate();
@@ -142,8 +146,8 @@ fn plate_with_a_moved_side() {
     }
 }
 
-/// Truth: a block whose top is moved by 0.1 mm along x, without friction and free to rotate and to move along z, moves as a whole. It
-/// does not rotate, and its pressure stays uniform.
+/// Truth: statics of a block whose top is displaced by 0.1 mm along x, without friction. The block is free to rotate and to move
+/// along z. All its points move by 0.1 mm along x. The block does not rotate, and its pressure stays uniform.
 #[test]
 fn a_moved_face_of_a_free_block() {
     let top = Support { components: [true, true, false], value: [0.1, 0.0, 0.0], ..held("z1", 0) };
@@ -161,8 +165,8 @@ fn a_moved_face_of_a_free_block() {
     assert!(moved.iter().all(|u| (u[0] - 0.1).abs() < 1e-9), "{moved:?}");
 }
 
-/// Truth: superposition. The loads of several cases at amplitude 1 are those of the body. The near field of a half-space and the
-/// block system have the same loads.
+/// Truth: superposition. All load cases at amplitude 1 cause together the gap and the stress of the body with all loads. This
+/// holds for finite elements alone and with the near field of a half-space. The block system has the same gaps due to loads.
 #[test]
 fn cases_add_up_to_all_loads() {
     let frame = blocks::frame(6);
@@ -223,8 +227,8 @@ fn cases_add_up_to_all_loads() {
     }
 }
 
-/// Truth: before contact nothing balances the pressure on top of the plate, which is free along z. The pressure on the side is in
-/// balance with the support at x = 40 mm.
+/// Truth: equilibrium before contact. The plate is free along z, so nothing balances a preload by the pressure on top. The
+/// support at x = 40 mm balances the pressure on the side.
 #[test]
 fn preloads_along_free_motions_are_refused() {
     let spec = plate();
@@ -239,7 +243,8 @@ fn preloads_along_free_motions_are_refused() {
     assert!(body.loads()[1].case.preload);
 }
 
-/// Truth: contact without friction has no memory. The pressures at the end do not depend on the number of increments.
+/// Truth: without friction, the state does not depend on the load path. The pressures at the end do not depend on the number of
+/// increments.
 #[test]
 fn frictionless_contact_has_no_memory_of_loads() {
     let (_, model) = on_rigid_plane(plate(), &[], FrictionLaw::None);
@@ -248,7 +253,8 @@ fn frictionless_contact_has_no_memory_of_loads() {
     assert!(once.iter().zip(&often).all(|(a, b)| (a - b).abs() < 1e-9 * peak));
 }
 
-/// Truth: the bodies are linear. Displacement and stress are those by the tractions, plus those by the loads times their amplitude.
+/// Truth: the bodies are linear. Displacement and stress are the sum of the fields due to the tractions and the fields due to the
+/// loads. The latter are proportional to the amplitude.
 #[test]
 fn fields_are_linear_in_amplitudes() {
     let frame = blocks::frame(6);

@@ -1,4 +1,4 @@
-//! Bulk stress of half-spaces: its strain moves the surface, and with friction this motion is slip.
+//! Bulk stress of half-spaces. Its strain displaces the surface, which causes slip if friction acts.
 
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{HalfSpaceBody, LoadCase};
@@ -19,7 +19,7 @@ use crate::observed::{follow, pressure_times_path};
 
 const NAME: &str = "bulk";
 
-/// Bulk stress of body 1, or of body 2.
+/// Two half-spaces with the contact gap `gap`. The body on `side` has the bulk `stress` as the load `NAME`.
 fn model(
     [lower, upper]: [&Stiffness; 2],
     frame: ContactFrame,
@@ -73,13 +73,14 @@ fn pulled(force: f64) -> Step {
     Step { tangential: Some(Tangential::Force([force, 0.0])), ..step("pull") }
 }
 
-/// Line contact of equal cylinders: modulus, Poisson's ratio, radius, friction, and load per length.
+/// Line contact of equal cylinders: Young's modulus (MPa), Poisson's ratio, effective radius (mm), coefficient of friction μ,
+/// load per length P (N/mm).
 const E: f64 = 72.1e3;
 const NU: f64 = 0.33;
 const RADIUS: f64 = 50.0;
 const MU: f64 = 0.65;
 const LOAD: f64 = 135.75;
-/// Pressure of Hertz, and the unit (μ p0 a)² / E* of the dissipation per length.
+/// Hertz's peak pressure p0 (MPa), and the unit (μ p0 a)² / E* of the dissipation per length. Here a is half the contact width.
 const PEAK: f64 = 186.98182456784932;
 const DISSIPATION_UNIT: f64 = 0.07799878009579982;
 
@@ -92,8 +93,8 @@ fn line(cells: usize, share: f64, side: Side) -> Model {
     model([&material; 2], frame.with_periodicity([false, true]), bulk, MU, gap)
 }
 
-/// Dissipation per step after the first one, in the unit above, and numbers of backward slipping, sticking and forward slipping
-/// cells at the end.
+/// Dissipation of each step after the first step, divided by `DISSIPATION_UNIT`, and the numbers of cells at the end. The three
+/// numbers count slip with positive traction, stick, and slip with negative traction along x.
 fn legs(model: &Model, steps: &[Step]) -> (Vec<f64>, [usize; 3]) {
     let result = solve_with(model, steps, &tight());
     let end = |step: &Step| result.records.iter().rfind(|record| record.name == step.name).expect("a step");
@@ -110,8 +111,9 @@ fn legs(model: &Model, steps: &[Step]) -> (Vec<f64>, [usize; 3]) {
     (totals.windows(2).map(|pair| (pair[1] - pair[0]) / DISSIPATION_UNIT).collect(), cells)
 }
 
-/// Truth: an independent program at the same 64 cells. Tangential force Q = 0.5 μP and bulk stress 0.4 μ p0, in three orders: the
-/// dissipation of each step, and the numbers of cells that slip back, stick and slip on. One and ten increments agree.
+/// Truth: an independent program with the same 64 cells. The tangential force Q = 0.5 μP and the bulk stress 0.4 μ p0 act
+/// together or in either order. The test compares the dissipation of each step and the numbers of cells with backward slip, stick
+/// and forward slip. Results with one and with ten increments agree.
 #[test]
 fn order_of_loads_in_line_contact() {
     let model = line(64, 0.4 * MU, Side::Lower);
@@ -149,15 +151,16 @@ fn pressed_and_loaded(model: &Model, increments: usize) -> RunResult {
     solve_with(model, &press_and_load(increments), &tight())
 }
 
-/// Work of friction in an increment with the tractions at its end, N mm.
+/// Work of friction (N mm) in an increment, with the tractions at the end of the increment.
 fn friction_work(frame: &ContactFrame, state: &FrameState) -> f64 {
     let n = frame.n_cells();
     let work = |i: usize| state.tractions[i] * state.slip[i] + state.tractions[n + i] * state.slip[n + i];
     -(0..n).map(|i| frame.areas[i] * work(i)).sum::<f64>()
 }
 
-/// Truth: an independent program at the same 32 x 32 cells and increments. A ball on IM7 with tilted fibres and on steel, bulk
-/// stress along x together with a tangential force. Its dissipation is the work with the tractions at the end of each increment.
+/// Truth: an independent program with the same 32 x 32 cells and increments. A ball lies on IM7 with tilted fibres or on steel.
+/// The bulk stress along x and a tangential force act together. The program computes the dissipation from the tractions at the
+/// end of each increment.
 #[test]
 fn ball_on_a_strained_half_space() {
     for (lower, stress, increments, shift, approach, dissipation) in [
@@ -177,8 +180,9 @@ fn ball_on_a_strained_half_space() {
     }
 }
 
-/// Truth: with many increments, the pressures at the ends and the mean pressures of increments give the same dissipation. The limit
-/// follows from the pressures at the ends, whose error is of first order. On tilted fibres pressures change as the ball slides.
+/// Truth: the limit of the dissipation for many increments, extrapolated from the work with the pressures at the ends of the
+/// increments. The error of this work is of first order. The run uses the mean pressures of the increments, and its error is less
+/// than half as large. On tilted fibres the pressures change as the ball slides.
 #[test]
 fn dissipation_takes_mean_pressures() {
     let model = ball(&im7(30.0), 100.0, 32);
@@ -193,8 +197,9 @@ fn dissipation_takes_mean_pressures() {
     assert!(errors.iter().all(|[mean, end]| mean.abs() < 4e-3 && end.abs() > 2.0 * mean.abs()), "{errors:?}");
 }
 
-/// Truth: equal spheres with Poisson's ratio 0. The stick disc of radius c = a (1 - Q/μP)^(1/3) moves by e = s a / (π μ p0), and the
-/// shift is π μ p0 / (4 G a) (2 (a² - c²) + e²). On 32 and 64 cells the error of the shift decreases with second order.
+/// Truth: a closed form for equal spheres with Poisson's ratio 0 and shear modulus G, under a tangential force Q and a bulk
+/// stress s. The stick disc has the radius c = a (1 - Q/μP)^(1/3) and is displaced by e = s a / (π μ p0). The tangential
+/// displacement is π μ p0 / (4 G a) (2 (a² - c²) + e²). With 64 cells its error is below 0.6 times the error with 32 cells.
 #[test]
 fn moved_stick_disc() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("a material");
@@ -217,8 +222,8 @@ fn moved_stick_disc() {
     assert!(fine < 3e-4 && fine < 0.6 * coarse, "{coarse} {fine}");
 }
 
-/// Truth: equal stress in both bodies of one material strains both surfaces alike, and changes nothing. The stress in body 2 acts as
-/// the opposite stress in body 1.
+/// Truth: equal bulk stress in two bodies of one material strains both surfaces equally and has no effect. Bulk stress in body 2
+/// acts as the opposite bulk stress in body 1.
 #[test]
 fn stress_of_both_bodies() {
     let force = 0.5 * MU * LOAD;
@@ -232,8 +237,9 @@ fn stress_of_both_bodies() {
     both.iter().zip(&none).for_each(|(both, none)| assert!((both - none).abs() < 1e-12, "{both} {none}"));
 }
 
-/// Cycles of a tangential force (share of μP) with a bulk stress (share of μ p0) in phase, about the mean values. Dissipation per
-/// cycle in the unit above, and the numbers of cells that slip back, stick and slip on at the + reversal point.
+/// Cycles of a tangential force with a bulk stress in phase. Amplitudes and mean values are fractions of μP (force) and μ p0
+/// (stress). Returns the dissipation per cycle, divided by `DISSIPATION_UNIT`, and the number of sticking cells at the + reversal
+/// point.
 fn cycle(cells: usize, [force, stress]: [f64; 2], mean: [f64; 2]) -> (f64, usize) {
     let model = line(cells, MU, Side::Lower);
     let [force, mean_force] = [force, mean[0]].map(|share| share * MU * LOAD);
@@ -248,8 +254,8 @@ fn cycle(cells: usize, [force, stress]: [f64; 2], mean: [f64; 2]) -> (f64, usize
     ((last.dissipation - before.dissipation) / (2.0 * DISSIPATION_UNIT), stick.round() as usize)
 }
 
-/// Truth: an independent program with 20 increments per stroke at the same cells. The dissipation of a settled cycle depends on
-/// the amplitudes alone, not on the mean values, and is four times that of the first loading (Masing).
+/// Truth: an independent program with 20 increments per stroke and the same cells. The dissipation of a steady-state cycle
+/// depends on the amplitudes alone, not on the mean values. It is four times the dissipation of the first loading (Masing).
 #[test]
 fn cycles_in_phase() {
     for (cells, amplitudes, mean, wanted, stick) in [
@@ -268,8 +274,8 @@ fn cycles_in_phase() {
     assert!(relative(cycle(128, [0.5, 0.4], [0.0; 2]).0, 4.0 * first[0]) < 1e-6, "{first:?}");
 }
 
-/// Truth: a settled cycle of a bulk stress alone dissipates four times as much as the first loading (Masing). Without tangential force
-/// it is the same whether body 2 is held or carries no force, because the contact is symmetric.
+/// Truth: a steady-state cycle of a bulk stress alone dissipates four times as much as the first loading (Masing). Body 2 is
+/// either fixed along x or free of tangential force. The results are equal, because the contact is symmetric.
 #[test]
 fn cycles_of_bulk_stress_alone() {
     let model = line(128, MU, Side::Lower);
@@ -292,8 +298,9 @@ fn cycles_of_bulk_stress_alone() {
     assert!(relative(free, held) < 1e-6, "{held} {free}");
 }
 
-/// Truth: the tractions of a centred ball settle after the first cycles, although its tangential force stays zero up to rounding. The
-/// settled cycle dissipates as much as a cycle of plain steps, up to the tolerance 1e-3 of settled tractions.
+/// Truth: plain steps instead of a cycle. The tangential force of a centred ball stays zero up to rounding. The solver must
+/// nevertheless recognise the steady state after the first cycles. The cycle dissipates as much as two plain steps, up to the
+/// tolerance 1e-3 of the steady state.
 #[test]
 fn a_centred_ball_under_cycles_of_bulk_stress() {
     let aluminium = Stiffness::isotropic(E, NU).expect("aluminium");
@@ -311,9 +318,9 @@ fn a_centred_ball_under_cycles_of_bulk_stress() {
     assert!(found > 0.0 && relative(found, end(0) - end(2)) < 1e-3, "{found} {}", end(0) - end(2));
 }
 
-/// Truth: strokes as plain steps, one after the other, until a cycle settles. Its dissipation follows from the states at the ends of
-/// the strokes, because increments and cycles treat cells that open differently. On tilted fibres the stick zones of
-/// both strokes differ, and body 2 moves on from cycle to cycle: no cell sticks through a cycle.
+/// Truth: strokes as plain steps, one after the other, up to a steady-state cycle. The dissipation of these steps is computed
+/// from the states at the ends of the strokes, because increments and cycles treat opening cells differently. On tilted fibres
+/// the two strokes have different stick zones. Body 2 therefore advances in every cycle, and no cell sticks through a cycle.
 #[test]
 fn ratcheting_in_phase() {
     let frame = ContactFrame::grid([0.95; 2], [16; 2], [0.0; 2], 0.0).expect("a grid");
@@ -340,19 +347,19 @@ fn ratcheting_in_phase() {
     let [before, last] = &found.records[found.records.len() - 2..] else { panic!("two records") };
     assert!(relative(last.dissipation - before.dissipation, wanted) < 1e-4, "{wanted} {last:?}");
     assert!(last.iterations < 2000, "{}", last.iterations);
-    // Fields show the + reversal point.
+    // The fields belong to the + reversal point.
     assert!(
         (found.state.load_amplitudes[0] - (0.3 + stress)).abs() < 1e-15,
         "{:?}",
         found.state.load_amplitudes
     );
-    // The marched body has moved on by twelve cycles, the other one by the first strokes.
+    // In plain steps body 2 advances through twelve cycles. In the run with a cycle it advances in the first strokes only.
     let marched_to = marched.records.last().expect("records").shift;
     assert!(last.shift[0] < 0.0 && last.shift[0] > marched_to[0], "{:?} {marched_to:?}", last.shift);
 }
 
-/// Truth: a run that resumes from a checkpoint gives the same bits, because the amplitudes are part of the state. A step that names no
-/// load changes none.
+/// Truth: a run that resumes from a checkpoint gives the same bits, because the amplitudes are part of the state. A step without
+/// amplitudes changes no load.
 #[test]
 fn resumed_amplitudes() {
     struct Keeper(Vec<RunCheckpoint>);

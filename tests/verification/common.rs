@@ -1,4 +1,4 @@
-//! Scenes of several tests: two half-spaces, or a half-space and a rigid body, on a grid frame.
+//! Materials, models and steps for several tests: two half-spaces, or a half-space and a rigid body, on a grid frame.
 
 use std::sync::Arc;
 
@@ -17,12 +17,13 @@ use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// `finest` with `scripts/test --thorough`, `usual` otherwise.
+/// Returns `finest` in runs of `scripts/test --thorough`, and `usual` otherwise.
 pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
     if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
 }
 
-/// Asserts that the last order of convergence on meshes with `cells` along a side exceeds `order`, and earlier ones `order` - 0.3.
+/// Asserts orders of convergence for meshes with `cells` along a side. The last order must exceed `order`, earlier orders must
+/// exceed `order` - 0.3.
 pub fn assert_order<const N: usize>(errors: &[f64; N], cells: &[usize; N], order: f64, case: &str) {
     let found = |k: usize| (errors[k] / errors[k + 1]).ln() / (cells[k + 1] as f64 / cells[k] as f64).ln();
     let orders: Vec<f64> = (0..N - 1).map(found).collect();
@@ -34,7 +35,7 @@ pub fn assert_order<const N: usize>(errors: &[f64; N], cells: &[usize; N], order
     );
 }
 
-/// IM7/8551-7 with the fibre tilted out of the surface by `tilt` degrees; nu23 = 0.369.
+/// Stiffness of IM7/8551-7 with the fibre tilted out of the surface by `tilt` degrees; nu23 = 0.369.
 pub fn im7(tilt: f64) -> Stiffness {
     let constants = Orthotropic {
         e1: 167_230.0,
@@ -51,7 +52,7 @@ pub fn im7(tilt: f64) -> Stiffness {
     material.rotated(&fibre_axes(tilt.to_radians(), 0.0))
 }
 
-/// CFRP of the tables computed by independent programs.
+/// Stiffness, in material axes, of the CFRP in the tables of independent programs.
 pub fn tabulated_cfrp() -> Stiffness {
     let constants = Orthotropic {
         e1: 140e3,
@@ -72,12 +73,12 @@ pub fn steel() -> Stiffness {
     Stiffness::isotropic(210e3, 0.3).expect("steel is admissible")
 }
 
-/// FRP friction of the reference scene.
+/// Friction of fibre-reinforced plastic in the model [`sphere_on_frp`].
 pub fn frp_friction(tilt: f64) -> FrictionLaw {
     FrictionLaw::Frp { mu_l: 0.4, mu_t: 0.5, mu_n: 0.55, tilt: tilt.to_radians(), azimuth: 0.0 }
 }
 
-/// FRP wear of the reference scene.
+/// Wear of fibre-reinforced plastic in the model [`sphere_on_frp`].
 pub fn frp_wear(tilt: f64) -> WearLaw {
     WearLaw::Frp { i_l: 5.0e-10, i_t: 6.25e-10, i_n: 6.875e-10, tilt: tilt.to_radians(), azimuth: 0.0 }
 }
@@ -92,7 +93,7 @@ pub fn half_spaces(
     rectangle(lower, upper, ([half_width; 2], [cells; 2]), gap)
 }
 
-/// As [`half_spaces`], on a rectangular frame.
+/// Like [`half_spaces`], but on a rectangular frame.
 pub fn rectangle(
     lower: &Stiffness,
     upper: Option<&Stiffness>,
@@ -164,7 +165,7 @@ pub fn press(force: f64) -> Step {
     Step { normal: Some(Normal::Force(force)), ..step("press") }
 }
 
-/// The angle is in degrees.
+/// Tangential displacement by `distance` (mm) at the `angle` (degrees) from x.
 pub fn shift(distance: f64, angle: f64) -> Step {
     let (s, c) = angle.to_radians().sin_cos();
     Step { tangential: Some(Tangential::Shift([distance * c, distance * s])), ..step("shift") }
@@ -211,7 +212,7 @@ pub fn relative(found: f64, wanted: f64) -> f64 {
     (found - wanted).abs() / wanted.abs()
 }
 
-/// Values of the independent program for the reference scene.
+/// Values of an independent program for the model [`sphere_on_frp`].
 pub fn reference() -> serde_json::Value {
     serde_json::from_str(include_str!("../data/sphere-on-frp.json")).expect("a valid data file")
 }

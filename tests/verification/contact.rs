@@ -1,4 +1,6 @@
 //! Contact of half-spaces against closed forms and an independent program.
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use std::sync::Arc;
 
@@ -37,8 +39,9 @@ fn frictionless_indentation_matches_the_exact_ellipse() {
     }
 }
 
-/// Truth: independent program on 256 x 256 cells. The normal and the larger tangential force agree to 5e-4, which covers the
-/// discretisation errors of both programs, ours at 64 x 64 cells. Forces that vanish by symmetry are zero to 1e-9.
+/// Truth: an independent program on 256 x 256 cells. The normal force and the larger tangential force agree to 5e-4. This
+/// tolerance covers the discretisation errors of both solutions, on 256 x 256 and 64 x 64 cells. Forces that vanish by symmetry
+/// are zero to 1e-9.
 #[test]
 fn friction_and_shift_match_the_independent_program() {
     let data = reference();
@@ -71,9 +74,9 @@ fn friction_and_shift_match_the_independent_program() {
     }
 }
 
-/// Truth: Hertz's solution under a prescribed force, with the approach delta and the peak pressure p0 of case `hertz-circular`. At
-/// 40 cells across the contact the catalogue's tolerances are 2e-3 for delta and 1e-2 for p0. The order of convergence of delta is
-/// at least 1.
+/// Truth: Hertz's solution under a prescribed force, with the approach delta and the peak pressure p0 of case `hertz-circular`.
+/// With 40 cells across the contact, the catalogue's tolerances are 2e-3 for delta and 1e-2 for p0. The order of convergence of
+/// delta is at least 1.
 #[test]
 fn hertz_circular() {
     let (delta, p0, a) = (0.010_184_09, 4688.341, 0.319_125_2);
@@ -99,8 +102,8 @@ fn hertz_circular() {
     assert!(order >= 1.0, "errors {errors:?}, order {order}");
 }
 
-/// Truth: elliptic Hertz contacts of the catalogue (`hertz-elliptic-2to1`, `hertz-elliptic-10to1`). Tolerances are 3e-3 and 5e-3
-/// for delta, 1e-2 for the peak pressure and one cell for the semi-axes.
+/// Truth: the elliptic Hertz contacts `hertz-elliptic-2to1` and `hertz-elliptic-10to1`. The tolerances of the approach delta are
+/// 3e-3 and 5e-3. The tolerance is 1e-2 for the peak pressure and one cell for the semi-axes.
 #[test]
 fn hertz_elliptic() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -114,7 +117,7 @@ fn hertz_elliptic() {
         let found = &result.records[0];
         assert!(relative(found.approach, delta) < tolerance, "{} {delta}", found.approach);
         assert!(relative(found.peak_pressure, p0) < 1e-2, "{} {p0}", found.peak_pressure);
-        // The semi-axes reach to the farthest edges of cells in contact.
+        // The computed semi-axes are the distances from the centre to the farthest edges of cells in contact.
         let spacing = model.frame.grid.expect("a grid").spacing;
         let n = model.frame.n_cells();
         let mut reach = [0.0_f64; 2];
@@ -131,9 +134,10 @@ fn hertz_elliptic() {
     }
 }
 
-/// Truth: the solution of Cattaneo and Mindlin, which is exact for nu = 0, for equal spheres (R 10, P 1000, mu 0.3, E 210 GPa). At
-/// tangential forces Q = 0.3 and 0.9 mu P the displacement agrees with the closed form to 5e-3 at 40 cells per diameter. Q changes
-/// the peak pressure and the approach by less than 1e-8. The traction at the centre is right to 1e-2 of mu p0.
+/// Truth: the solution of Cattaneo and Mindlin, which is exact for nu = 0. Equal spheres have R = 10 mm, P = 1000 N, mu = 0.3 and
+/// E = 210 GPa. The tangential force Q is 0.3 or 0.9 mu P. With 40 cells per diameter, the tangential displacement agrees with
+/// the closed form to 5e-3. Q changes the peak pressure p0 and the approach by less than 1e-8. The error of the traction at the
+/// centre is below 1e-2 of mu p0.
 #[test]
 fn cattaneo_mindlin() {
     let (e, radius, load, mu) = (210e3_f64, 10.0, 1000.0, 0.3);
@@ -158,7 +162,8 @@ fn cattaneo_mindlin() {
         assert!(relative(after.approach, before.approach) < 1e-8);
         let stick = (after.stick_area / std::f64::consts::PI).sqrt();
         let c = a * (1.0_f64 - share).cbrt();
-        // At the centre q = mu p0 (1 - c / a) for the radii c of the stick zone and a of the contact. Near the centre q is smooth.
+        // At the centre q = mu p0 (1 - c / a), with the radius c of the stick zone and the radius a of the contact. Near the
+        // centre q is smooth.
         let (n, middle) = (model.frame.n_cells(), 25 * 50 + 25);
         let peak = 3.0 * load / (2.0 * std::f64::consts::PI * a * a);
         let q = -result.state.tractions[middle];
@@ -201,8 +206,8 @@ fn uzawa_and_barzilai_borwein_agree() {
     assert!(states[0].records[1].iterations > 3 * states[1].records[1].iterations);
 }
 
-/// Truth: invariance under a change of units. Powers of four do not change the rounding, and even the number of iterations stays
-/// the same.
+/// Truth: invariance under a change of units. Units that are powers of four do not change the rounding, so even the number of
+/// iterations stays the same.
 #[test]
 fn units_do_not_matter() {
     let run = |length: f64, stress: f64| {
@@ -223,7 +228,7 @@ fn units_do_not_matter() {
     }
 }
 
-/// Truth: on an isotropic pair the tangential force turns with the direction of the displacement.
+/// Truth: on isotropic bodies the tangential force rotates with the direction of the tangential displacement.
 #[test]
 fn isotropic_answers_turn_with_the_shift() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -236,7 +241,7 @@ fn isotropic_answers_turn_with_the_shift() {
     assert!(relative(-forces[2][0], forces[0][0]) < 1e-7);
 }
 
-/// Truth: a tangential force beyond mu P has no equilibrium. The state of gross sliding is kept.
+/// Truth: a tangential force beyond mu P has no equilibrium. The run ends with gross sliding and keeps the record of this step.
 #[test]
 fn gross_sliding_is_reported() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");
@@ -252,12 +257,13 @@ fn gross_sliding_is_reported() {
     }
 }
 
-/// Truth: the associated rule, slip along the normal of the friction ellipse. With friction coefficients 0.1 and 0.2 along x and y
-/// and a force at 45 degrees, it is parallel to (1 / 0.1², 1 / 0.2²), at 14.04 degrees: (cos, sin) = (0.970, 0.243).
+/// Truth: the associated slip rule. In gross sliding, the slip is normal to the friction ellipse. The coefficients of friction
+/// are 0.1 along x and 0.2 along y, and the force acts at 45 degrees. The slip is then parallel to (1 / 0.1², 1 / 0.2²), at 14.04
+/// degrees: (cos, sin) = (0.970, 0.243).
 #[test]
 fn gross_sliding_follows_the_associated_rule() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");
-    // Normal and tangential tractions are coupled against a rigid body only.
+    // Normal and tangential tractions are coupled only if the other body is rigid.
     for partner in [Some(&steel), None] {
         let mut model = half_spaces(&steel, partner, (0.5, 24), sphere(10.0));
         model.friction = FrictionLaw::Elliptic { mu: [0.1, 0.2], angle: 0.0 };
@@ -269,8 +275,8 @@ fn gross_sliding_follows_the_associated_rule() {
     }
 }
 
-/// Truth: if the tangential force is below mu P of the final state, an equilibrium exists for any frame width. The first iterates,
-/// however, carry much less load than the final state.
+/// Truth: a tangential force below mu P has an equilibrium on a frame of any width. P is the normal force of the final state. The
+/// first iterates carry much less normal force, but the solver must not report gross sliding.
 #[test]
 fn a_wide_frame_does_not_slide_by_itself() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -288,7 +294,7 @@ fn a_wide_frame_does_not_slide_by_itself() {
     }
 }
 
-/// Truth: a tangential force on bodies that do not touch has no equilibrium.
+/// Truth: a tangential force has no equilibrium if the bodies do not touch.
 #[test]
 fn a_lost_contact_is_reported() {
     let model = sphere_on_frp(30.0, 1.2, 12);
@@ -298,7 +304,7 @@ fn a_lost_contact_is_reported() {
     assert_eq!(result.records[0].normal_force, 0.0);
 }
 
-/// Truth: `str-zero-load`. The squares of tiny forces must not underflow.
+/// Truth: case `str-zero-load`. The squares of tiny forces must not underflow.
 #[test]
 fn tiny_forces_are_carried() {
     let model = sphere_on_frp(30.0, 1.2, 12);
@@ -309,7 +315,7 @@ fn tiny_forces_are_carried() {
     }
 }
 
-/// An operator whose gap has NaN in one entry.
+/// An operator that returns NaN in one entry of the gap.
 struct Damaged(Arc<dyn Flexibility>);
 
 impl Flexibility for Damaged {
@@ -332,7 +338,7 @@ impl Flexibility for Damaged {
     }
 }
 
-/// Truth: `rel-nan-guard`. NaN ends the run with an error. A friction coefficient without a finite inverse is refused.
+/// Truth: case `rel-nan-guard`. NaN ends the run with an error. A friction coefficient without a finite inverse is refused.
 #[test]
 fn not_a_number_is_an_error() {
     for friction in [true, false] {
@@ -349,7 +355,8 @@ fn not_a_number_is_an_error() {
     assert!(run.expect_err("no inverse").to_string().contains("friction coefficient"));
 }
 
-/// Truth: `rel-nonconvergence-is-loud`. A run that reaches the iteration limit ends as not converged and keeps its last record.
+/// Truth: case `rel-nonconvergence-is-loud`. A run that reaches the iteration limit ends as not converged and keeps its last
+/// record.
 #[test]
 fn too_few_iterations_are_loud() {
     let model = sphere_on_frp(30.0, 1.2, 16);
@@ -363,7 +370,7 @@ fn too_few_iterations_are_loud() {
     }
 }
 
-/// Truth: omitted work does not affect the result. Results agree within the certificates (1e-6 of the forces at residual 1e-9).
+/// Truth: omitted work does not affect the result. At the residual 1e-9, forces agree to 1e-6.
 #[test]
 fn skipping_changes_nothing() {
     let model = sphere_on_frp(30.0, 1.2, 24);
@@ -381,7 +388,8 @@ fn skipping_changes_nothing() {
     }
 }
 
-/// Truth: `str-zero-load`. Without a prescribed load the results are exactly zero. A lifted body carries no load.
+/// Truth: case `str-zero-load`. Without a load the force and the contact area are exactly zero. This also holds for a lifted
+/// body.
 #[test]
 fn nothing_prescribed_is_nothing() {
     let model = sphere_on_frp(30.0, 1.2, 8);
@@ -393,8 +401,8 @@ fn nothing_prescribed_is_nothing() {
     }
 }
 
-/// Truth: controls that a step does not name keep their values. Half of the tangential force acts after the first of two
-/// increments.
+/// Truth: controls that a step does not prescribe keep their values. Of a tangential force in two increments, half acts after the
+/// first increment.
 #[test]
 fn what_a_step_does_not_name_stays() {
     let steel = Stiffness::isotropic(210e3, 0.0).expect("steel");

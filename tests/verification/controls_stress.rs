@@ -1,4 +1,6 @@
-//! Controls in limiting cases: zero values, a single cell in contact, two spots.
+//! Prescribed motions and forces in limiting cases: zero values, a single cell in contact, two contact spots.
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::Outcome;
@@ -7,7 +9,7 @@ use orthowear::laws::friction::FrictionLaw;
 
 use crate::common::{half_spaces, indent, press, relative, solve, solve_with, sphere, steel, step};
 
-/// Gap of two equal spheres of radius 5 at x = -1 and x = 1. The second sphere has a gap that is larger by `height`.
+/// Gap of two equal spheres of radius 5 mm at x = -1 and x = 1. The gap of the sphere at x = 1 is larger by `height`.
 fn spots(height: f64) -> impl Fn(f64, f64) -> f64 {
     move |x: f64, y: f64| {
         let round = |at: f64| ((x - at).powi(2) + y * y) / 10.0;
@@ -24,10 +26,13 @@ fn halves(state: &[f64], centers: &[nalgebra::Vector3<f64>], area: f64) -> [f64;
     sums
 }
 
-/// Truth: case `str-two-spots`, the relative difference of the two loads. The difference is below 1e-10 for equal heights (mirror
-/// images) and proportional to the height. A punch that is free to tilt has equal loads except for the lever arms. A height h tilts
-/// the punch by h / 2, which moves both contacts by R h / 2 = 2.5 h (R = 5). The difference is then 2.5 h, to 20 % with so few
-/// cells plus 1e-7. Without tilting it is more than forty times larger.
+/// Truth: the relative difference of the loads on two spots (case `str-two-spots`). For equal heights it is below 1e-10, because
+/// the spots are mirror images. Otherwise it is proportional to the difference h of the heights.
+///
+/// A punch that is free to tilt balances the moments of the two loads about its centre. The difference h tilts the punch by h /
+/// 2, which moves both contacts by R h / 2 = 2.5 h (R = 5). The lever arms become 1 - 2.5 h and 1 + 2.5 h. The relative
+/// difference of the loads is therefore 2.5 h. The tolerance is 20 % for these few cells, plus 1e-7. Without tilting, the
+/// difference of the loads is more than forty times larger.
 #[test]
 fn two_spots_share_the_load() {
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
@@ -49,8 +54,8 @@ fn two_spots_share_the_load() {
     assert!(one > 1e-4, "{one:e}");
 }
 
-/// Truth: case `str-single-node-contact`. A single cell in contact carries the load exactly (1e-10). It has no lever arm and
-/// balances only a zero moment.
+/// Truth: case `str-single-node-contact`. A single cell in contact carries the load to 1e-10. The cell lies at the centre and has
+/// no lever arm. It can balance only a moment of zero.
 #[test]
 fn one_cell_carries_everything() {
     let model = half_spaces(&steel(), None, (1.0, 9), sphere(10.0));
@@ -66,8 +71,8 @@ fn one_cell_carries_everything() {
     }
 }
 
-/// Truth: case `str-zero-load`. Rotations and moments of zero or of the smallest doubles change nothing. Tolerances: 1e-7 of the
-/// force, and 1e-6 rad for the rotations, at residuals of 1e-8.
+/// Truth: case `str-zero-load`. Rotations and moments of zero, or of the smallest doubles, have no effect. The tolerance is 1e-7
+/// of the force and 1e-6 rad for the rotations, at residuals of 1e-8.
 #[test]
 fn nothing_turned_is_nothing() {
     let mut model = half_spaces(&steel(), None, (0.5, 12), sphere(10.0));
@@ -86,7 +91,7 @@ fn nothing_turned_is_nothing() {
             let found = &result.records[1];
             assert!(relative(found.normal_force, plain.normal_force) < 1e-7, "{tilt:?} {found:?}");
             assert!(found.rotation.iter().all(|angle| angle.abs() < 1e-6) && found.twist.abs() < 1e-6);
-            // Without contact there is nothing to balance.
+            // Without contact no moment acts.
             let open = solve(&model, &[Step { tilt: turned.tilt, ..indent(-0.01) }]);
             assert_eq!(open.records[0].normal_force, 0.0);
         }

@@ -1,4 +1,5 @@
-//! Two bodies coupled on one frame: maps to the contact faces, patch tests, Schur complement against the assembled block system.
+//! Two bodies coupled on one contact frame: maps to the contact faces, patch tests, and the Schur complement against the
+//! assembled block system.
 
 mod block;
 mod bricks;

@@ -1,9 +1,10 @@
-//! Anisotropic materials from the literature for several tests.
+//! Anisotropic materials of the literature and of the catalogue (docs/verification.md), and closed forms of their half-spaces.
 
 use nalgebra::Matrix6;
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// Stiffness from the entries of the upper triangle, numbered from 1 in the order 11 22 33 23 13 12.
+/// Stiffness from entries (row, column, value) of the upper triangle of its Voigt matrix. Rows and columns are numbered from 1 in
+/// the order 11, 22, 33, 23, 13, 12.
 pub fn voigt(entries: &[(usize, usize, f64)]) -> Stiffness {
     let mut c = Matrix6::zeros();
     for &(i, j, value) in entries {
@@ -18,20 +19,20 @@ pub fn cubic(c11: f64, c12: f64, c44: f64) -> Stiffness {
     voigt(&[&normal[..], &[(4, 4, c44), (5, 5, c44), (6, 6, c44)]].concat())
 }
 
-/// Zinc with its axis along 3, in GPa times `unit`.
+/// Stiffness of zinc, with the axis of symmetry along 3. Entries are in GPa, multiplied by `unit` (1000 for MPa).
 pub fn zinc(unit: f64) -> Stiffness {
     let [c11, c33, c12, c13, c44] = [165.0, 61.8, 31.1, 50.0, 39.6].map(|c| c * unit);
     let normal = [(1, 1, c11), (2, 2, c11), (3, 3, c33), (1, 2, c12), (1, 3, c13), (2, 3, c13)];
     voigt(&[&normal[..], &[(4, 4, c44), (5, 5, c44), (6, 6, (c11 - c12) / 2.0)]].concat())
 }
 
-/// Topaz, GPa.
+/// Stiffness of topaz, GPa.
 pub fn topaz() -> Stiffness {
     let normal = [(1, 1, 287.0), (2, 2, 365.0), (3, 3, 300.0), (1, 2, 128.0), (1, 3, 85.0), (2, 3, 90.0)];
     voigt(&[&normal[..], &[(4, 4, 110.0), (5, 5, 135.0), (6, 6, 133.0)]].concat())
 }
 
-/// The CFRP of the catalogue: E = 140, 10, 9 GPa (here in MPa), fibre along 1.
+/// The CFRP of the catalogue, with the fibre along 1. Moduli are in MPa.
 pub const CFRP: Orthotropic = Orthotropic {
     e1: 140e3,
     e2: 10e3,
@@ -48,7 +49,7 @@ pub fn cfrp_of_tables() -> Stiffness {
     Stiffness::orthotropic(&CFRP).expect("CFRP")
 }
 
-/// A material with E1 / E2 = `ratio` and the fibre along x.
+/// Stiffness of a material with E1 / E2 = `ratio` and the fibre along x.
 pub fn with_ratio(ratio: f64) -> Stiffness {
     let e2 = 10e3;
     let g23 = e2 / 2.6;
@@ -66,7 +67,7 @@ pub fn with_ratio(ratio: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("an admissible material")
 }
 
-/// Steel with the small anisotropy `e`.
+/// Stiffness of steel with a small anisotropy. Its moduli differ by fractions of `e`.
 pub fn nearly_isotropic(e: f64) -> Stiffness {
     let (young, nu) = (210e3, 0.3);
     let g = young / 2.6;
@@ -84,7 +85,8 @@ pub fn nearly_isotropic(e: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("an admissible material")
 }
 
-/// Diagonal of Re W along axis 1 of an orthotropic solid, in its material axes (Ting 1996).
+/// Diagonal of the real part of the surface admittance W for waves along axis 1 of an orthotropic solid, in its material axes
+/// (Ting 1996).
 pub fn admittance_along_1(stiffness: &Stiffness) -> [f64; 3] {
     let c = stiffness.voigt();
     let s = (c[(0, 0)] * c[(2, 2)]).sqrt();

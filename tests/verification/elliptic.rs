@@ -1,4 +1,4 @@
-//! Elliptic friction: direction of forces and slip, audits of whole states, one point with several solutions.
+//! Elliptic friction: direction of forces and slip, audits of contact states, and a contact point with several solutions.
 
 mod single_cell;
 mod sliding;

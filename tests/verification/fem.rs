@@ -1,4 +1,5 @@
-//! Finite elements against exact fields: patch tests, bars, rigid-body motions, loads.
+//! Finite elements against exact fields: patch tests, bars, rigid-body motions, loads. Cases are those of the catalogue
+//! (docs/verification.md). Units are N, mm and MPa.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 use orthowear::element::ElementKind::{self, Hex8, Tet4};
@@ -10,7 +11,7 @@ use orthowear::mesh::Mesh;
 use super::fem_bodies::{ALL, ELEMENTS, clamp, isotropic, largest_difference, rotated_orthotropic, spec};
 use super::fem_meshes::{add_cells, block, boundary_nodes, bulging, macneal_harder, prescribe, rough, wavy};
 
-/// Displacement field of a constant strain (Voigt, engineering shears) with an added rotation.
+/// Displacement field of the constant strain `strain` (Voigt order, engineering shears) with an added rotation.
 fn linear_field(strain: [f64; 6]) -> impl Fn([f64; 3]) -> [f64; 3] {
     let [xx, yy, zz, yz, xz, xy] = strain;
     let spin = 2e-4;
@@ -19,8 +20,8 @@ fn linear_field(strain: [f64; 6]) -> impl Fn([f64; 3]) -> [f64; 3] {
     move |x| (h * Vector3::from(x)).into()
 }
 
-/// Patch test: prescribes the field of [`linear_field`] on the whole boundary of `mesh`, whose volume is `volume`. `tolerance` is
-/// relative, for energy and stress.
+/// Patch test: prescribes the field of [`linear_field`] on the whole boundary of `mesh`, and checks displacement, stress, energy
+/// and reactions. `volume` is the volume of the mesh. `tolerance` is the relative tolerance of stress and energy.
 pub fn patch_test(
     mut mesh: Mesh,
     stiffness: Stiffness,
@@ -56,8 +57,8 @@ pub fn patch_test(
     }
 }
 
-/// Truth: a strain of 1e-3 in all six components gives normal stresses of 2000 and shear stresses of 400 (catalogue
-/// patch-macneal-harder; MacNeal and Harder 1985). Every consistent element represents this strain. The tolerance covers rounding.
+/// Truth: case `patch-macneal-harder` (MacNeal and Harder 1985). A strain of 1e-3 in all six components gives normal stresses of
+/// 2000 and shear stresses of 400. Every consistent element represents this strain. The tolerance covers rounding.
 #[test]
 fn patch_macneal_harder() {
     let strain = [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3];
@@ -76,9 +77,8 @@ fn patch_macneal_harder() {
     }
 }
 
-/// Truth: a constant strain in a rotated orthotropic material gives the stress 66.07146, 16.66125, .. and the energy density
-/// 0.03919764. Source: catalogue patch-orthotropic-rotated, independent computation, 7 digits. The tolerance of the elements covers
-/// rounding.
+/// Truth: case `patch-orthotropic-rotated`. For a constant strain in a rotated orthotropic material, an independent computation
+/// gives the stresses and the energy density 0.03919764, to 7 digits. The tolerance of the elements covers rounding.
 #[test]
 fn patch_orthotropic_rotated() {
     let strain = [0.001, 0.0005, -0.0003, 0.0004, -0.0002, 0.0005];
@@ -90,7 +90,7 @@ fn patch_orthotropic_rotated() {
     for (kind, formulation) in ELEMENTS {
         let mesh = block(kind, [3, 3, 3], [1.0, 1.0, 1.0], wavy);
         patch_test(mesh, stiffness.clone(), formulation, strain, 1.0, 1e-12);
-        // The mesh is curved inside in all directions.
+        // In this mesh, inner nodes are moved in all three directions.
         let mesh = block(kind, [2, 2, 2], [1.0, 1.0, 1.0], bulging);
         patch_test(mesh, stiffness.clone(), formulation, strain, 1.0, 1e-12);
     }
@@ -99,8 +99,9 @@ fn patch_orthotropic_rotated() {
     }
 }
 
-/// Truth: the patch test does not depend on scale and holds at an aspect ratio of 1000 (catalogue str-aspect-ratio, 1e-8 there).
-/// Tolerance 1e-11 for hex8 and tet4, 3e-11 for other elements: strains are differences of displacements a thousand times larger.
+/// Truth: case `str-aspect-ratio`. Elements pass the patch test at an aspect ratio of 1000. The case allows errors of 1e-8. This
+/// test allows 1e-11 for hex8 and tet4 and 3e-11 for other elements. These tolerances exceed rounding errors of 1e-16, because
+/// strains are differences of displacements a thousand times larger.
 #[test]
 fn patch_slender() {
     let strain = [0.001, 0.0005, -0.0003, 0.0, 0.0, 0.0];
@@ -111,9 +112,9 @@ fn patch_slender() {
     }
 }
 
-/// Truth: sigma_xx = 100 as the only stress gives the strain 100 S'[:,0], with the compliance S' in mesh axes, and the apparent
-/// modulus 14390.32. Source: catalogue uniaxial-rotated-orthotropic, independent computation. The tolerance covers rounding of a
-/// solve with condition number 1e6, and the 7 published digits.
+/// Truth: case `uniaxial-rotated-orthotropic`, from an independent computation with 7 digits. If sigma_xx = 100 MPa is the only
+/// stress, the strain is 100 MPa times the first column of the compliance in mesh axes. The apparent modulus is 14390.32 MPa. The
+/// tolerance of the elements covers rounding of a solve with condition number 1e6.
 #[test]
 fn uniaxial_rotated_orthotropic() {
     let published = [0.006949115, -0.001998917, -0.002226602, 0.0001867743, 0.005359313, -0.002276476];
@@ -141,8 +142,8 @@ fn uniaxial_rotated_orthotropic() {
     }
 }
 
-/// Truth: rigid-body motions R cause no internal forces, K R = 0 with the stiffness matrix K. The tolerance covers rounding
-/// relative to |K| |R|.
+/// Truth: rigid-body motions R cause no internal forces: K R = 0 with the stiffness matrix K. The tolerance covers rounding,
+/// relative to the largest diagonal entry of K.
 #[test]
 fn rigid_motions_cause_no_forces() {
     let graded = |x: [f64; 3]| x.map(|c| (1000f64.powf(c) - 1.0) / 999.0);
@@ -166,8 +167,8 @@ fn rigid_motions_cause_no_forces() {
     }
 }
 
-/// Truth: for nu = 0 the top of a column of height L moves by w(L) = -rho g L^2 / (2 E) = -0.0005 under its weight. Linear elements
-/// are exact at the nodes of a column. The tolerance covers rounding.
+/// Truth: for nu = 0 the top of a column of height L under the weight rho g per volume moves by -rho g L^2 / (2 E) = -0.0005.
+/// Linear elements are exact at the nodes of a column. The tolerance covers rounding.
 #[test]
 fn self_weight_column() {
     for formulation in HexFormulation::ALL {
@@ -184,9 +185,10 @@ fn self_weight_column() {
     }
 }
 
-/// Truth: a uniform pressure p loads each node of a rectangle with a quarter of the force on the face, and each node of a triangle
-/// with a third (docs/theory-finite-elements.md). On a curved distorted closed surface the forces balance. The work of these forces
-/// on the displacement u = x is -3 p V for the volume V (Gauss's theorem). The tolerance covers rounding.
+/// Truth: a uniform pressure p loads each node of a rectangular face with a quarter of the force on the face. Each node of a
+/// triangular face carries a third (docs/theory-finite-elements.md). On a curved distorted closed surface the nodal forces
+/// balance. If every node moves by its position vector x, these forces do the work -3 p V, with the volume V (Gauss's theorem).
+/// The tolerance covers rounding.
 #[test]
 fn pressurised_faces() {
     for (kind, weight) in [(Hex8, 0.25), (Tet4, 1.0 / 3.0)] {
@@ -223,8 +225,8 @@ fn pressurised_faces() {
     }
 }
 
-/// Truth: a bar of two layers with thicknesses L1, L2 and moduli E1, E2 shortens by p (L1/E1 + L2/E2) under the pressure p. (nu =
-/// 0; setup of the catalogue's contact-patch, without contact.) The tolerance covers rounding.
+/// Truth: a bar of two layers with thicknesses L1, L2 and moduli E1, E2 shortens by p (L1/E1 + L2/E2) under the pressure p, for
+/// nu = 0. The tolerance covers rounding.
 #[test]
 fn regions_have_their_own_stiffness() {
     let mut mesh = block(Hex8, [1, 1, 4], [1.0, 1.0, 4.0], |x| x);
@@ -243,8 +245,8 @@ fn regions_have_their_own_stiffness() {
     assert!((shortening / (10.0 * (3.0 / 1000.0 + 1.0 / 500.0)) - 1.0).abs() < 1e-12);
 }
 
-/// Truth: a middle node that moves along its straight edge does not change the shape of an element. Under a body force b per volume
-/// the cube of side 2 carries 8 b, the tetrahedron b / 6.
+/// Truth: moving a mid-edge node along its straight edge does not change the shape of an element. Under a body force b per
+/// volume, the cube of side 2 therefore carries 8 b, and the tetrahedron b / 6.
 #[test]
 fn elements_that_fold_at_a_node_keep_their_weight() {
     let cases = [

@@ -50,7 +50,7 @@ pub fn clamp(group: &str) -> Support {
     Support { group: group.into(), components: ALL, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
 }
 
-/// Orthotropic material of the catalogue, rotated by Rz(20) Ry(35) Rx(10), angles in degrees.
+/// CFRP of the catalogue (docs/verification.md), rotated by Rz(20) Ry(35) Rx(10), angles in degrees.
 pub fn rotated_orthotropic() -> Stiffness {
     let turn = |axis: Vector3<f64>, degrees: f64| {
         nalgebra::Rotation3::from_axis_angle(&nalgebra::Unit::new_normalize(axis), degrees.to_radians())

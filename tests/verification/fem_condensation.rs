@@ -1,4 +1,4 @@
-//! Condensation to the contact nodes: exactness, reciprocity, reproducible bits, memory.
+//! Condensation to the contact nodes: exactness, reciprocity, bitwise reproducibility, memory.
 
 use nalgebra::{DMatrix, DVector};
 use orthowear::element::ElementKind::{self, Hex8};
@@ -53,13 +53,13 @@ fn at_contact(body: &CondensedBody, u: &[[f64; 3]]) -> Vec<f64> {
     body.contact_nodes().iter().flat_map(|&node| u[node]).collect()
 }
 
-/// Truth: condensation is exact (Guyan 1965). For contact forces f, F_cc f + u_free equals the full solution at the contact nodes,
-/// with u_free for f = 0. F_cc is the contact block of the inverse of the assembled K, from a dense factorisation of another
-/// library. Tolerance 1e-10.
+/// Truth: condensation is exact (Guyan 1965). Under contact forces f, the contact nodes move by F_cc f + u_free in the full
+/// solution. u_free is their displacement for f = 0. F_cc is the contact block of the inverse of the assembled stiffness matrix
+/// K. Another library computes this inverse from a dense factorisation. The tolerance is 1e-10.
 #[test]
 fn condensation_is_exact() {
     for (kind, formulation) in ELEMENTS {
-        // The dense inverse dominates the run time.
+        // Meshes are coarse, because the dense inverse dominates the run time.
         let body = loaded_block(
             kind,
             formulation,
@@ -104,9 +104,9 @@ fn condensation_is_exact() {
     }
 }
 
-/// Truth: forces a do the same work on the displacements under forces b as b on the displacements under a (Betti 1872). The strain
-/// energy is half the work of the forces (Clapeyron). Tolerance 1e-12 relative to the work of a on its own displacements, energy
-/// 1e-11 (case schur-exactness).
+/// Truth: forces a do the same work on the displacements due to forces b as forces b do on the displacements due to a (Betti
+/// 1872). The tolerance is 1e-12, relative to the work of a on its own displacements. The strain energy is half the work of the
+/// forces (Clapeyron), to 1e-11 (catalogue case `schur-exactness`, docs/verification.md).
 #[test]
 fn maxwell_betti() {
     for (kind, formulation) in ELEMENTS {
@@ -149,8 +149,8 @@ fn same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: the estimated bytes exceed the bytes of the factor entries and of one dense matrix of the contact unknowns, but by less
-/// than a factor of ten.
+/// Truth: the factor and one dense matrix of the contact unknowns must fit in memory. The estimated peak memory therefore exceeds
+/// their size, but by less than a factor of ten.
 #[test]
 fn analysis_foretells_the_memory() {
     let mesh = block(Hex8, [6, 6, 6], [1.0; 3], |x| x);
@@ -190,7 +190,7 @@ fn cached_bodies_are_the_same() {
         }
     }
     assert!(restored, "the factor of the loaded body was kept");
-    // The flexibility does not depend on loads. The second entry is the factor of the loaded body.
+    // The cache holds two entries: the flexibility, which does not depend on loads, and the factor of the loaded body.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     let cached = body(false).condense_with(&top, &resources).unwrap();
     assert!(cached.origin().cached);
@@ -205,7 +205,8 @@ fn rough_block(cells: usize, held: bool) -> (FeModel, Vec<usize>) {
     (FeModel::new(spec).unwrap(), contact)
 }
 
-/// The memory limit is one byte below the need of a factorisation.
+/// Condenses the body of [`rough_block`] by conjugate gradients, because the memory limit is one byte too low for a
+/// factorisation.
 fn without_factor(cells: usize, held: bool, threads: usize) -> CondensedBody {
     let (model, contact) = rough_block(cells, held);
     let needed = model.analyse(&contact).unwrap().factorisation_peak_bytes();
@@ -218,8 +219,8 @@ fn without_factor(cells: usize, held: bool, threads: usize) -> CondensedBody {
     })
 }
 
-/// Truth: the inverse of the stiffness matrix does not depend on the method. Tolerance 1e-9 of the largest entry, because conjugate
-/// gradients solve the columns to an energy error of 1e-11.
+/// Truth: the inverse of the stiffness matrix does not depend on the method. The tolerance is 1e-9 of the largest entry, because
+/// conjugate gradients solve the columns to an energy error of 1e-11.
 #[test]
 fn conjugate_gradients_give_what_the_factor_gives() {
     for held in [true, false] {
@@ -245,8 +246,8 @@ fn conjugate_gradients_give_what_the_factor_gives() {
     }
 }
 
-/// Truth: with a coarse space of rigid-body motions the condition number is bounded for any mesh (Nicolaides 1987). With twice the
-/// cells along each edge the number of iterations grows by less than half.
+/// Truth: with a coarse space of rigid-body motions, the condition number of the preconditioned system is bounded for any mesh
+/// (Nicolaides 1987). With twice the cells along each edge the number of iterations grows by less than half.
 #[test]
 fn iterations_do_not_grow_with_the_mesh() {
     let counts = [6, 12].map(|cells| {

@@ -31,7 +31,8 @@ fn body(mesh: Mesh, placement: RegionMaterial, supports: Vec<Support>) -> FeSpec
     body
 }
 
-/// Two directions for each solid. `axes` gives the material axes (columns) for the tag of a solid.
+/// Orientation given by two directions for each solid element. `axes` returns the material axes, as columns, for the tag of an
+/// element.
 fn by_element(mesh: &Mesh, axes: impl Fn(u64) -> Matrix3<f64>) -> Orientation {
     let mut table = ElementAxes::new("the test");
     for cell in mesh.volume_cells() {
@@ -104,9 +105,9 @@ fn a_turned_body_with_turned_directions_gives_the_turned_answer() {
 /// strain.
 ///
 /// # Source
-/// Lekhnitskii, Theory of Elasticity of an Anisotropic Body (1963), section 25: sigma_r = A r^(k-1) + B r^(-k-1) and the hoop
-/// stress sigma_t = k (A r^(k-1) - B r^(-k-1)). Here k^2 = b_rr / b_tt with b_ij = s_ij - s_iz s_jz / s_zz, reduced from the
-/// compliances s_ij. A and B follow from the pressures.
+/// Lekhnitskii, Theory of Elasticity of an Anisotropic Body (1963), section 25: the radial stress is sigma_r = A r^(k-1) + B
+/// r^(-k-1), the hoop stress sigma_t = k (A r^(k-1) - B r^(-k-1)). Here k^2 = b_rr / b_tt. In plane strain, the compliances s_ij
+/// become b_ij = s_ij - s_iz s_jz / s_zz. The pressures at a and b determine A and B.
 fn lekhnitskii(pressure: f64, [a, b]: [f64; 2]) -> f64 {
     // Axes 1, 2, 3 = hoop, axial, radial.
     let [s_tt, s_zz, s_rr] = [1.0 / CFRP.e1, 1.0 / CFRP.e2, 1.0 / CFRP.e3];
@@ -114,15 +115,16 @@ fn lekhnitskii(pressure: f64, [a, b]: [f64; 2]) -> f64 {
     let (b_tt, b_rr) = (s_tt - s_tz * s_tz / s_zz, s_rr - s_zr * s_zr / s_zz);
     let b_tr = s_tr - s_tz * s_zr / s_zz;
     let k = (b_rr / b_tt).sqrt();
-    // sigma_r(a) = -pressure and sigma_r(b) = 0. The latter gives B = -A b^(2k).
+    // sigma_r(a) = -pressure and sigma_r(b) = 0. The second condition gives B = -A b^(2k).
     let power = |r: f64, sign: f64| r.powf(sign * k - 1.0);
     let amplitude = -pressure / (power(a, 1.0) - b.powf(2.0 * k) * power(a, -1.0));
     let hoop = k * amplitude * (power(a, 1.0) + b.powf(2.0 * k) * power(a, -1.0));
     a * (b_tt * hoop - b_tr * pressure)
 }
 
-/// Truth: [`lekhnitskii`] for a tube with hoop fibres, radii 1 and 2. The error is second order in the element size between n = 4,
-/// 8 and 16 cells, and below 0.5 % at n = 16. A table with the axes of every element gives the same displacement to rounding.
+/// Truth: [`lekhnitskii`] for a tube with hoop fibres and radii 1 and 2. The error is of second order in the element size between
+/// n = 4, 8 and 16 cells, and below 0.5 % for n = 16. A table with the axes of every element gives the same displacement to
+/// rounding.
 #[test]
 fn hoop_wound_tube_under_internal_pressure() {
     let (radii, pressure) = ([1.0, 2.0], 100.0);
@@ -187,9 +189,9 @@ fn reduced_stiffness(angle: f64) -> Matrix3<f64> {
     Matrix3::new(q11(c2, s2), cross, b16, cross, q11(s2, c2), b26, b16, b26, b66)
 }
 
-/// Truth: classical lamination theory. Under a uniform in-plane strain the mean stress of a laminate is the strain times the
-/// thickness-weighted mean of its plies' reduced stiffnesses. The exact displacement is linear in each ply, and the elements
-/// represent it. The tolerance covers rounding.
+/// Truth: classical lamination theory. Under a uniform in-plane strain, the mean stress of a laminate is the strain times the
+/// thickness-weighted mean of its plies' reduced stiffnesses. The exact displacement is linear in each ply, so that the elements
+/// represent it exactly. The tolerance covers rounding.
 #[test]
 fn laminates_have_the_stiffness_of_classical_lamination_theory() {
     let cross_ply = vec![(0.2, 0.0), (0.3, 90.0), (0.3, 90.0), (0.2, 0.0)];
@@ -219,8 +221,8 @@ fn laminates_have_the_stiffness_of_classical_lamination_theory() {
     }
 }
 
-/// Mean in-plane stresses (xx, yy, xy) of a box 2 x 1 x 1 whose sides follow a uniform strain. Each one is the work of the
-/// reactions on the displacement of a unit strain, per volume.
+/// Mean in-plane stresses (xx, yy, xy) of a box 2 x 1 x 1 whose sides follow a uniform strain. Each stress is the work of the
+/// reactions on the displacement field of the corresponding unit strain, divided by the volume.
 fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3<f64> {
     let field = |strain: [f64; 3], x: [f64; 3]| {
         [strain[0] * x[0] + 0.5 * strain[2] * x[1], strain[1] * x[1] + 0.5 * strain[2] * x[0]]
@@ -254,7 +256,7 @@ fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3
     Vector3::new(virtual_work([1.0, 0.0, 0.0]), virtual_work([0.0, 1.0, 0.0]), virtual_work([0.0, 0.0, 1.0]))
 }
 
-/// Truth: the numbers of elements, derived by hand.
+/// Truth: the numbers of elements outside the plies, or cut by a border between plies, counted by hand.
 #[test]
 fn plies_that_do_not_fit_the_mesh_are_found() {
     let mesh = || block(Hex8, [2, 2, 4], [1.0; 3], |x| x);

@@ -17,10 +17,10 @@ pub fn add_cells(mesh: &mut Mesh, kind: ElementKind, name: &str, nodes: Vec<usiz
     mesh.groups.push(PhysicalGroup { name: name.to_string(), dim: kind.dim(), tag, cells });
 }
 
-/// Corners of a cell in the hexahedron's node order, as steps along x, y, z.
+/// Corners of a unit cube in the node order of hexahedra, as coordinates 0 or 1.
 const HEX_STEPS: [[usize; 3]; 8] =
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
-/// Kuhn's six tetrahedra of a cell (paths from corner 0 to corner 6), positively oriented.
+/// Kuhn's division of a cube into six positively oriented tetrahedra, which share the diagonal from corner 0 to corner 6.
 const KUHN: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 5, 1, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 4, 5, 6], [0, 7, 4, 6]];
 
@@ -100,7 +100,7 @@ pub fn block(
     map: impl Fn([f64; 3]) -> [f64; 3],
 ) -> Mesh {
     let parts = nodes_of_cube(kind);
-    // Nodes are at multiples of a quarter of a cell.
+    // All nodes lie at multiples of a quarter of a cell. These multiples identify the nodes that cells share.
     let mut known: HashMap<[usize; 3], usize> = HashMap::new();
     let mut straight: Vec<[f64; 3]> = Vec::new();
     let mut nodes = Vec::new();

@@ -1,4 +1,4 @@
-//! Bodies that must be refused, and the content of the messages.
+//! Bodies that must be refused, and the contents of the error messages.
 
 use orthowear::element::ElementKind::{Hex8, Tet4};
 use orthowear::error::ErrorKind;
@@ -26,7 +26,8 @@ fn assert_says(message: &str, words: &[&str]) {
     }
 }
 
-/// Truth: docs/scene.md. The limit is the size of the matrix entries alone: 16 bytes each for row and value, lower triangle only.
+/// Truth: docs/scene.md, which refuses runs that exceed the memory limit. The limit of this test suffices for the matrix entries
+/// alone: 16 bytes for the row and value of each entry of the lower triangle.
 #[test]
 fn refuses_to_assemble_beyond_the_memory() {
     let entries = FeModel::new(cube(vec![clamp("z0")])).unwrap().stiffness().n_stored();
@@ -86,7 +87,7 @@ fn free_names(spec: FeSpec) -> String {
     find_rigid_body_modes(&spec).expect("sound supports").map_or(String::new(), |free| free.names.join(", "))
 }
 
-/// Truth: the free rigid-body modes, found by hand.
+/// Truth: the free rigid-body modes, derived by hand.
 #[test]
 fn names_free_rigid_motions() {
     assert_eq!(free_names(cube(vec![clamp("z0")])), "");
@@ -124,7 +125,7 @@ fn names_free_rigid_motions() {
     assert_says(&hinge, &["rotation about the direction (0.707, 0.707, 0.000)"]);
 }
 
-/// Two unit cubes of n³ cells each, the second one moved by `offset`, with coincident nodes merged.
+/// Two unit cubes of n³ cells each. The second cube is moved by `offset`, and coincident nodes are merged.
 fn two_cubes(offset: [f64; 3], n: usize) -> FeSpec {
     let mut mesh = block(Hex8, [n; 3], [1.0; 3], |x| x);
     let first: Vec<usize> = mesh.volume_cells().flat_map(|cell| mesh.cell_nodes(cell).to_vec()).collect();
@@ -142,8 +143,8 @@ fn two_cubes(offset: [f64; 3], n: usize) -> FeSpec {
     spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("z0")])
 }
 
-/// Truth: a part that shares only an edge rotates about it. The rigid-body modes of the whole body do not contain this rotation,
-/// but the factorisation finds it.
+/// Truth: the second cube shares only an edge with the first cube, so it can rotate about this edge. The rigid-body modes of the
+/// whole body do not contain this rotation. The factorisation finds the singular matrix. A separate cube is refused, too.
 #[test]
 fn refuses_loose_and_hinged_parts() {
     let loose = refusal(two_cubes([5.0, 0.0, 0.0], 1));
@@ -153,8 +154,8 @@ fn refuses_loose_and_hinged_parts() {
     assert_says(&hinged.to_string(), &["body1", "singular at the node at (", "direction"]);
 }
 
-/// Truth: parts that share only an edge, a piece of an edge or a node can rotate against each other. Without a factorisation,
-/// conjugate gradients must report this.
+/// Truth: two cubes that share only an edge, a piece of an edge or a node can rotate against each other. Conjugate gradients,
+/// which need no factorisation, must report this.
 #[test]
 fn refuses_hinged_parts_without_a_factor() {
     for offset in [[1.0, 0.0, 1.0], [1.0, 0.5, 1.0], [1.0, 1.0, 1.0]] {
@@ -171,7 +172,7 @@ fn refuses_hinged_parts_without_a_factor() {
     }
 }
 
-/// Truth: contact nodes belong to the body and are unique.
+/// Truth: a contact node must belong to a solid element, and must not appear twice.
 #[test]
 fn refuses_wrong_contact_nodes() {
     let model = || FeModel::new(cube(vec![clamp("z0")])).unwrap();

@@ -1,4 +1,4 @@
-//! Elastic foundations, planes of symmetry and far-field displacements.
+//! Elastic foundations, planes of symmetry, and displacements prescribed as a linear field.
 
 use orthowear::element::ElementKind::Hex8;
 use orthowear::fem::{CondensedBody, FeModel, FeSpec, Foundation, FoundationStiffness, Support};
@@ -18,15 +18,15 @@ fn solved(spec: FeSpec) -> (CondensedBody, Vec<[f64; 3]>) {
     (body, u)
 }
 
-/// Truth: a block of height h and modulus E on springs k per area under a pressure p sinks by p / k at its base and by p / k + p h
-/// / E at its top. Every element represents uniform stress. Normal springs leave x, y and the rotation about z unconstrained. The
-/// tolerance covers rounding of the solve (1e-10).
+/// Truth: a block of height h and modulus E stands on springs of stiffness k per area. Under a pressure p its base sinks by p /
+/// k, and its top by p / k + p h / E. Every element represents uniform stress. Springs along the normal leave the translations
+/// along x and y and the rotation about z unconstrained. The tolerance 1e-10 covers rounding of the solve.
 #[test]
 fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
     let (p, k, h, e) = (3.0, 250.0, 2.0, 210e3);
     for (kind, formulation) in ELEMENTS {
         for bedding in [FoundationStiffness::Normal(k), FoundationStiffness::Components([0.0, 0.0, k])] {
-            // Coarse second-order elements would fold.
+            // The distortion would fold coarse elements of order 2.
             let map = if kind.n_nodes() > 8 { |x: [f64; 3]| x } else { wavy };
             let mesh = block(kind, [3, 2, 3], [1.0, 1.5, h], map);
             let mut body = spec(mesh, isotropic(), formulation, vec![]);
@@ -47,10 +47,10 @@ fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
     assert!(find_rigid_body_modes(&held).expect("sound supports").is_none());
 }
 
-/// Truth: a semi-infinite beam on a foundation under an end load P deflects at its end by 2 P lambda / (k b) (Hetenyi 1946).
-/// lambda^4 = k b / (4 E I), with height h, width b, bending stiffness E I and foundation stiffness k per area. The deflection
-/// first vanishes at lambda x = pi / 2. Shear and the 60 elements each add about (lambda h)^2, with lambda h = 0.05. The tolerance
-/// is therefore 1 %.
+/// Truth: a semi-infinite beam on a foundation under an end load P deflects at its end by 2 P lambda / (k b) (Hetenyi 1946). Here
+/// lambda^4 = k b / (4 E I), with the height h, the width b, the bending stiffness E I and the foundation stiffness k per area.
+/// The deflection first vanishes at lambda x = pi / 2. Shear deformation and the division into 60 elements each change the
+/// deflection by a fraction of about (lambda h)^2 = 0.0025. The tolerance is therefore 1 %.
 #[test]
 fn a_beam_on_a_foundation() {
     let (h, b, e) = (1.0, 1.0, 1000.0_f64);
@@ -78,8 +78,8 @@ fn a_beam_on_a_foundation() {
     assert!(deflection(30.0) * wanted > 0.0 && deflection(32.0) * wanted < 0.0);
 }
 
-/// Truth: a linear field on the boundary is linear inside (patch test). Row i of the gradient belongs to displacement component i.
-/// Tolerance 1e-12 of the largest displacement.
+/// Truth: a displacement that is linear on the boundary is linear inside (patch test). Row i of the gradient belongs to
+/// displacement component i. The tolerance is 1e-12 of the largest displacement.
 #[test]
 fn a_far_strain_field() {
     let gradient = [[1e-3, 2e-4, -3e-4], [5e-4, -7e-4, 1e-4], [2e-4, 4e-4, 6e-4]];
@@ -102,8 +102,8 @@ fn a_far_strain_field() {
     }
 }
 
-/// Truth: half of a symmetric body has the same displacement as the whole body (1e-11 of the largest). A curved or oblique surface
-/// is refused.
+/// Truth: half of a symmetric body has the same displacement as the whole body, to 1e-11 of the largest displacement. Curved and
+/// oblique surfaces are refused as planes of symmetry.
 #[test]
 fn a_plane_of_symmetry() {
     let load = |mesh, supports| {

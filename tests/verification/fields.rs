@@ -1,4 +1,4 @@
-//! Field files: their values against direct formulas and against what meshio and VTK read.
+//! Values in field files, against direct formulas and against the values that meshio and VTK read.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ use orthowear::output::surface_properties::SurfaceProperties;
 use orthowear::output::volume::volume_grid;
 use orthowear::output::vtu::{ArrayValues, DataArray, UnstructuredGrid};
 
-/// The displacement is [`displacement`] under any tractions.
+/// A body with the given points. Its displacement is [`displacement`] under any tractions.
 struct AffineBody(Vec<[f64; 3]>);
 
 fn displacement(x: &[f64; 3]) -> [f64; 3] {
@@ -80,7 +80,7 @@ fn whole_field(body: &AffineBody) -> BodyField {
     BodyField { stress, ..field }
 }
 
-/// Irregular numbers in -1..1 (from multiples of the golden ratio), so that permuted entries are found.
+/// Irregular numbers in [-1, 1), from multiples of the golden ratio. No two are equal, so that tests detect permuted entries.
 fn scattered(n: usize, seed: f64) -> Vec<f64> {
     (0..n).map(|i| 2.0 * ((i as f64 + seed) * 0.618_033_988_749_894_9).fract() - 1.0).collect()
 }
@@ -109,7 +109,7 @@ fn reals(arrays: &[DataArray], name: &str) -> Vec<f64> {
     }
 }
 
-/// A unit cube with mid-edge nodes in gmsh's node order (its reference manual, "Node ordering").
+/// A unit cube with mid-edge nodes in gmsh's node order (reference manual, "Node ordering").
 fn quadratic_cube() -> Mesh {
     let corners = [
         [0.0, 0.0, -1.0],
@@ -138,8 +138,8 @@ fn one_cell(kind: ElementKind, corners: &[[f64; 3]], edges: &[(usize, usize)]) -
     Mesh { source: "by hand".into(), points, blocks: vec![block], ..Default::default() }
 }
 
-/// Truth: a state of six cells stores component k of cell i at index 6 k + i. The grid stores the components of each cell together.
-/// A global vector is the local one turned by the azimuth of the frame.
+/// Truth: a state of six cells stores component k of cell i at index 6 k + i. The grid stores the components of each cell
+/// together. A vector in global axes is the vector in frame axes, rotated by the azimuth of the frame.
 #[test]
 fn frame_fields_are_the_planes_by_cell() {
     let (frame, state) = (frame(), state(6));
@@ -160,8 +160,8 @@ fn frame_fields_are_the_planes_by_cell() {
     }
 }
 
-/// Truth: every point has the affine displacement. The contact nodes inside the frame carry its constant traction, with opposite
-/// sign on body 1. All other nodes carry zero.
+/// Truth: every point has the affine displacement. The contact nodes inside the frame carry the constant traction of the frame,
+/// with the opposite sign on body 1. All other nodes carry no traction.
 #[test]
 fn surfaces_carry_displacement_and_traction() {
     let mesh = quadratic_cube();
@@ -190,7 +190,8 @@ fn surfaces_carry_displacement_and_traction() {
     }
 }
 
-/// Truth: the same cells contain a point whether the frame is a grid or a list of the grid's polygons, also on borders.
+/// Truth: the grid and a frame that lists the same cells as polygons find the same cells at every point. Points on borders
+/// between cells are included.
 #[test]
 fn a_frame_without_grid_is_searched_to_the_same_end() {
     let grid = frame();
@@ -254,7 +255,7 @@ fn json_grid(grid: &UnstructuredGrid, straight: bool) -> serde_json::Value {
     })
 }
 
-/// $ORTHOWEAR_PYTHON or the .venv of the project, with meshio and VTK.
+/// Python with meshio and VTK, from $ORTHOWEAR_PYTHON or from the .venv of the project. `None` if it is absent.
 fn python() -> Option<PathBuf> {
     let program = std::env::var_os("ORTHOWEAR_PYTHON")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python"), PathBuf::from);
@@ -280,7 +281,8 @@ fn compare_with_readers(dir: &Path, expected: &serde_json::Value) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Truth: two independent readers return every array to the last bit. The middle nodes of quadratic edges are midpoints.
+/// Truth: meshio and VTK, two readers independent of the writer, return every array to the last bit. The middle nodes of
+/// quadratic edges are midpoints.
 #[test]
 fn meshio_and_vtk_read_what_was_given() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -364,7 +366,8 @@ fn polygons() -> UnstructuredGrid {
     grid
 }
 
-/// Hertzian pressure on a circle of radius 1 on n x n cells. Cells within half the radius stick.
+/// A frame of n x n cells with Hertzian pressure on a circle of radius 1. Cells within half this radius stick, other cells in
+/// contact slip.
 fn hertz(n: usize) -> (ContactFrame, FrameState) {
     let frame = ContactFrame::grid([1.2, 1.2], [n, n], [0.0, 0.0], 0.0).expect("a frame");
     let radius = |i: usize| frame.centers[i].xy().norm();
@@ -385,7 +388,7 @@ fn hertz(n: usize) -> (ContactFrame, FrameState) {
     (frame, state)
 }
 
-/// Truth: the pictures are well-formed XML, of limited size on a fine frame.
+/// Truth: the pictures of a fine frame are well-formed XML, and smaller than 4 MiB.
 #[test]
 fn pictures_are_valid_and_small() {
     let dir = tempfile::tempdir().expect("a temporary folder");

@@ -1,4 +1,4 @@
-//! Shapes of gaps against closed forms of indenters.
+//! Shapes of gaps against closed forms of indenters. Cases are those of the catalogue (docs/verification.md).
 
 use std::f64::consts::PI;
 
@@ -29,8 +29,9 @@ fn radius(record: &IncrementRecord) -> f64 {
     (record.contact_area / PI).sqrt()
 }
 
-/// Truth: case `cone-sneddon`. The approach is delta = (pi / 2) a tan b for the slope angle b, to 5e-3. The contact radius a agrees
-/// within a cell, the pressure at half the radius, away from the singularity at the tip, to 1e-2.
+/// Truth: case `cone-sneddon`. For the slope angle b and the contact radius a, the approach is (pi / 2) a tan b, to 5e-3. The
+/// contact radius agrees within a cell. The pressure agrees to 1e-2 at half the contact radius, away from the singularity at the
+/// tip.
 #[test]
 fn a_cone() {
     let (a, cells) = (0.177_572_3, 50);
@@ -61,7 +62,7 @@ fn a_quartic() {
     assert!((radius(found) - a).abs() < 2.5 * a / cells as f64);
 }
 
-/// Truth: case `sphere-exact-profile` (Segedin 1957), where the contact radius is 0.4 times the sphere radius. The force of the
+/// Truth: case `sphere-exact-profile` (Segedin 1957), with a contact radius of 0.4 times the sphere radius. The force on the
 /// exact sphere agrees to 5e-3. The force on the paraboloid at the same contact radius is 7 % smaller.
 #[test]
 fn an_exact_sphere() {
@@ -74,14 +75,14 @@ fn an_exact_sphere() {
     }
 }
 
-/// Truth: case `hertz-conforming-socket`. A ball of radius 10 in a socket of radius 10.5, both of steel, follows Hertz with the
-/// relative radius 210, to 1e-2.
+/// Truth: case `hertz-conforming-socket`. A steel ball of radius 10 mm in a steel socket of radius 10.5 mm follows Hertz with the
+/// relative radius 210 mm, to 1e-2.
 #[test]
 fn a_ball_in_a_socket() {
     let (a, cells) = (0.880_442_270_8, 50);
     let mut model = half_spaces(&steel(), Some(&steel()), (1.25 * a, cells), |_, _| 0.0);
     let n = model.frame.n_cells();
-    // The exact surfaces, not their paraboloids.
+    // The gap is the distance between the exact spheres, not between their paraboloids.
     for (cell, center) in model.frame.centers.iter().enumerate() {
         let height = |r: f64| r - (r * r - center.x * center.x - center.y * center.y).sqrt();
         model.initial_gap[2 * n + cell] = height(10.0) - height(10.5);
@@ -93,8 +94,9 @@ fn a_ball_in_a_socket() {
     assert!(relative(radius(found), a) < 1e-2 + 1.25 / cells as f64, "{}", radius(found));
 }
 
-/// Truth: heights sampled from a rotated and displaced ellipsoid describe this ellipsoid. Bilinear interpolation between points at
-/// the distance h, a fifth of a cell, has an error of h^2 / 8R, 2e-4 of the approach. The pressures have a similar error.
+/// Truth: the contact of a rotated and displaced ellipsoid is the same if a table of heights describes the ellipsoid. The points
+/// of the table have the distance h, a fifth of a cell. Bilinear interpolation has an error of h^2 / 8R, 2e-4 of the approach.
+/// Pressures have a similar relative error.
 #[test]
 fn a_turned_height_map_is_its_surface() {
     let (offset, angle) = ([0.1, -0.05], 0.6);

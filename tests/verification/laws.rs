@@ -3,14 +3,15 @@
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 
-/// Slip rule q = -p M² v / |M v| with M = diag(mu) (docs/theory-contact.md).
+/// Traction q = -p M² v / |M v| of the slip rule for the pressure p and the slip v, with M = diag(mu) (docs/theory-contact.md).
 fn slip_rule(p: f64, mu: [f64; 2], v: [f64; 2]) -> [f64; 2] {
     let norm = (mu[0] * v[0]).hypot(mu[1] * v[1]);
     [-p * mu[0] * mu[0] * v[0] / norm, -p * mu[1] * mu[1] * v[1] / norm]
 }
 
-/// Truth: docs/theory-contact.md. A traction q of the slip rule for slip v is a fixed point of radial return after the step q - r
-/// M² v, for any r > 0. After the step q - r v the return misses q by more than 1e-3 p, away from the axes.
+/// Truth: docs/theory-contact.md. Let q be the traction of the slip rule for the slip v. After the step q - r M² v with any r >
+/// 0, radial return to the friction ellipse gives q again. After the step q - r v, the return misses q by more than 1e-3 p,
+/// except near the axes.
 #[test]
 fn radial_return_goes_with_the_metric_step() {
     let (mu, p, r) = ([0.4, 0.55], 7.0, 3.0);
@@ -31,7 +32,7 @@ fn radial_return_goes_with_the_metric_step() {
     }
 }
 
-/// Truth: mu of the FRP friction law (docs/scene.md), with the coefficients of the reference scene.
+/// Truth: friction coefficients of the FRP law in docs/scene.md, for `mu_l`, `mu_t` and `mu_n` of the reference scene.
 #[test]
 fn frp_interpolation() {
     for (tilt, mu) in [(0.0_f64, [0.4, 0.5]), (30.0, [0.45, 0.516_666_666_666_666_7]), (90.0, [0.55, 0.55])] {
@@ -46,7 +47,7 @@ fn frp_interpolation() {
             let ellipse = law.ellipse().expect("friction");
             assert!((ellipse.mu[0] - mu[0]).abs() < 1e-15 && (ellipse.mu[1] - mu[1]).abs() < 1e-15);
             assert_eq!(ellipse.angle, 0.3);
-            // Here the specific wear rates are i_j = k mu_j for every tilt.
+            // Here `i_l`, `i_t` and `i_n` are k times `mu_l`, `mu_t` and `mu_n`. Both wear laws therefore agree for every tilt.
             let wear = WearLaw::Energy { k: 1.25e-9 }.specific_rate(Some(ellipse)).expect("wear");
             let frp = WearLaw::Frp {
                 i_l: 5.0e-10,

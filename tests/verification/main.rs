@@ -1,4 +1,5 @@
-//! Problems with known solutions. The tests name the source of the expected values as their truth.
+//! Problems with known solutions. In the comments, "Truth" names the source of the expected values. docs/verification.md is the
+//! catalogue of the cases.
 mod anisotropic;
 mod audit;
 mod bem;

@@ -11,11 +11,11 @@ use crate::common::{
 };
 use crate::observed::pull;
 
-/// Tolerance relative to the largest value, for residuals of 1e-11.
+/// Tolerance relative to the largest value, for solver residuals of 1e-11.
 const SOLVED: f64 = 2e-9;
 
-/// Compares tractions and wear depths with their mirror images along axis `across`, to a `share` of the largest value. The traction
-/// along this axis is odd, all other fields are even.
+/// Asserts that tractions and wear depths equal their mirror images along axis `across` (0 for x, 1 for y). The traction along
+/// this axis is odd, all other fields are even. The tolerance is `share` times the largest value.
 fn is_own_image(model: &Model, steps: &[Step], across: usize, share: f64) {
     let run = solve_with(model, steps, &SolverOptions { tolerance: 1e-11, ..SolverOptions::default() });
     assert_eq!(run.outcome, Outcome::Converged);
@@ -71,8 +71,8 @@ fn tilted_fibres() {
     }
 }
 
-/// Truth: mirror symmetry, as in [`hertz`]. In partial slip the stick zone results from strokes with residuals of only 1e-6
-/// (src/evolution/fretting/cycle_state.rs).
+/// Truth: mirror symmetry, as in [`hertz`]. In partial slip, the strokes that determine the stick zone have residuals of only
+/// 1e-6 (src/evolution/fretting/settings.rs). The tolerance is therefore larger for the small amplitude.
 #[test]
 fn wear() {
     let mut model = sphere_on_frp(30.0, 1.4, 24);

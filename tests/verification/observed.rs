@@ -1,4 +1,4 @@
-//! Observes a run increment by increment.
+//! An observer that keeps the fields of all increments, and quantities computed from these fields.
 
 use std::f64::consts::PI;
 
@@ -31,8 +31,9 @@ pub fn follow(model: &Model, steps: &[Step], options: &SolverOptions) -> (RunRes
     (result, kept.0)
 }
 
-/// Sum over cells and increments of area, path of the slip, and mean of the pressures at both ends of the increment. `states` are
-/// those at the ends of the increments, the first at their start. Friction with coefficient μ dissipates this sum with the path μ |Δg|.
+/// Sum over cells and increments of (area) x (mean pressure) x (path of the slip). The mean pressure is the mean of the pressures
+/// at both ends of the increment. The first of `states` is the state at the start, and each further state is the end of an
+/// increment. With the path μ |Δg|, the sum is the energy that friction with coefficient μ dissipates.
 pub fn pressure_times_path(
     frame: &ContactFrame,
     states: &[FrameState],
@@ -59,8 +60,9 @@ pub fn radius(area: f64) -> f64 {
     (area / PI).sqrt()
 }
 
-/// Semi-axes (long, short) of the Hertzian ellipse with the same second moments as `pressure`, and angle of the long axis from x,
-/// degrees in (-90, 90]. For Hertzian pressures the mean of X² along a semi-axis a is a² / 5.
+/// Semi-axes (long, short) of the Hertzian ellipse with the same second moments as `pressure`. The third value is the angle of
+/// the long axis from x in degrees, in (-90, 90]. Let X be the coordinate along a semi-axis of length a. The mean of X², weighted
+/// by Hertzian pressure, is a² / 5.
 pub fn hertz_ellipse(frame: &ContactFrame, pressure: &[f64]) -> (f64, f64, f64) {
     let mut moments = [0.0; 4];
     for ((center, area), p) in frame.centers.iter().zip(&frame.areas).zip(pressure) {

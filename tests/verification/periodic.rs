@@ -1,4 +1,4 @@
-//! Contact on periodic frames: line contacts and wavy surfaces.
+//! Contact on periodic frames: line contacts and wavy surfaces. The catalogue of cases is docs/verification.md.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, im7, press, relative, solve, solve_with, sphere, steel, step};
 
-/// Two half-spaces (the upper one rigid if `None`) on one period.
+/// Model of two half-spaces on one period. A body without material is rigid.
 pub fn repeated(
     materials: [Option<&Stiffness>; 2],
     (half_width, cells, periodic): ([f64; 2], [usize; 2], [bool; 2]),
@@ -49,13 +49,13 @@ pub fn repeated(
     }
 }
 
-/// A rigid body on steel with one cell of 1 mm along y.
+/// Model of a rigid body on steel. The frame is periodic along y, with one cell of 1 mm. The gap depends on x only.
 fn line(half_width: f64, cells: usize, gap: impl Fn(f64) -> f64) -> Model {
     let (steel, frame) = (steel(), ([half_width, 0.5], [cells, 1], [false, true]));
     repeated([Some(&steel), None], frame, |x, _| gap(x))
 }
 
-/// MPa.
+/// Contact modulus E* of a rigid body on steel, MPa.
 const E_STAR: f64 = 210e3 / 0.91;
 
 fn pressures(result: &RunResult) -> &[f64] {
@@ -63,9 +63,10 @@ fn pressures(result: &RunResult) -> &[f64] {
     &result.state.tractions[2 * n..]
 }
 
-/// Truth: catalogue case `hertz-line` for a load P' per length. p0 = 2 P' / (π a), a = sqrt(4 P' R / (π E*)). The catalogue's
-/// tolerance is 1e-2, and cells of about a / 47 give 1e-3. The kernel vanishes at a distance w, the half-width of the frame. Hence
-/// the approach is δ = (2 P' / π E*) (ln(2 w / a) + 1/2), from ∫ p ln|x| = P' (ln(a / 2) - 1/2) (Johnson 1985, ch. 2).
+/// Truth: catalogue case `hertz-line` for a load P' per length. The peak pressure is p0 = 2 P' / (π a), and half the contact
+/// width is a = sqrt(4 P' R / (π E*)). The catalogue's tolerance is 1e-2, and cells of about a / 47 give 1e-3. The kernel
+/// vanishes at a distance w, half the width of the frame. With ∫ p ln|x| = P' (ln(a / 2) - 1/2) (Johnson 1985, ch. 2), the
+/// approach is δ = (2 P' / π E*) (ln(2 w / a) + 1/2).
 #[test]
 fn hertz_line() {
     let (width, load) = (0.5, 500.0);
@@ -79,8 +80,8 @@ fn hertz_line() {
     assert!(!record.contact_touches_edge);
 }
 
-/// Truth: catalogue case `wedge-2d` for the slope β and a load P' per length. The half-width is a = P' / (E* tan β), to a cell. The
-/// pressure is p(a / 2) = (E* tan β / π) acosh 2, to 1e-2.
+/// Truth: catalogue case `wedge-2d` for the slope β and a load P' per length. Half the contact width is a = P' / (E* tan β), to a
+/// cell. The pressure is p(a / 2) = (E* tan β / π) acosh 2, to 1e-2.
 #[test]
 fn wedge_2d() {
     let model = line(0.1, 400, |x| x.abs() * 2.0_f64.to_radians().tan());
@@ -94,14 +95,14 @@ fn wedge_2d() {
     assert!(relative(found, 3378.187305) < 1e-2, "{found}");
 }
 
-/// A wave of length 1 mm and amplitude 0.002 mm.
+/// Model of a rigid body on the half-space `lower`. The gap is a wave of length 1 mm and amplitude 0.002 mm.
 fn wave(cells: [usize; 2], lower: &Stiffness) -> Model {
     let frame = ([0.5, 0.3], cells, [true, true]);
     repeated([Some(lower), None], frame, |x, _| 0.002 * (1.0 - (2.0 * PI * x).cos()))
 }
 
-/// Truth: catalogue case `wavy-1d-westergaard` in partial contact. The half-width agrees to one cell of 256, the peak pressure to
-/// 5e-3.
+/// Truth: catalogue case `wavy-1d-westergaard` in partial contact. Half the contact width agrees to one cell of 256, the peak
+/// pressure to 5e-3.
 #[test]
 fn wavy_1d_westergaard() {
     let expected =
@@ -121,9 +122,9 @@ fn wavy_1d_westergaard() {
     }
 }
 
-/// Truth: if the mean pressure p̄ exceeds p*, contact is complete. Then p = p̄ + p* cos(2 π x / λ), to 1e-10. The approach equals the
-/// amplitude Δ of the wave of length λ. p* = 2 π Δ / (λ W_nn), with λ = 1 mm (on CFRP: catalogue case `aniso-sinusoidal-load`).
-/// W_nn is the Green's function's symbol in the direction of the wave.
+/// Truth: if the mean pressure p̄ exceeds p*, contact is complete. Then p = p̄ + p* cos(2 π x / λ), to 1e-10, and the approach
+/// equals the amplitude Δ of the wave. Here p* = 2 π Δ / (λ W_nn), with the length λ = 1 mm of the wave. W_nn is the normal entry
+/// of the surface admittance in the direction of the wave. For CFRP, p* is catalogue case `aniso-sinusoidal-load`.
 #[test]
 fn complete_contact_is_exact() {
     let options = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
@@ -142,10 +143,10 @@ fn complete_contact_is_exact() {
     }
 }
 
-/// Truth: a frame much larger than the contact is not affected by its periodic images. With two periodic directions the four
-/// nearest images at the distance L change the coefficient 1 / (2 R) of the gap by P / (π E* L³), about 2e-3 of it. Tractions are
-/// constant over the cells along open directions, and smooth along periodic ones. This changes the peak by less than 5e-3 with
-/// about 35 cells along the contact.
+/// Truth: the contact on an open frame. Periodic images hardly affect a contact that is much smaller than the frame. With two
+/// periodic directions, the four nearest images lie at the distance L. They change the coefficient 1 / (2 R) of the gap by P / (π
+/// E* L³), a fraction of about 2e-3. Tractions are constant over the cells along open directions, and smooth along periodic
+/// directions. With about 35 cells along the contact, this difference changes the peak pressure by less than 5e-3.
 #[test]
 fn large_frames_agree_with_open_ones() {
     let (load, gap) = (60.0, sphere(50.0));
@@ -161,8 +162,9 @@ fn large_frames_agree_with_open_ones() {
     }
 }
 
-/// Truth: Cattaneo and Mindlin in plane strain, for equal bodies (K.L. Johnson 1985, 7.2). The half-widths c of the stick zone and
-/// a of the contact obey c / a = sqrt(1 - Q / μP), to one cell.
+/// Truth: Cattaneo's and Mindlin's solution in plane strain, for equal bodies (K.L. Johnson 1985, 7.2). Let P be the normal and Q
+/// the tangential force, c the half-width of the stick area and a the half-width of the contact. Then c / a = sqrt(1 - Q / μP),
+/// to one cell.
 #[test]
 fn partial_slip_of_a_line_contact() {
     let steel = steel();
@@ -181,7 +183,7 @@ fn partial_slip_of_a_line_contact() {
     }
 }
 
-/// Truth: the gap is evaluated at the nearest periodic image.
+/// Truth: an offset moves the gap. Each cell has the gap of the nearest periodic image of the shape.
 #[test]
 fn shapes_stand_at_their_nearest_image() {
     let frame =

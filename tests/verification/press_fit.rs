@@ -19,12 +19,13 @@ use crate::common::{indent, relative, solve, step};
 use crate::fem_bodies::spec;
 use crate::fem_meshes::block;
 
-/// Radii of the shaft and of the hub's outside, and the radial interference, mm.
+/// Nominal outer radii of shaft and hub, mm. The inner radius of the hub is the first radius.
 const RADII: [f64; 2] = [25.0, 40.0];
+/// Radial interference of shaft and hub, mm.
 const INTERFERENCE_MM: f64 = 0.02;
 
-/// A quarter of a ring about the y axis, 1 mm long along y, in z <= 0. It has `around` elements along the arc and four along the
-/// radius. "z0" is the inner and "z1" the outer cylinder.
+/// A quarter of a ring about the y axis in z <= 0, 1 mm long along y, with roller supports. It has `around` elements along the
+/// arc and four along the radius. The face group "z0" is the inner cylinder, "z1" the outer one.
 fn ring(kind: ElementKind, [inner, outer]: [f64; 2], around: usize, plane_strain: bool) -> FeSpec {
     let mesh = block(kind, [around, 1, 4], [1.0; 3], |[t, y, r]| {
         let (sin, cos) = (std::f64::consts::FRAC_PI_2 * t).sin_cos();
@@ -41,7 +42,8 @@ fn as_meshed() -> InitialGap {
     InitialGap { as_meshed: true, ..GapShape::Mesh.into() }
 }
 
-/// The hub, and a shaft with the bore radius `bore`, mm. `elements` are their numbers of elements along the arc: hub, shaft.
+/// Contact model of hub and shaft with the interference [`INTERFERENCE_MM`]. `bore` is the inner radius of the shaft, mm.
+/// `elements` are the numbers of elements along the arc of the hub and of the shaft.
 fn fit(kind: ElementKind, bore: f64, elements: [usize; 2], plane_strain: bool) -> Result<Model> {
     fit_with(INTERFERENCE_MM, kind, bore, elements, plane_strain)
 }
@@ -73,7 +75,8 @@ fn fit_with(
     })
 }
 
-/// Pressure by Lamé between a shaft with a bore and a hub of one material. Plane strain has E/(1-ν²) and ν/(1-ν).
+/// Contact pressure by Lamé between a hub and a hollow shaft of one material, MPa. `bore` is the inner radius of the shaft, mm.
+/// Plane strain replaces E by E/(1-ν²) and ν by ν/(1-ν).
 fn lame(bore: f64, plane_strain: bool) -> f64 {
     let (modulus, nu) = if plane_strain { (200e3 / 0.91, 0.3 / 0.7) } else { (200e3, 0.3) };
     let [r, outer] = RADII.map(|radius| radius * radius);
@@ -90,9 +93,9 @@ fn pressures(model: &Model, steps: &[Step]) -> Vec<f64> {
     result.state.tractions[2 * n..].to_vec()
 }
 
-/// Truth: Lamé 1852. The pressure is uniform, and its error decreases with the square of the element size. The meshed radii differ by
-/// the interference, which changes the pressure by the fraction
-/// δ/R = 8e-4 (interference δ, radius R).
+/// Truth: the pressure is uniform and has Lamé's value (1852). Its error decreases with the square of the element size. The
+/// meshed outer radius of the shaft is R + δ (nominal radius R, interference δ), but Lamé's formula uses R for both bodies. This
+/// changes the pressure by the fraction δ/R = 8e-4.
 #[test]
 fn rings_by_lame() {
     for (bore, plane_strain) in [(2.0, false), (15.0, false), (15.0, true)] {
@@ -113,8 +116,8 @@ fn rings_by_lame() {
     }
 }
 
-/// Truth: contact without friction has no memory, and the rings are linear while they touch everywhere: half of the interference
-/// gives half of the pressure, in any number of increments.
+/// Truth: contact without friction does not depend on the load path, and the rings respond linearly while they touch everywhere.
+/// Half of the interference therefore gives half of the pressure, in any number of increments.
 #[test]
 fn half_of_the_interference() {
     let model = fit(ElementKind::Hex27, 15.0, [6; 2], false).expect("a model");
@@ -128,15 +131,15 @@ fn half_of_the_interference() {
     }
 }
 
-/// Truth: chords of length h lie h²/8R inside a circle. With 6 and 8 straight faces per quarter, the difference of these depths far
-/// exceeds the interference, and the gap is refused. With equal numbers of faces the difference vanishes. Rings that do not overlap
-/// have a positive distance, their clearance.
+/// Truth: chords of length h lie up to h²/8R inside a circle of radius R. With 6 and 8 straight faces per quarter, these depths
+/// differ by far more than the interference, and the gap is refused. With equal numbers of faces, the depths are equal. Rings
+/// that do not overlap have a positive distance, which equals their clearance.
 #[test]
 fn straight_faces_against_interference() {
     let refused = fit(ElementKind::Hex8, 15.0, [6, 8], false).err().expect("a refusal");
     assert!(refused.message().contains("second order"), "{refused}");
     assert!(fit(ElementKind::Hex27, 15.0, [6, 8], false).is_ok());
-    // Chords also overlap where the curved surfaces have a clearance.
+    // The straight faces also overlap if the curved surfaces have a clearance.
     let loose = fit_with(-INTERFERENCE_MM, ElementKind::Hex8, 15.0, [6, 8], false);
     assert!(loose.err().is_some_and(|error| error.message().contains("second order")));
     let model = fit(ElementKind::Hex8, 15.0, [12; 2], false).expect("a model");

@@ -1,4 +1,4 @@
-//! Solvers for pressures alone: projected conjugate gradients against Barzilai-Borwein projection.
+//! Solvers for contact without friction: compares projected conjugate gradients with the projected Barzilai-Borwein method.
 
 use std::sync::Arc;
 
@@ -11,12 +11,13 @@ use orthowear::frame::ContactFrame;
 
 use crate::common::{half_spaces, im7, indent, press, solve_with, sphere, steel};
 
-/// Gap of a rough sphere, whose contact consists of several islands.
+/// Gap of a wavy sphere. Its contact consists of several separate areas.
 fn rough(x: f64, y: f64) -> f64 {
     let wave = |k: f64, angle: f64| (k * (angle.cos() * x + angle.sin() * y)).cos();
     sphere(20.0)(x, y) + 5e-4 * (3.0 + wave(9.0, 0.3) + wave(17.0, 1.4) + wave(31.0, 2.2))
 }
 
+/// A flexibility without preconditioner.
 struct Bare(Arc<dyn Flexibility>);
 
 impl Flexibility for Bare {
@@ -46,8 +47,8 @@ fn steps() -> [Step; 5] {
         .map(|step| Step { friction: false, ..step })
 }
 
-/// Truth: the problem is strictly convex, and all solvers converge to its unique solution. The tolerance 1e-7 of the peak pressure
-/// covers residuals of 1e-10 times the condition number of the normal flexibility, below 100.
+/// Truth: the problem is strictly convex, so that all solvers converge to its unique solution. The condition number of the normal
+/// flexibility is below 100, so residuals of 1e-10 allow differences of 1e-8. The tolerance is 1e-7 of the peak pressure.
 #[test]
 fn conjugate_gradients_end_where_projection_does() {
     let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
@@ -77,8 +78,8 @@ fn conjugate_gradients_end_where_projection_does() {
     }
 }
 
-/// Truth: the approximate inverse of the half-space operator is symmetric and positive definite. Its product with the operator is
-/// within a factor of 2 of the identity for waves of 3 to 12 cells (Vollebregt 2014).
+/// Truth: the approximate inverse M of the half-space operator S is symmetric and positive definite. For wave packets r with
+/// wavelengths of 3 to 12 cells, r·(S M r) / r·r lies between 0.5 and 2 (Vollebregt 2014).
 #[test]
 fn the_approximate_inverse_is_one() {
     let (n, half_width) = (48, 0.8);

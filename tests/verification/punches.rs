@@ -1,4 +1,5 @@
-//! Flat punches of any outline: pressed, tilted, twisted, displaced tangentially, bonded.
+//! Flat punches of any outline: pressed, tilted, twisted, displaced tangentially, bonded. docs/verification.md lists the named
+//! cases.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -19,10 +20,10 @@ use orthowear::material::Stiffness;
 use crate::common::{indent, press, relative, shift, solve, solve_with, steel, step};
 use crate::observed::pull;
 
-/// Friction so large that only cells at the edge of a punch slip.
+/// Friction coefficient so large that only cells at the edge of a punch slip.
 const BONDED: FrictionLaw = FrictionLaw::Coulomb { mu: 100.0 };
 
-/// The grid cells inside `outline`, with `cells` cells across the width `2 extent` and a margin of one cell.
+/// Frame with the grid cells inside `outline`. The grid has `cells` cells across the width `2 extent`, plus a margin of one cell.
 pub fn frame(outline: &Outline, extent: f64, cells: usize) -> ContactFrame {
     let spacing = 2.0 * extent / cells as f64;
     let n = cells + 2;
@@ -35,7 +36,7 @@ fn disc(radius: f64) -> Outline {
     Outline::Circle { radius, center: [0.0; 2] }
 }
 
-/// The upper body is rigid without `upper`.
+/// Frictionless contact of a half-space below with a half-space above. The upper body is rigid if `upper` is `None`.
 pub fn model(lower: &Stiffness, upper: Option<&Stiffness>, frame: ContactFrame, gap: GapShape) -> Model {
     let mut body1 = HalfSpaceBody::new(lower, Side::Lower, &frame).expect("a half-space");
     let mut body2: Box<dyn ElasticBody> = match upper {
@@ -74,9 +75,10 @@ fn at(frame: &ContactFrame, values: &[f64], x: f64, y: f64) -> f64 {
     values[cell]
 }
 
-/// Truth: case `punch-flat-circular` (Boussinesq). At the approach delta a punch of radius a carries F = 2 E* a delta, to 1e-2 at
-/// 20 cells along the radius. The pressure at the centre agrees to 5e-3. Pressures are positive and increase along a radius,
-/// without a checkerboard. Beside the punch the surface sinks by (2 delta / pi) asin(a / r), to 1e-2.
+/// Truth: case `punch-flat-circular` (Boussinesq). At the approach delta, a rigid punch of radius a carries F = 2 E* a delta. The
+/// force agrees to 1e-2 at 20 cells along the radius, the pressure at the centre to 5e-3. Pressures are positive and increase
+/// along a radius, without a checkerboard pattern. At the distance r > a from the axis, the surface sinks by (2 delta / pi)
+/// asin(a / r), to 1e-2.
 #[test]
 fn a_circular_punch() {
     let (a, delta) = (2.0, 0.01);
@@ -86,7 +88,7 @@ fn a_circular_punch() {
     let found = &result.records[0];
     assert!(relative(found.normal_force, 9_230.769_231) < 1e-2, "{}", found.normal_force);
     assert!(!found.contact_touches_edge && result.warnings.is_empty(), "{:?}", result.warnings);
-    // Cells keep their places in the grid, and the convolution stays exact.
+    // The clipped frame keeps the grid positions of its cells, so the convolution on the grid remains exact.
     assert!(found.certificate.operator_defect.expect("a grid") < 1e-12, "{:?}", found.certificate);
     let n = frame.n_cells();
     let pressure = &result.state.tractions[2 * n..];
@@ -117,9 +119,10 @@ fn a_circular_punch() {
     }
 }
 
-/// Truth: case `punch-flat-square`. A square of side L at the approach delta carries F = 1.152303513 E* L delta, from the
-/// capacitance of a square plate (Hwang, Mascagni, Won 2010). Tolerances: 6e-3 at 64 cells, 3e-3 at 128, 1e-3 after Richardson
-/// extrapolation of order 1. A polygonal outline on a wider grid gives the same cells and the same force.
+/// Truth: case `punch-flat-square`. At the approach delta, a rigid square of side L carries F = 1.152303513 E* L delta. The
+/// factor follows from the capacitance of a square plate (Hwang, Mascagni, Won 2010). Tolerances: 6e-3 at 64 cells along the
+/// side, 3e-3 at 128, 1e-3 after Richardson extrapolation of order 1. A polygonal outline on a wider grid selects the same cells
+/// and gives the same force.
 #[test]
 fn a_square_punch() {
     let material = Stiffness::isotropic(1.0, 0.0).expect("E* = 1");
@@ -137,10 +140,11 @@ fn a_square_punch() {
     assert!(relative(force(within), coarse) < 1e-6);
 }
 
-/// Truth: a frictionless circular punch of radius a tilts by theta = 3 P e / (4 E* a^3). The load P has an eccentricity e < a/3
-/// (Johnson 1985, 3.3). The pressure is C x / sqrt(a^2 - r^2) with C = 2 E* theta / pi, and its moment is (4/3) E* a^3 theta. The
-/// error is below 1.5e-2 at 30 cells along the radius and below 1e-2 at 60. The singular edge limits convergence to first order,
-/// and the stepped outline is off by about 3e-3 of a. Without friction, unloading and loading again gives the same state.
+/// Truth: the moment P e tilts a frictionless circular punch of radius a by theta = 3 P e / (4 E* a^3) (Johnson 1985, 3.3). The
+/// formula holds for eccentricities e < a/3 of the load P. The tilt adds the pressure C x / sqrt(a^2 - r^2) with C = 2 E* theta /
+/// pi. The moment of this pressure is (4/3) E* a^3 theta. The error is below 1.5e-2 at 30 cells along the radius and below 1e-2
+/// at 60. Convergence is only of first order, because the pressure is singular at the edge. The stepped outline of the cells
+/// changes the radius by about 3e-3 of a. Without friction, unloading and reloading give the same state.
 #[test]
 fn a_tilting_punch() {
     let (a, force, modulus) = (1.0, 1000.0, 210e3 / 0.91);
@@ -171,15 +175,16 @@ fn a_tilting_punch() {
         relative(last(model, std::slice::from_ref(&lean)).rotation[1].to_radians(), 200.0 / stiffness)
     });
     assert!(fine < 1e-2 && fine < 0.8 * coarse, "{coarse} {fine}");
-    // At eccentricities beyond a / 3 the punch lifts on one side. Beyond a it tips over.
+    // For eccentricities beyond a / 3 the punch lifts off on one side. For eccentricities beyond a it tips over.
     let lifted = last(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 700.0])), ..press(force) }]);
     assert!(lifted.contact_area < 0.9 * PI * a * a, "{}", lifted.contact_area);
     let off = solve(&flat, &[Step { tilt: Some(Tilt::Moment([0.0, 1050.0])), ..press(force) }]);
     assert_eq!(off.outcome, Outcome::NotConverged(Divergence::ContactLost));
 }
 
-/// Truth: case `torsion-reissner-sagoci`. A bonded disc of radius a, twisted by theta, needs the torque T = (16/3) G a^3 theta. The
-/// shear traction is tau = 4 G theta r / (pi sqrt(a^2 - r^2)). Both agree to 1e-2.
+/// Truth: case `torsion-reissner-sagoci`. A bonded disc of radius a, twisted by theta, needs the torque T = (16/3) G a^3 theta.
+/// The shear traction at the radius r is tau = 4 G theta r / (pi sqrt(a^2 - r^2)). Torque and traction agree with these formulas
+/// to 1e-2.
 #[test]
 fn torsion_of_a_bonded_disc() {
     let frame = frame(&disc(1.0), 1.0, 60);
@@ -193,15 +198,16 @@ fn torsion_of_a_bonded_disc() {
     let torque = result.records[1].moment[2] / theta;
     assert!(relative(torque, 16.0 / 3.0) < 1e-2, "{torque}");
     let n = frame.n_cells();
-    // The traction on body 2 opposes its motion: along -y at x > 0.
+    // At x > 0 body 2 moves along +y, so the friction on body 2 acts along -y.
     let shear = -at(&frame, &result.state.tractions[n..2 * n], 0.5 - 1.0 / 60.0, 1.0 / 60.0) / theta;
     let (x, y) = (0.5 - 1.0 / 60.0, 1.0 / 60.0_f64);
     let wanted = 4.0 / PI * x / (1.0 - x * x - y * y).sqrt();
     assert!(relative(shear, wanted) < 1e-2, "{shear} {wanted}");
 }
 
-/// Truth: case `stick-tangential-punch`. A sticking disc of radius a, displaced by u on a half-space, needs the force Q = 8 G a u /
-/// (2 - nu), to 1e-2. Between two equal half-spaces it needs half of Q. nu = 0.4999 replaces 0.5, which is not admissible here.
+/// Truth: case `stick-tangential-punch`. A rigid disc of radius a sticks to a half-space. A tangential displacement u of the disc
+/// needs the force Q = 8 G a u / (2 - nu), to 1e-2. Two equal half-spaces have twice the compliance and need Q / 2. nu = 0.4999
+/// replaces 0.5, which the material does not admit.
 #[test]
 fn shift_of_a_sticking_disc() {
     for (nu, wanted) in [(0.0, 4.0), (0.3, 4.705_882_353), (0.4999, 5.333_333_333)] {
@@ -218,8 +224,8 @@ fn shift_of_a_sticking_disc() {
     }
 }
 
-/// Truth: case `punch-bonded-normal` (Mossakovskii 1954). Pressed under full stick, a disc carries ((1 - nu) / (1 - 2 nu)) ln(3 - 4
-/// nu) times the frictionless load, to 1e-2.
+/// Truth: case `punch-bonded-normal` (Mossakovskii 1954). Under full stick, a pressed disc carries ((1 - nu) / (1 - 2 nu)) ln(3 -
+/// 4 nu) times the frictionless load, to 1e-2.
 #[test]
 fn a_bonded_punch_is_stiffer() {
     for (nu, wanted) in [(0.0, 1.098_612_289), (0.3, 1.028_626_664), (0.49, 1.000_128_185)] {
@@ -231,7 +237,7 @@ fn a_bonded_punch_is_stiffer() {
     }
 }
 
-/// A spring under each cell: the pressure under a flat punch is uniform.
+/// Flexibility of an independent spring of unit stiffness under each cell. The pressure under a flat punch is therefore uniform.
 struct Springs(usize);
 
 impl Flexibility for Springs {
@@ -252,8 +258,8 @@ impl Flexibility for Springs {
     }
 }
 
-/// Result for a disc of radius 1 after large sliding on springs of unit stiffness under unit pressure. The disc moves by `distance`
-/// along x and turns by `angle` (radians), many times the deflection of the springs.
+/// Result for a disc of radius 1 that slides on springs of unit stiffness under unit pressure. The disc moves by `distance` along
+/// x and rotates by `angle` (radians). This motion is many times the deflection of the springs.
 fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
     let frame = frame(&disc(1.0), 1.0, 100);
     let n = frame.n_cells();
@@ -271,9 +277,10 @@ fn slid(friction: FrictionLaw, distance: f64, angle: f64) -> IncrementRecord {
     last(&disc, &[pressed, Step { spin: Some(Spin::Twist(angle)), ..shift(distance, 0.0) }])
 }
 
-/// Truth: case `spin-slide-isotropic` (Contensou 1963). A disc under uniform pressure slides at lambda times the spin velocity of
-/// its edge. Force and moment agree to 1e-3 of the load. They act on the lower body, opposite to those on the disc. Pure sliding
-/// gives mu P, pure spin (2/3) mu P a.
+/// Truth: case `spin-slide-isotropic` (Contensou 1963). A disc of radius a under uniform pressure slides with lambda times the
+/// velocity that the spin gives to its edge. Force and moment agree to 1e-3 (in units of P and P a). Results refer to the lower
+/// body, and are opposite to the force and the moment on the disc. Pure sliding gives the force mu P, pure spin the moment (2/3)
+/// mu P a.
 #[test]
 fn spinning_and_sliding() {
     let far = 1e6;
@@ -292,8 +299,8 @@ fn spinning_and_sliding() {
 }
 
 /// Truth: case `spin-orthotropic-closed-form`. Pure spin has the torque T = (2/3) P a (2 / pi) mu2 E(1 - mu1^2 / mu2^2) =
-/// 0.1027976283 P a, to 1e-3. E(m) is the complete elliptic integral of the second kind. The angle of the friction ellipse is
-/// arbitrary.
+/// 0.1027976283 P a, to 1e-3. E(m) is the complete elliptic integral of the second kind. The torque does not depend on the angle
+/// of the friction ellipse.
 #[test]
 fn spinning_with_elliptic_friction() {
     for angle in [0.0, 0.7] {
@@ -303,8 +310,8 @@ fn spinning_with_elliptic_friction() {
     }
 }
 
-/// Truth: case `str-conforming-flat`. Every cell of a flat contact stays in contact, although the pressure is singular at the edge.
-/// Noise in the gaps as small as rounding changes nothing beyond 1e-9.
+/// Truth: case `str-conforming-flat`. Every cell of a flat contact stays in contact, although the pressure is singular at the
+/// edge. Noise in the gaps of the size of rounding errors changes the results by less than 1e-9.
 #[test]
 fn noise_in_a_conforming_gap() {
     let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
@@ -325,8 +332,9 @@ fn noise_in_a_conforming_gap() {
     assert!(relative(a.records[0].approach, b.records[0].approach) < 1e-9);
 }
 
-/// Truth: case `str-conforming-flat`. Pressing and then pulling with mu P / 3 each take fewer than ten iterations to a residual of
-/// 1e-6. Noise in the gaps as small as rounding adds no iteration: the active set does not oscillate.
+/// Truth: case `str-conforming-flat`. The press and the following pull with mu P / 3 each take fewer than ten iterations to a
+/// residual of 1e-6. Noise in the gaps of the size of rounding errors does not change the number of iterations, because the
+/// active set does not oscillate.
 #[test]
 fn conforming_contacts_take_few_iterations() {
     let square = ContactFrame::grid([1.0; 2], [40; 2], [0.0; 2], 0.0).expect("a grid");

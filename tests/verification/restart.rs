@@ -1,4 +1,4 @@
-//! Runs resumed from each of their checkpoints, against the uninterrupted run.
+//! Compares runs that resume from checkpoints with the uninterrupted run.
 
 use std::fs;
 use std::path::Path;
@@ -18,7 +18,7 @@ use orthowear::simulation::{Simulation, build_with};
 
 use crate::common::usual_or_finest;
 
-/// Keeps every checkpoint in a folder of its own, and every state.
+/// Observer that writes each checkpoint to a folder of its own and stores all states.
 struct Keeping<'a> {
     operator: &'a dyn Flexibility,
     folder: &'a Path,
@@ -46,7 +46,7 @@ fn origin() -> Provenance {
     Provenance::new(serde_json::Value::Null, Vec::new())
 }
 
-/// All results of a run that the scene determines, as text and bits.
+/// All results that the scene determines: records and messages as text, states as bits. Computing times are left out.
 #[derive(PartialEq)]
 struct Outcome {
     records: Vec<String>,
@@ -86,7 +86,8 @@ impl Outcome {
     }
 }
 
-/// Runs `plan` from a checkpoint or from the start. Writes its checkpoints into `folder` and returns their number.
+/// Runs `plan` from the checkpoint `from`, or from the start. Writes checkpoints into `folder`, and returns the results and the
+/// number of checkpoints.
 fn run(
     plan: &Plan,
     frame: Option<&ContactFrame>,
@@ -109,13 +110,13 @@ fn run(
     })
 }
 
-/// Asserts that runs resumed from each checkpoint end as the uninterrupted run. Each resumed run that writes checkpoints is itself
-/// resumed from its middle one.
+/// Asserts that runs resumed from each checkpoint end with the results of the uninterrupted run. If a resumed run writes
+/// checkpoints, a further run resumes from the middle one of these.
 fn check(scene: &str, frame: Option<&ContactFrame>) {
     check_every(1, scene, frame);
 }
 
-/// As [`check`], from every `nth` checkpoint.
+/// Like [`check`], but resumes only from every `nth` checkpoint.
 fn check_every(nth: usize, scene: &str, frame: Option<&ContactFrame>) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
@@ -174,8 +175,9 @@ fn half_spaces(frame: &str, steps: &str) -> String {
     )
 }
 
-/// Truth (rel-restart-equals-continuous): the uninterrupted run, to the last bit. Runs resume from every checkpoint, in chains and
-/// with other numbers of threads. The frame is large enough for windows.
+/// Truth: the uninterrupted run, to the last bit (case `rel-restart-equals-continuous` of docs/verification.md). Runs resume from
+/// every checkpoint, from checkpoints of resumed runs, and with other numbers of threads. The frame is so large that the solver
+/// uses windows.
 #[test]
 #[ignore = "97 s; usual: cycles_and_sliding_of_all_kinds and windows_that_shrink"]
 fn loads_and_cycles_of_half_spaces() {
@@ -234,7 +236,7 @@ shift = { distance = 0.0, angle = 0.0 }
     );
 }
 
-/// Truth: the uninterrupted run. The grids of earlier windows are reused.
+/// Truth: the uninterrupted run. The contact shrinks during the release, so that the solver uses smaller windows.
 #[test]
 fn windows_that_shrink() {
     let steps = r#"
@@ -250,7 +252,7 @@ increments = 5
     check(&half_spaces("half_width = [1.5, 1.5]\ncells = [96, 96]", steps), None);
 }
 
-/// Truth: the uninterrupted run. Pressures cause tangential displacements of the surfaces.
+/// Truth: the uninterrupted run. Pressures alone cause tangential displacements of the surfaces.
 #[test]
 fn sliding_without_friction() {
     let steps = r#"
@@ -274,7 +276,7 @@ sliding = { distance = 20.0, angle = 30.0, jumps = 4 }
     }
 }
 
-/// Truth: the uninterrupted run. Worn volume and distance accumulate from increment to increment.
+/// Truth: the uninterrupted run. Wear volume and rolled distance accumulate from increment to increment.
 #[test]
 fn rolling() {
     let steps = r#"
@@ -311,7 +313,8 @@ increments = 2
     check(&half_spaces("half_width = [1.4, 1.4]\ncells = [20, 20]", steps), None);
 }
 
-/// Truth: the uninterrupted run. The flexibility is known at first for the middle cells only and grows with the contact.
+/// Truth: the uninterrupted run. At the start, the flexibility is known only for the middle cells. As the contact grows, the run
+/// computes the flexibility of further cells.
 #[test]
 fn growing_contact_of_a_meshed_body() {
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");
@@ -347,6 +350,6 @@ increments = 2
     let mut frame = ContactFrame::grid([1.2, 1.2], [8, 8], [0.0, 0.0], 0.0).expect("a frame");
     let near = |cell| frame.plane_coordinates(cell).iter().map(|x| x * x).sum::<f64>() < 0.1;
     frame.candidates = Some((0..frame.n_cells()).map(near).collect());
-    // Each run condenses the body again.
+    // Each run condenses the body again, which takes time. The test therefore resumes only from every n-th checkpoint.
     check_every(usual_or_finest(6, 2), &scene, Some(&frame));
 }

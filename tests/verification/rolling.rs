@@ -1,4 +1,5 @@
-//! Steady rolling: closed forms in plane strain, Kalker's linear coefficients, limits and symmetries.
+//! Steady rolling: closed forms in plane strain, Kalker's linear coefficients, limits and symmetries. docs/verification.md lists
+//! the named cases.
 
 use std::f64::consts::PI;
 
@@ -19,13 +20,13 @@ fn roll(quarter_turns: u8, creepage: [f64; 2], spin: f64) -> Step {
     Step { kind: StepKind::Rolling(rolling), ..step("roll") }
 }
 
-/// Relative radius of two equal steel cylinders, mm.
+/// Relative radius of curvature of two equal steel cylinders, mm.
 const RADIUS: f64 = 20.0;
-/// Load per length, N/mm.
+/// Load per length of the cylinders, N/mm.
 const LOAD: f64 = 500.0;
 const MU: f64 = 0.3;
 
-/// Half-width of the contact, mm (Hertz).
+/// Half-width of the Hertzian contact, mm.
 fn half_width() -> f64 {
     let modulus = 0.5 * 210e3 / 0.91;
     (4.0 * LOAD * RADIUS / (PI * modulus)).sqrt()
@@ -48,9 +49,9 @@ fn converged(model: &Model, steps: &[Step]) -> RunResult {
     result
 }
 
-/// Truth: catalogue case `carter-2d` (Johnson 1985, 8.3). The creepage is |ξ| = (μ a / R)(1 - c / a), to 2 % as in the catalogue.
-/// The half-widths of stick zone and contact obey c / a = sqrt(1 - Q / μP). The stick zone reaches the leading edge. Body 2 slips
-/// along +x and drags body 1 along +x.
+/// Truth: case `carter-2d` (Johnson 1985, 8.3). The creepage is |ξ| = (μ a / R)(1 - c / a), to 2 %. The stick area has the
+/// half-width c, the contact the half-width a. They obey c / a = sqrt(1 - Q / μP) for the load P and the tangential force Q. The
+/// stick area reaches the leading edge. Body 2 slips in the direction of rolling and drags body 1 along.
 #[test]
 fn carter() {
     let model = cylinders(256);
@@ -76,7 +77,8 @@ fn carter() {
     }
 }
 
-/// Truth: each increment of a growing creepage is a steady state, equal to a single increment with the same creepage.
+/// Truth: each increment of a growing creepage is a steady state. The last increment equals a single increment with the whole
+/// creepage.
 #[test]
 fn increments_are_a_creep_curve() {
     let (model, creep) = (cylinders(100), 0.5 * MU * half_width() / RADIUS);
@@ -97,10 +99,12 @@ fn ball(stiffness: &Stiffness, cells: usize) -> Model {
     model
 }
 
-/// Truth: catalogue case `kalker-circle` (Kalker 1990, table E.3, three digits), to 2.5 % (nu = 0.4999 for 0.5). The force for the
-/// creepage ξ is Q = G a² C11 ξ, and C22, C23 and C33 have similar formulas. Forces on body 1 have signs opposite to Kalker's.
-/// Creepages are a hundredth of the creepage at full sliding, which lowers the forces by 0.5 %. Tractions and slips are half a cell
-/// (h / 2) apart, which changes the coupling C23 by C22 h / 4a, here 0.9 %.
+/// Truth: case `kalker-circle`. Kalker (1990, table E.3) gives the coefficients to three digits. They agree to 2.5 %, with nu =
+/// 0.4999 in place of 0.5. The creepage ξ causes the force Q = G a² C11 ξ (shear modulus G, contact radius a). C22, C23 and C33
+/// have similar formulas. Results are forces on body 1, with signs opposite to Kalker's.
+///
+/// Creepages are a hundredth of the creepage at full sliding, which lowers the forces by 0.5 %. The rigid slip of a cell is
+/// evaluated half a cell (h / 2) ahead of its centre. This changes the coupling C23 by C22 h / 4a, here 0.7 % of C23.
 #[test]
 fn kalker_circle() {
     let (load, e) = (300.0, 210e3);
@@ -137,8 +141,8 @@ fn kalker_circle() {
     }
 }
 
-/// Truth: if the creepage v is far beyond the limit of adhesion, every cell slides. The friction on body 1 is Q = μP in the
-/// direction of v. For a friction ellipse Q = P M² v / |M v| with M = diag(μ1, μ2).
+/// Truth: if the creepage v is far beyond the limit of adhesion, every cell slides. The friction force on body 1 is Q = μP in the
+/// direction of v. For a friction ellipse it is Q = P M² v / |M v| with M = diag(μ1, μ2).
 #[test]
 fn full_sliding() {
     let load = 300.0;
@@ -157,7 +161,8 @@ fn full_sliding() {
     }
 }
 
-/// Truth: in plane strain only the semi-axis of a friction ellipse in the plane matters.
+/// Truth: in plane strain the slip stays in the plane. Only the semi-axis of the friction ellipse along this plane affects the
+/// result.
 #[test]
 fn an_ellipse_along_its_axis_is_coulomb() {
     let creep = [0.5 * MU * half_width() / RADIUS, 0.0];
@@ -170,7 +175,8 @@ fn an_ellipse_along_its_axis_is_coulomb() {
     assert_eq!(a.stick_area, b.stick_area);
 }
 
-/// Truth: fibres lie in the plane of rolling. The mirror y -> -y reverses lateral creepage, spin, lateral force and moment.
+/// Truth: the fibres lie in the plane y = 0 of rolling, which is a plane of symmetry. The mirror y -> -y reverses lateral
+/// creepage, spin, lateral force and moment.
 #[test]
 fn mirrored_rolling_on_cfrp() {
     let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.5, 24), sphere(10.0));
@@ -187,8 +193,9 @@ fn mirrored_rolling_on_cfrp() {
     assert!(left.stick_area > 0.0 && left.stick_area < left.contact_area);
 }
 
-/// Truth: in a steady state friction dissipates the work of the creepages over the rolled distance, to rounding. With an energy law
-/// the worn volume is k times the dissipation, to 1e-2, because tractions change direction within a cell where stick ends.
+/// Truth: in a steady state, friction dissipates the work per rolled distance, to rounding. This work is tangential force times
+/// creepage plus spin moment times spin. With an energy law, the wear volume is k times the dissipation. It agrees only to 1e-2,
+/// because tractions change direction within a cell at the edge of the stick area.
 #[test]
 fn wear_per_rolled_distance() {
     let mut model = ball(&steel(), 48);
@@ -210,7 +217,7 @@ fn wear_per_rolled_distance() {
     assert_eq!((rolled.creepage, rolled.spin, rolled.distance), (creepage, spin, distance));
 }
 
-/// Truth: forces on cells of full and of half the size agree to 0.1 %. Tilted fibres couple pressures and tractions.
+/// Truth: forces on cells of full and of half the size agree to 0.1 %. Tilted fibres couple normal and tangential displacements.
 #[test]
 fn rolling_on_tilted_fibres() {
     let rolled = |cells| {
@@ -226,9 +233,9 @@ fn rolling_on_tilted_fibres() {
     }
 }
 
-/// Truth: `max_iterations` is the only limit on the iterations of a step. With one semi-axis of the friction ellipse three hundred
-/// times smaller than the other, the cells in contact need more than 500 iterations. The result equals the result on the whole
-/// frame.
+/// Truth: `max_iterations` is the only limit on the iterations of a step. One semi-axis of the friction ellipse is some 300 times
+/// smaller than the other, so the solution takes more than 500 iterations. The solution on windows equals the solution on the
+/// whole frame.
 #[test]
 fn rolling_with_little_friction_across() {
     let mut model = rectangle(&steel(), Some(&steel()), ([0.8; 2], [72, 60]), sphere(10.0));

@@ -1,5 +1,5 @@
-//! Numerical stability: parameters reach the limits of the methods. Every run ends certified, with an independent audit of its
-//! state, or reports why not.
+//! Numerical stability at the limits of the parameters. Each run converges to a state that passes an independent audit, or
+//! reports why it fails. docs/verification.md lists the named cases.
 
 mod bounds;
 mod ends;
@@ -47,7 +47,7 @@ fn iterations(run: &Run) -> usize {
     run.records.iter().map(|record| record.iterations).sum()
 }
 
-/// Largest difference of forces, divided by the normal force of `b`.
+/// Largest difference between the forces of two runs, divided by the normal force of `b`.
 fn apart(a: &Run, b: &Run) -> f64 {
     assert_eq!(a.records.len(), b.records.len());
     let pairs = a.records.iter().zip(&b.records);

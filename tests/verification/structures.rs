@@ -1,4 +1,4 @@
-//! Problems of solid mechanics with known solutions for the elements.
+//! Finite elements on problems of solid mechanics with known solutions.
 
 mod bending;
 mod free_modes;

@@ -1,4 +1,4 @@
-//! Friction of isotropic bodies: partial slip, histories, coupling of normal and tangential displacements.
+//! Friction of isotropic bodies: partial slip, load paths, coupling of normal and tangential displacements.
 
 mod large_friction;
 mod loop_of_force;

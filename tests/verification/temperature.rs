@@ -24,7 +24,7 @@ use crate::crystals::cfrp_of_tables;
 use crate::fem_bodies::{ELEMENTS, clamp, spec};
 use crate::fem_meshes::{block, rough};
 
-/// Young's modulus (MPa), Poisson's ratio and coefficient of thermal expansion (1/K).
+/// Young's modulus (MPa), Poisson's ratio and coefficient of thermal expansion (1/K) of steel.
 const STEEL: [f64; 3] = [210e3, 0.3, 12e-6];
 const ALUMINIUM: [f64; 3] = [70e3, 0.33, 23e-6];
 
@@ -44,8 +44,9 @@ fn heated(mesh: Mesh, material: PlacedMaterial, change: f64, supports: Vec<Suppo
     FeSpec { regions, temperature_change: change, ..plain }
 }
 
-/// Truth: a body of one material that nothing holds expands by its thermal strain ε_T: the change of the distance of two points x
-/// and y, times the distance, is (x - y)·ε_T (x - y). It has no stress. Tolerance: rounding.
+/// Truth: an unconstrained body of one material expands by its thermal strain ε_T, without stress. The displacements u of two
+/// points x and y obey (x - y)·(u(x) - u(y)) = (x - y)·ε_T (x - y). Rigid motions do not affect this equation. Tolerance:
+/// rounding.
 #[test]
 fn free_expansion_has_no_stress() {
     let (expansion, change) = ([-0.5e-6, 30e-6, 27e-6], 80.0);
@@ -68,13 +69,14 @@ fn free_expansion_has_no_stress() {
         let state = ThermoelasticState { displacement: u, temperature_change: change };
         let stress = recovery.stress(model, state).expect("a stress");
         let largest = stress.iter().flatten().fold(0.0, |most: f64, stress| most.max(stress.abs()));
-        // The stress that would act if the expansion were held is some 40 MPa.
+        // If supports prevented the expansion, the stress would be some 40 MPa.
         assert!(largest < 1e-9, "{} {formulation:?} {largest:e}", kind.name());
     }
 }
 
-/// Truth: with u_x = u_y = 0 and a free surface, σ_x = σ_y = -E α ΔT / (1 - ν) and ε_z = α ΔT (1 + ν) / (1 - ν), for finite and
-/// boundary elements. The stress of the contact surface follows from its strain. Half of the amplitude gives half of everything.
+/// Truth: smooth walls prevent expansion along x and y, and the upper surface is free. Finite and boundary elements have σ_x =
+/// σ_y = -E α ΔT / (1 - ν). They also have ε_z = α ΔT (1 + ν) / (1 - ν). The stress of the contact surface follows from its
+/// strain. At half of the amplitude, all results are halved.
 #[test]
 fn block_between_smooth_walls() {
     let ([modulus, nu, alpha], change) = (STEEL, 80.0);
@@ -109,8 +111,8 @@ fn block_between_smooth_walls() {
     }
 }
 
-/// Truth: superposition. Stress under a change of temperature at half its amplitude, and a pressure at the amplitude 1, is the sum
-/// of both.
+/// Truth: superposition. A change of temperature at the amplitude 0.5 and a pressure at the amplitude 1 together cause the sum of
+/// their single stresses.
 #[test]
 fn temperature_and_pressure_add_up() {
     let walls = vec![held("x0", 0), held("x1", 0), held("y0", 1), held("z0", 2)];
@@ -141,8 +143,8 @@ fn temperature_and_pressure_add_up() {
     assert!(parts.iter().all(|part| part.iter().any(|stress| stress.abs() > 10.0)));
 }
 
-/// Curvature of two bonded layers, each 1 mm thick, with moduli E and strains ε of the lower and the upper layer that act along
-/// the strip.
+/// Curvature of two bonded layers, each 1 mm thick, 1/mm. `moduli` are Young's moduli of the lower and the upper layer. `strains`
+/// are the free strains of the two layers along the strip.
 ///
 /// # Source
 /// Timoshenko (1925), J. Opt. Soc. Am. 11, 233-255, eq. 4.
@@ -151,7 +153,7 @@ fn bonded_layers(moduli: [f64; 2], strains: [f64; 2]) -> f64 {
     24.0 * (strains[0] - strains[1]) / (2.0 * (12.0 + (1.0 + n) * (1.0 + 1.0 / n)))
 }
 
-/// Curvature u_z,xx in the middle of a strip of two layers, 40 mm long and 2 mm high.
+/// Curvature u_z,xx in the middle of a strip of two layers, 1/mm. The strip is 40 mm long and 2 mm high.
 fn curvature(plies: [PlacedMaterial; 2], change: f64, plane_strain: bool) -> f64 {
     let mesh = block(Hex20, [40, 1, 8], [1.0; 3], |[x, y, z]| [20.0 * x, 0.25 * y, 2.0 * z]);
     let mut supports = vec![held("x0", 0), held("y0", 1)];
@@ -172,9 +174,9 @@ fn curvature(plies: [PlacedMaterial; 2], change: f64, plane_strain: bool) -> f64
     (a - 2.0 * b + c) / 16.0
 }
 
-/// Truth: Timoshenko's bimetallic strip in plane strain, with E / (1 - ν²) and α (1 + ν); likewise a laminate of a 0° and a 90° ply,
-/// in which σ_z = 0 and ε_y = 0. Curvatures by an independent program: -1.04109e-3 and 1.13613e-3 per mm. Far from the ends the strip
-/// bends uniformly.
+/// Truth: Timoshenko's bimetallic strip. Plane strain replaces E by E / (1 - ν²) and α by α (1 + ν). The second strip is a
+/// laminate of a 0° and a 90° ply, with σ_z = 0 and ε_y = 0. An independent program gives the curvatures -1.04109e-3 and
+/// 1.13613e-3 per mm. The strip bends uniformly far from its ends.
 #[test]
 fn strips_of_two_materials() {
     let plane = |[modulus, nu, alpha]: [f64; 3]| [modulus / (1.0 - nu * nu), alpha * (1.0 + nu)];
@@ -183,7 +185,8 @@ fn strips_of_two_materials() {
     assert!((exact + 1.04109e-3).abs() < 1e-8, "{exact}");
     let found = curvature([STEEL, ALUMINIUM].map(isotropic), 100.0, true);
     assert!(relative(found, exact) < 1e-4, "{found} {exact}");
-    // A ply along x or y in plane strain: σ_x = E1 / (1 - ν12 ν21) (ε_x - (α_x + ν_yx α_y) ΔT).
+    // In plane strain, a ply with fibres along x has σ_x = E1 / (1 - ν12 ν21) (ε_x - (α_x + ν_yx α_y) ΔT). With fibres along y,
+    // E2 replaces E1.
     let (e1, e2, nu12, alpha) = (167230.0, 9544.0, 0.272, [-0.5e-6, 30e-6, 30e-6]);
     let nu21 = nu12 * e2 / e1;
     let moduli = [e1, e2].map(|modulus| modulus / (1.0 - nu12 * nu21));
@@ -195,13 +198,13 @@ fn strips_of_two_materials() {
     assert!(relative(found, exact) < 1e-3, "{found} {exact}");
 }
 
-/// Radii of the shaft and of the hub's outside, mm.
+/// Nominal outer radii of shaft and hub, mm.
 const RADII: [f64; 2] = [25.0, 40.0];
 
-/// Bore of the shaft, mm.
+/// Radius of the bore of the shaft, mm.
 const BORE: f64 = 15.0;
 
-/// A quarter of a ring about the y axis, 1 mm thick, below z = 0, as in the tests of press fits.
+/// A quarter of a ring about the y axis, 1 mm long along y, in z <= 0. It has `around` elements along the arc.
 fn ring(
     kind: ElementKind,
     [inner, outer]: [f64; 2],
@@ -220,22 +223,22 @@ fn ring(
     heated(mesh, isotropic(material), change, supports)
 }
 
-/// A shaft and a hub with their materials and changes of temperature.
+/// Materials (E, ν, α) and changes of temperature (K) of a shaft and a hub.
 #[derive(Clone, Copy)]
 struct Fit {
     shaft: ([f64; 3], f64),
     hub: ([f64; 3], f64),
-    /// Difference of the radii as meshed, mm.
+    /// Meshed outer radius of the shaft minus meshed inner radius of the hub, mm.
     interference: f64,
     plane_strain: bool,
 }
 
 impl Fit {
-    /// Pressures in all cells, with `around` elements on a quarter of the circle.
+    /// Pressures in all cells, MPa. The quarter circle has `around` elements.
     fn pressures(&self, kind: ElementKind, around: usize) -> Vec<f64> {
         let bodies = [
             (RADII, self.hub),
-            // All radii of the shaft grow by one factor, as by a change of temperature.
+            // The interference multiplies all radii of the shaft by one factor, as a change of temperature does.
             ([BORE, RADII[0]].map(|r| r * (1.0 + self.interference / RADII[0])), self.shaft),
         ];
         let [hub, shaft] = bodies.map(|(radii, (material, change))| {
@@ -263,7 +266,7 @@ impl Fit {
         solve(&model, &[indent(0.0)]).state.tractions[2 * n..].to_vec()
     }
 
-    /// Pressure by Lamé; 0 if the shaft comes off. Plane strain has E/(1-ν²), ν/(1-ν) and α(1+ν).
+    /// Pressure by Lamé, MPa; 0 if the shaft loses contact. Plane strain replaces E by E/(1-ν²), ν by ν/(1-ν) and α by α(1+ν).
     fn by_lame(&self) -> f64 {
         let plane = |([modulus, nu, alpha], change): ([f64; 3], f64)| {
             if self.plane_strain {
@@ -282,10 +285,10 @@ impl Fit {
 
 const STEEL_OF_RINGS: [f64; 3] = [200e3, 0.3, 12e-6];
 
-/// Truth: Lamé's rings with thermal strains. Pressures: 62.2379 MPa for a steel shaft 80 K warmer in a steel hub in plane strain;
-/// 3.01464 MPa for a steel shaft with an interference of 0.02 mm in an aluminium hub, both 60 K warmer, in plane stress. In plane
-/// strain this shaft comes off. The error decreases with the square of the element size; the meshed radii differ by the
-/// interference, which changes its part of the pressure by 8e-4.
+/// Truth: Lamé's rings with thermal strains. In plane strain, a steel shaft that is 80 K warmer than its steel hub causes 62.2379
+/// MPa. The second fit is a steel shaft with an interference of 0.02 mm in an aluminium hub, both 60 K warmer. In plane stress it
+/// causes 3.01464 MPa, in plane strain the shaft loses contact. Errors decrease with the square of the element size. The meshed
+/// radii differ by the interference, which changes the pressure due to the interference by 8e-4.
 #[test]
 fn shrink_fits_by_lame() {
     let (steel, aluminium) = (STEEL_OF_RINGS, ALUMINIUM);
@@ -307,8 +310,9 @@ fn shrink_fits_by_lame() {
     assert!(loose.pressures(Hex27, 6).iter().all(|p| *p == 0.0));
 }
 
-/// Truth: in plane strain a shaft that is ΔT warmer is a shaft whose mesh is larger by the factor 1 + α (1 + ν) ΔT, because its
-/// stiffness does not depend on its size in the plane. On straight faces that match, both give one gap in each cell.
+/// Truth: in plane strain, a shaft that is ΔT warmer acts as a shaft meshed larger by the factor 1 + α (1 + ν) ΔT. This holds
+/// because the stiffness of a shaft does not depend on its size in the plane. With equal straight faces of shaft and hub, both
+/// shafts have the same gap in each cell.
 #[test]
 fn a_warm_shaft_is_a_larger_shaft() {
     let [_, nu, alpha] = STEEL_OF_RINGS;
@@ -320,7 +324,7 @@ fn a_warm_shaft_is_a_larger_shaft() {
     assert!(warm.iter().zip(&meshed).all(|(a, b)| relative(*a, *b) < 1e-9));
 }
 
-/// Half-space with the thermal strain `strain`, global axes.
+/// Half-space with the thermal strain `strain` in global axes.
 fn half_space(
     stiffness: &Stiffness,
     side: Side,
@@ -335,9 +339,10 @@ fn thermal_strain(expansion: [f64; 3], axes: &Matrix3<f64>, change: f64) -> Matr
     axes * Matrix3::from_diagonal(&expansion.into()) * axes.transpose() * change
 }
 
-/// Truth: the surface of a half-space that is 80 K warmer is strained by ΔT α_xx = ΔT (α1 cos²φ + α2 sin²φ) along the projected
-/// fibre and by ΔT α2 across it; steel above it by 12e-6 ΔT. Relative strains along x: 1.0e-3, 3.9e-4, -1.44e-3 for tilts of 0, 30
-/// and 90 degrees.
+/// Truth: both half-spaces become ΔT = 80 K warmer. The fibres of the lower one have the tilt φ, so its surface strain is ΔT
+/// α_xx = ΔT (α1 cos²φ + α2 sin²φ) along the projected fibre. Across the fibre the strain is ΔT α2. The upper half-space, of
+/// steel, has the strain 12e-6 ΔT. For tilts of 0, 30 and 90 degrees, the relative strains along x are 1.0e-3, 3.9e-4 and
+/// -1.44e-3.
 #[test]
 fn half_spaces_expand_along_their_surface() {
     let frame = ContactFrame::grid([1.0, 0.5], [8, 4], [0.3, 0.0], 0.0).expect("a frame");
@@ -359,8 +364,9 @@ fn half_spaces_expand_along_their_surface() {
     }
 }
 
-/// Truth: friction feels the strain of the surface alone. The bulk stress σ_x = σ_y = E α ΔT / (1 - ν) strains the surface as the
-/// temperature does, and gives the same tractions. Inside, the temperature causes no stress, and α ΔT z of displacement.
+/// Truth: only the strain of the surface affects the friction. The bulk stress σ_x = σ_y = E α ΔT / (1 - ν) strains the surface
+/// as the temperature does. It therefore causes the same tractions. At a point x inside the body, the temperature causes no
+/// stress, but the displacement α ΔT x.
 #[test]
 fn temperature_acts_as_bulk_stress() {
     let ([modulus, nu, alpha], change) = (STEEL, 40.0);
@@ -410,8 +416,9 @@ fn temperature_acts_as_bulk_stress() {
     assert!(by_temperature.iter().zip(&by_stress).all(|(a, b)| (a - b).abs() < 1e-10 * peak));
 }
 
-/// Truth: a surface that is periodic along y cannot expand along y. At a plane of symmetry y = 0 the surface must not move along y: a
-/// fibre in this plane causes no shear strain, a fibre at an angle to it does. Elements without coefficients cannot expand.
+/// Truth: a surface that is periodic along y cannot expand along y. At a plane of symmetry y = 0, the surface must not move along
+/// y. The thermal strain has no shear at this plane if the fibre is parallel or perpendicular to the plane. A fibre at another
+/// angle has shear and is refused. Elements without coefficients of expansion cannot change their temperature.
 #[test]
 fn what_cannot_expand_is_refused() {
     let mut frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).expect("a frame");

@@ -1,4 +1,4 @@
-//! Rotations of body 2 and moments on it.
+//! Rotations of body 2 and moments on body 2.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::{Divergence, IncrementRecord, Outcome};
@@ -37,8 +37,9 @@ fn near(found: [f64; 2], wanted: [f64; 2], within: f64) {
     assert!((0..2).all(|k| (found[k] - wanted[k]).abs() <= within), "{found:?} {wanted:?}");
 }
 
-/// Truth: small rotations (a, b) about x and y through the centre of the frame move a paraboloid of radius R. Its lowest point is
-/// then at R (b, -a) and R (a^2 + b^2) / 2 deeper. Forces and peak pressure agree to 1e-6 at residuals of 1e-8.
+/// Truth: small rotations (a, b) about x and y through the centre of the frame move a paraboloid of radius R. Its lowest point
+/// moves to R (b, -a), and is R (a^2 + b^2) / 2 deeper. A paraboloid with this lowest point gives the same forces and peak
+/// pressure, to 1e-6 at residuals of 1e-8.
 #[test]
 fn a_rotated_sphere_is_a_shifted_one() {
     let (a, b) = (0.003, -0.008);
@@ -64,9 +65,10 @@ fn a_rotated_sphere_is_a_shifted_one() {
     }
 }
 
-/// Truth: a frictionless sphere under P and moments M rolls until its contact is below the resultant. The lowest point is at (M_y,
-/// -M_x) / P and the rotation (M_x, M_y) / (P R). The discretisation error is 1e-3 with 12 cells along the contact radius.
-/// Unloading and loading in increments, or prescribing the rotation, gives the same state.
+/// Truth: a frictionless sphere under the force P and the moments M rolls until its contact is below the resultant force. The
+/// lowest point of the sphere is then at (M_y, -M_x) / P, and its rotation is (M_x, M_y) / (P R). The discretisation error is
+/// 1e-3 with 12 cells along the contact radius. The state is the same after removing and restoring the moment in increments, and
+/// under the prescribed rotation.
 #[test]
 fn a_sphere_rolls_under_a_moment() {
     let (force, moment) = (400.0, [12.0, 30.0]);
@@ -99,10 +101,11 @@ fn a_sphere_rolls_under_a_moment() {
     near([found_again.moment[0], found_again.moment[1]], moment, 1e-5 * moment[1]);
 }
 
-/// Truth: case `lubkin-torsion`. A rigid sphere under a constant force carries 0.897338429 of the torque of full slip (3 pi / 16)
-/// mu P a. It sticks inside c = a / 2 and turns by 0.47272981 mu p0 / G. Tolerances of the catalogue: c within a cell, the angle to
-/// 1e-2. Torsion does not change the pressure, to 1e-6 at residuals of 1e-8. Ten increments give the same twist to 2e-3, since the
-/// torque only grows.
+/// Truth: case `lubkin-torsion` of docs/verification.md. A rigid sphere under a constant force P has the contact radius a and the
+/// peak pressure p0. The torque is 0.897338429 of the torque of full slip, (3 pi / 16) mu P a. The sphere then sticks inside c =
+/// a / 2 and rotates by 0.47272981 mu p0 / G. The tolerance of c is one cell, of the angle 1e-2. Torsion does not change the
+/// pressure, to 1e-6 at residuals of 1e-8. Ten increments give the same twist as one increment, to 2e-3, because the torque only
+/// grows.
 #[test]
 fn lubkin() {
     let (force, mu, g) = (1000.0, 0.3, 210e3 / 2.6);
@@ -128,8 +131,8 @@ fn lubkin() {
     assert!(relative(last(&by_twist).moment[2], torque) < 1e-6);
 }
 
-/// Truth: Masing's rule. Reversal of the torque T to -T reverses the twist, and another reversal closes the loop. Tolerance 1e-6:
-/// the contact edge is compliant and magnifies the residual of the solver.
+/// Truth: Masing's rule. Reversal of the torque T to -T reverses the twist, and another reversal closes the loop. The tolerance
+/// is 1e-6, because the edge of the contact is compliant and magnifies the residual of the solver.
 #[test]
 fn a_torsional_loop_closes() {
     let mut model = half_spaces(&steel(), None, (0.4, 32), sphere(RADIUS));
@@ -144,8 +147,8 @@ fn a_torsional_loop_closes() {
     assert!(relative(-angles[2], angles[1]) < 1e-6 && relative(angles[3], angles[1]) < 1e-6, "{angles:?}");
 }
 
-/// Truth: equilibrium. A sphere spins under a moment beyond (3 pi / 16) mu P a. A punch tips over if the resultant lies outside its
-/// outline.
+/// Truth: equilibrium. A sphere with the load P and the contact radius a spins under a moment beyond (3 pi / 16) mu P a. A punch
+/// tips over if the resultant force lies outside its outline. In both cases the run does not converge and reports the reason.
 #[test]
 fn too_large_a_moment_is_reported() {
     let mut model = half_spaces(&steel(), None, (0.4, 24), sphere(RADIUS));
@@ -166,8 +169,9 @@ fn too_large_a_moment_is_reported() {
     assert!(off.warnings.iter().any(|note| note.contains("tips about y")), "{:?}", off.warnings);
 }
 
-/// Truth: statics. Pressures on one side of the centre of the frame balance a zero moment only if all are zero. Body 2 then rotates
-/// off the contact by about the approach over the lever 0.7 mm. Small rotations give a warning, rotations above 0.1 rad end the run.
+/// Truth: statics. Pressures on one side of the centre of the frame balance a zero moment only if all are zero. Body 2 therefore
+/// rotates until it loses contact. The angle is about the approach divided by the lever arm, 0.7 mm. Small rotations give a
+/// warning, rotations above 0.1 rad end the run.
 #[test]
 fn a_zero_moment_beside_the_contact_opens_it() {
     for (approach, small) in [(0.02, true), (0.2, false)] {
@@ -183,8 +187,8 @@ fn a_zero_moment_beside_the_contact_opens_it() {
     }
 }
 
-/// Truth: contact on a flat gap is homogeneous of degree one, so the rotation is proportional to the loads. Below 0.1 rad the run
-/// converges, above it the rotation is too large, although the punch stays in contact.
+/// Truth: contact on a flat gap is homogeneous of degree one, so the rotation is proportional to the loads. The run converges for
+/// rotations below 0.1 rad. Larger rotations end the run, although the punch stays in contact.
 #[test]
 fn rotations_in_contact_are_limited() {
     let flat = half_spaces(&steel(), None, (1.0, 8), |_, _| 0.0);
@@ -199,7 +203,7 @@ fn rotations_in_contact_are_limited() {
     assert!(above.records[0].contact_area > 0.0 && !above.records[0].converged);
 }
 
-/// Truth: controls that a step does not name keep their values, rotations as well as moments, also during cycles.
+/// Truth: controls that a step does not name keep their values. This holds for rotations and moments, also during cycles.
 #[test]
 fn what_a_step_does_not_name_stays() {
     let mut model = half_spaces(&steel(), None, (0.5, 32), sphere(RADIUS));
@@ -225,7 +229,7 @@ fn what_a_step_does_not_name_stays() {
     );
 }
 
-/// A zero moment needs no friction.
+/// Truth: without friction, no traction can balance a spin moment. Only a spin moment of zero is allowed.
 #[test]
 fn a_spin_moment_needs_friction() {
     let model = half_spaces(&steel(), None, (0.5, 8), sphere(RADIUS));
@@ -236,7 +240,7 @@ fn a_spin_moment_needs_friction() {
     assert!(error.to_string().contains("spin moment"), "{error}");
 }
 
-/// Truth: each result agrees with its prescribed value, here on inclined fibres under a rotated friction ellipse.
+/// Truth: results equal the prescribed forces and moments, here with inclined fibres and a rotated friction ellipse.
 #[test]
 fn forces_and_moments_act_together() {
     let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.6, 32), sphere(RADIUS));
@@ -257,7 +261,7 @@ fn forces_and_moments_act_together() {
     assert!(found.certificate.tangential_gap_energy.abs() < 1e-8);
 }
 
-/// Truth: docs/theory-contact.md. Without a force the bodies just touch, without a warning.
+/// Truth: without a normal force, rotated bodies touch without pressure. The run gives no warning about this.
 #[test]
 fn turned_bodies_without_load_just_touch() {
     for friction in [FrictionLaw::None, FrictionLaw::Coulomb { mu: 0.3 }] {

@@ -1,4 +1,4 @@
-//! Wear: reference cycles, identities, orders of convergence, limits.
+//! Wear: reference cycles, identities, orders of convergence, limits. docs/verification.md lists the named cases.
 
 mod broken;
 mod control;
@@ -21,7 +21,7 @@ use crate::common::{
     solve_with, sphere, sphere_on_frp, steel, step,
 };
 
-/// Energy wear coefficient k = i / mu of the reference scene, 1/MPa.
+/// Energy wear coefficient k = i / mu of the reference scene (specific wear rate i, friction coefficient mu), 1/MPa.
 const K: f64 = 1.25e-9;
 
 fn worn_sphere(
@@ -35,9 +35,9 @@ fn worn_sphere(
     solve(&model, &[indent(0.02), fretting(100_000, 0.08, jumps, integrator)])
 }
 
-/// Truth: an independent program computes all 100 000 cycles, with incremental slip and one increment per stroke. Worn volume and
-/// final load agree to 1 % with 8 jumps. The FRP law gives worn volume = k x dissipation, to 1e-10. The dissipation is summed from
-/// tractions and slips, independent of the wear update.
+/// Truth: an independent program computes all 100 000 cycles, with incremental slip and one increment per stroke. Wear volume and
+/// final load agree to 1 % with 8 jumps. With the FRP laws of friction and wear, the wear volume is k times the dissipation, to
+/// 1e-10. The dissipation is summed from tractions and slips, independently of the wear update.
 #[test]
 fn reference_cycles() {
     let data = reference();
@@ -56,8 +56,8 @@ fn reference_cycles() {
     }
 }
 
-/// Truth: docs/theory-wear.md. Backward Euler is first order, and SDIRK2 with the slip at the stages is second order. Errors are
-/// measured against a fine run.
+/// Truth: backward Euler is of first order. SDIRK2 with the slip at the stages is of second order (docs/theory-wear.md). Errors
+/// are differences from a run with 64 jumps.
 #[test]
 fn orders_of_the_integrators() {
     let depth = |jumps, integrator| {
@@ -73,8 +73,9 @@ fn orders_of_the_integrators() {
     }
 }
 
-/// Truth: Archard's law under Coulomb friction gives V = (i / mu) x dissipation, to 1e-10. The rigid path, much longer than the
-/// elastic displacements, bounds V by 4 N i P D (N cycles, amplitude D, load P).
+/// Truth: Archard's law under Coulomb friction gives the wear volume V = (i / mu) x dissipation, to 1e-10. The slip is at most
+/// the rigid motion of body 2. V is therefore at most 4 N i P D (N cycles, amplitude D, load P). The amplitude is much larger
+/// than the elastic displacements, so V is at least 0.8 of this bound.
 #[test]
 fn archard_volume_is_proportional_to_dissipation() {
     let steel = crate::common::steel();
@@ -87,14 +88,14 @@ fn archard_volume_is_proportional_to_dissipation() {
     let since = last.dissipation - result.records[0].dissipation;
     let volume = last.worn_volume - result.records[0].worn_volume;
     assert!(relative(volume, 1e-8 / 0.5 * since) < 1e-10, "{volume} {since}");
-    // Elastic displacements shorten the slip path.
+    // Elastic displacements make the slip smaller than the rigid motion.
     let rigid = 1000.0 * 4.0 * 1e-8 * 500.0 * 0.02;
     assert!(volume < rigid && volume > 0.8 * rigid, "{volume} {rigid}");
     assert!(relative(last.normal_force, 500.0) < 1e-10);
 }
 
-/// Truth: at the fixed approach delta the worn volume is bounded by pi R delta^2. The worn shape tends to the positive part of
-/// delta - h for the initial gap h.
+/// Truth: at the fixed approach delta, the wear volume is at most pi R delta^2, the overlap of a rigid sphere of radius R. The
+/// wear depth tends to the positive part of delta - h for the initial gap h.
 #[test]
 fn the_limit_shape_is_the_rigid_overlap() {
     let mut model = sphere_on_frp(0.0, 1.6, 20);
@@ -109,8 +110,8 @@ fn the_limit_shape_is_the_rigid_overlap() {
     assert!(result.records.last().expect("records").worn_volume < std::f64::consts::PI * 50.0 * 0.02 * 0.02);
 }
 
-/// Truth: with the energy law the wear volume is k times the friction energy, which is zero without friction. A frictionless step
-/// adds no wear, before and after frictional wear. Archard's law with the same rate wears in each of these steps.
+/// Truth: with the energy law, the wear volume is k times the friction energy. A step without friction therefore adds no wear,
+/// before and after wear with friction. Archard's law with the same wear rate adds wear in each of these steps.
 #[test]
 fn no_friction_energy_wears_nothing() {
     let mut model = half_spaces(&steel(), None, (0.8, 16), sphere(50.0));
@@ -141,7 +142,7 @@ fn no_friction_energy_wears_nothing() {
     assert!(archard[0][0] > 0.0 && archard.windows(2).all(|pair| pair[1][0] > pair[0][0]) && last.is_none());
 }
 
-/// Truth: a stroke in partial slip wears only the annulus. The worn volume is k times the dissipation.
+/// Truth: a stroke in partial slip wears only the slip annulus. The wear volume is k times the dissipation.
 #[test]
 fn partial_slip_wears_only_the_annulus() {
     let steel = crate::common::steel();
@@ -159,7 +160,7 @@ fn partial_slip_wears_only_the_annulus() {
     assert!(relative(volume, 1e-8 * energy) < 1e-6, "{volume} {energy}");
 }
 
-/// Truth: `wear-two-body-split`. The worn volumes of the bodies have the prescribed ratio and add up to the total.
+/// Truth: case `wear-two-body-split`. The wear volumes of the two bodies have the prescribed ratio and add up to the total.
 #[test]
 fn wear_is_shared_as_told() {
     let mut model = sphere_on_frp(0.0, 1.2, 12);
@@ -172,7 +173,8 @@ fn wear_is_shared_as_told() {
     assert!(relative(last.worn_volume_by_body.iter().sum(), last.worn_volume) < 1e-12);
 }
 
-/// Truth: a step without wear has no worn volume. A run with cold starts (`AllowedOmissions::NONE`) ends in the same state.
+/// Truth: a step without wear has no wear volume. A run without omitted work (`AllowedOmissions::NONE`), which does not reuse
+/// earlier solutions, gives the same wear volume and force to 1e-6.
 #[test]
 fn wear_off_and_cold_starts() {
     let mut model = sphere_on_frp(0.0, 1.4, 12);
@@ -189,7 +191,8 @@ fn wear_off_and_cold_starts() {
     assert!(relative(warm.normal_force, cold.normal_force) < 1e-6);
 }
 
-/// Truth: `rel-nonconvergence-is-loud`. A run reports any stage of a jump that runs out of iterations.
+/// Truth: case `rel-nonconvergence-is-loud`. If a stage of a jump reaches the iteration limit, the run reports it. Otherwise the
+/// iteration limit does not change the wear volume.
 #[test]
 fn an_unconverged_stage_is_loud() {
     let mut model = sphere_on_frp(90.0, 1.5, 16);
@@ -209,8 +212,8 @@ fn an_unconverged_stage_is_loud() {
     }
 }
 
-/// Truth: at a fixed approach no more than the overlap can wear, for any number of cycles. The worn volume by energy is missing
-/// where part of the wear happened without friction.
+/// Truth: at a fixed approach, wear removes at most the overlap of the rigid bodies, for any number of cycles. The wear volume by
+/// energy is missing if part of the wear happens without friction.
 #[test]
 fn nothing_is_left_to_wear() {
     let mut model = sphere_on_frp(0.0, 1.6, 16);
@@ -233,8 +236,8 @@ fn nothing_is_left_to_wear() {
     assert_eq!(result.records.last().expect("records").worn_volume_by_energy, None);
 }
 
-/// Truth: a jump of any length wears at most the rigid overlap (pi R approach^2) and no deeper than the approach. A jump that is
-/// too long for second order gives a warning.
+/// Truth: a jump of any length removes at most the rigid overlap pi R approach^2, and the wear depth is at most the approach. A
+/// jump that is too long for second order gives a warning.
 #[test]
 fn jumps_of_any_length_stay_within_the_overlap() {
     let mut model = sphere_on_frp(0.0, 1.6, 20);
@@ -267,8 +270,8 @@ fn explicit_agrees_below_the_critical_jump() {
     assert!(errors[0] < 2e-2 && errors[1] < 0.65 * errors[0], "{errors:?}");
 }
 
-/// Truth: reversal points equal the ends of the last two of 24 strokes computed one after the other. Tangential forces agree to 0.2
-/// % of their range. The last strokes have converged to less than 0.1 % of this range.
+/// Truth: 24 strokes computed one after the other. The reversal points of the cycle equal the ends of the last two strokes.
+/// Tangential forces agree to 0.2 % of their range. The last strokes have converged to less than 0.1 % of this range.
 #[test]
 fn stroke_ends_follow_from_strokes() {
     let mut model = half_spaces(&im7(30.0), None, (0.7, 24), sphere(10.0));
@@ -298,9 +301,9 @@ fn stroke_ends_follow_from_strokes() {
     }
 }
 
-/// Truth: reversal points equal the ends of the last two of 12 strokes computed one after the other. Tangential forces agree to 1 %
-/// of their range, normal forces to 0.3 %. Some cells slip by only a thousandth of the amplitude. The reversal points converge only
-/// if these cells are released.
+/// Truth: 12 strokes computed one after the other. The reversal points of the cycle equal the ends of the last two strokes.
+/// Tangential forces agree to 1 % of their range, normal forces to 0.3 %. Some cells slip by only a thousandth of the amplitude.
+/// The reversal points converge only if the solver removes these cells from the stick zone.
 #[test]
 fn cells_that_creep_are_let_go() {
     let model = sphere_on_frp(30.0, 1.5, 24);
@@ -323,7 +326,7 @@ fn cells_that_creep_are_let_go() {
     }
 }
 
-/// Truth: worn volume and forces do not depend on the solver of the two reversal points or on omitted work.
+/// Truth: wear volume and forces do not depend on the method that solves the two reversal points, or on omitted work.
 #[test]
 fn worn_volumes_do_not_depend_on_the_solver() {
     let mut model = half_spaces(&im7(60.0), Some(&im7(45.0)), (1.0, 32), sphere(14.0));
@@ -349,8 +352,8 @@ fn worn_volumes_do_not_depend_on_the_solver() {
     }
 }
 
-/// Truth: docs/theory-wear.md. Cycles stop when wear extends the contact to the edge of the frame, but not if the contact reaches
-/// the edge from the start.
+/// Truth: cycles stop when wear extends the contact to the edge of the frame (docs/theory-wear.md). They do not stop if the
+/// contact reaches the edge from the start.
 #[test]
 fn contact_that_begins_at_the_rim_wears() {
     let mut model = half_spaces(&steel(), None, (0.5, 8), |_, _| 0.0);

@@ -1,4 +1,4 @@
-//! Coarse-to-fine starts and windows of the frame: same results as on the whole frame.
+//! Solutions on windows of the frame, with starts on coarser cells: the same results as on the whole frame.
 
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::evolution::Model;
@@ -31,8 +31,8 @@ fn same(model: &Model, steps: &[Step], method: Method) {
     }
 }
 
-/// Truth: the solution is unique (a contraction at these friction coefficients). Omitted cells do not change it: forces agree to
-/// 1e-7 and tractions to 1e-6 at residuals of 1e-9.
+/// Truth: the solution is unique, because the problem is a contraction at these friction coefficients. Omitted cells do not
+/// change the solution: forces agree to 1e-7 and tractions to 1e-6, at residuals of 1e-9.
 #[test]
 fn windows_change_nothing_with_friction() {
     let model = sphere_on_frp(30.0, 1.6, 64);
@@ -40,7 +40,7 @@ fn windows_change_nothing_with_friction() {
     same(&model, &steps, Method::Newton);
 }
 
-/// Truth: the unique solution on the whole frame. The second spot gets into contact outside the window of the first.
+/// Truth: the unique solution on the whole frame. The second of two contact areas appears outside the window of the first.
 #[test]
 fn windows_grow_to_spots_that_touch_later() {
     let spots = |x: f64, y: f64| {
@@ -56,8 +56,8 @@ fn pull(force: [f64; 2], increments: usize) -> Step {
     Step { tangential: Some(Tangential::Force(force)), increments, ..step("pull") }
 }
 
-/// Truth: the unique solution on the whole frame. For equal bodies, pressures are solved before tangential tractions, at first on
-/// coarser cells.
+/// Truth: the unique solution on the whole frame. For bodies of equal material, the solver computes the pressures before the
+/// tangential tractions. It starts on coarser cells.
 #[test]
 fn pressures_first_change_nothing() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.8, 64), sphere(10.0));
@@ -80,7 +80,7 @@ fn pressures_first_change_nothing() {
     assert_eq!([told(&apart), told(&whole)], [1, 0]);
 }
 
-/// Truth: the unique solution on the whole frame, for a contact on almost the whole frame.
+/// Truth: the unique solution on the whole frame. The contact covers almost the whole frame.
 #[test]
 fn wide_contacts_begin_on_coarser_cells() {
     let mut model = half_spaces(&steel(), Some(&steel()), (0.39, 64), sphere(10.0));
@@ -106,8 +106,8 @@ fn a_window_too_small_is_no_verdict() {
     same(&model, &[press(1.0), spun], Method::BarzilaiBorwein);
 }
 
-/// Truth: the unique solution on the whole frame. In rolling, the slip of a cell refers to the cell ahead, outside the contact at
-/// the leading edge. 96 cells allow coarser grids, 97 cells do not.
+/// Truth: the unique solution on the whole frame. In rolling, the slip of a cell refers to the upstream cell, which lies outside
+/// the contact for cells at the leading edge. 96 cells allow coarser grids, 97 cells do not.
 #[test]
 fn rolling_on_a_window_is_rolling_on_the_frame() {
     for cells in [96, 97] {
@@ -122,8 +122,8 @@ fn rolling_on_a_window_is_rolling_on_the_frame() {
     }
 }
 
-/// Truth: by hand. The bodies just touch at the centres of the four middle cells, h / 2 from the origin along x and y for cells of
-/// size h. The gap there is h² / 4R.
+/// Truth: calculation by hand. For cells of size h, the four middle cells have their centres at h / 2 from the origin along x and
+/// y. The gap there is h² / 4R. At this approach the bodies just touch.
 #[test]
 fn bodies_without_load_just_touch() {
     let model = half_spaces(&steel(), Some(&steel()), (0.5, 64), sphere(10.0));

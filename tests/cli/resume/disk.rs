@@ -1,4 +1,4 @@
-//! Full disks, represented by a limit on the size of files.
+//! Full disks, simulated by a limit on the size of files.
 
 use std::path::Path;
 
@@ -15,8 +15,8 @@ fn assert_files_of_whole(out: &Path) {
     assert!(found.len() > 1 && found.iter().all(same), "{:?}", found.keys());
 }
 
-/// Truth (rel-disk-full, docs/checkpoints.md): if nothing more can be written, the run ends with exit code 4. The checkpoints stay
-/// unchanged, and the run resumes once there is space.
+/// Truth: case `rel-disk-full` of docs/verification.md, and docs/checkpoints.md. If the run can write nothing more, it ends with
+/// exit code 4. The checkpoints stay unchanged, and the run resumes when there is space again.
 #[test]
 fn a_full_disk() {
     for (bytes, fields) in [(0, ALL), (4096, ALL), (50_000, ALL), (50_000, NONE)] {
@@ -37,7 +37,7 @@ fn assert_goes_on_after_a_full_disk(bytes: u64, fields: &str) {
     assert_files_of_whole(&job.out);
 }
 
-/// Truth: a run resumes from the last checkpoint that fitted.
+/// Truth: docs/checkpoints.md: a run resumes from its last complete checkpoint.
 #[test]
 fn a_disk_that_fills_up() {
     let job = Job::new();

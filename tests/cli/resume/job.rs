@@ -1,4 +1,4 @@
-//! Runs that are interrupted, killed or limited in file size, and the results of an uninterrupted run.
+//! Runs that are interrupted, killed or limited in file size, and the files of an uninterrupted run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::tools::timeless;
 
-/// A scene with a run of some seconds, in its own folder.
+/// A scene whose run takes some seconds, in its own folder.
 pub struct Job {
     pub folder: tempfile::TempDir,
     pub out: PathBuf,
@@ -96,12 +96,12 @@ impl Job {
             };
             if done == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
         };
-        // SAFETY: as above.
+        // SAFETY: `limit` makes only calls that are allowed between fork and exec.
         unsafe { command.pre_exec(limit) };
         said(&command.output().unwrap())
     }
 
-    /// Starts a run and waits for a number of checkpoints.
+    /// Starts a run and waits until it has written `checkpoints` further checkpoints.
     pub fn start(&self, more: &[&str], checkpoints: u64) -> Child {
         let wanted = self.number() + checkpoints;
         let child = self.command(more).spawn().unwrap();
@@ -113,14 +113,14 @@ impl Job {
         child
     }
 
-    /// Number of the newest checkpoint; 0 without one.
+    /// Number of the newest checkpoint, or 0 without a checkpoint.
     pub fn number(&self) -> u64 {
         let read = |name: &str| fs::read(self.out.join(name)).ok().filter(|bytes| bytes.len() > 28);
         let numbers = ["checkpoint-1.bin", "checkpoint-2.bin"].into_iter().filter_map(read);
         numbers.map(|bytes| u64::from_le_bytes(bytes[20..28].try_into().unwrap())).max().unwrap_or(0)
     }
 
-    /// Output of a run that is interrupted after a number of checkpoints.
+    /// Interrupts a run by SIGTERM after `checkpoints` further checkpoints. Returns the output of the run.
     pub fn interrupt(&self, more: &[&str], checkpoints: u64) -> String {
         let child = self.start(more, checkpoints);
         send(&child, libc::SIGTERM);
@@ -129,7 +129,7 @@ impl Job {
         text
     }
 
-    /// Kills a run after a number of checkpoints and `delay`.
+    /// Kills a run by SIGKILL, `delay` after it has written `checkpoints` further checkpoints.
     pub fn kill(&self, more: &[&str], checkpoints: u64, delay: Duration) {
         let child = self.start(more, checkpoints);
         std::thread::sleep(delay);
@@ -156,7 +156,7 @@ pub fn said(output: &Output) -> (Option<i32>, String) {
 }
 
 pub fn send(child: &Child, signal: libc::c_int) {
-    // SAFETY: sends a signal to a child that was started and has not been waited for.
+    // SAFETY: `kill` accesses no memory, and the child process has not been waited for.
     unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), signal) };
 }
 

@@ -1,4 +1,7 @@
-//! Published indentation moduli, admittances and Green's functions of anisotropic half-spaces; identities of Barnett-Lothe tensors.
+//! Published indentation moduli, admittances and Green's functions of anisotropic half-spaces; identities of Barnett-Lothe
+//! tensors.
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
@@ -13,19 +16,20 @@ fn green(stiffness: &Stiffness, side: Side) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, side).expect("a converged Green's function")
 }
 
-/// The material turned by `degrees` about y. 90 degrees put axis 3 along x.
+/// Stiffness of a material that is rotated by `degrees` about y. A rotation by 90 degrees puts material axis 3 along x and axis 1
+/// along the normal.
 pub fn about_y(stiffness: &Stiffness, degrees: f64) -> Stiffness {
     stiffness.rotated(Rotation3::from_axis_angle(&Vector3::y_axis(), degrees.to_radians()).matrix())
 }
 
-/// Indentation modulus 2 / w, where w is the mean of the normal admittance W_nn over the directions in the surface.
+/// Indentation modulus 2 / w. Here w is the mean of the normal surface admittance W_nn over the directions in the surface.
 fn modulus(stiffness: &Stiffness) -> f64 {
     let green = green(stiffness, Side::Lower);
     2.0 * 512.0 / (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>()
 }
 
-/// Truth: the indentation moduli of case `indentation-modulus-orthotropic` (Vlassak et al. 2003), published with 10 digits.
-/// Relative tolerance 1e-9.
+/// Truth: the indentation moduli of case `indentation-modulus-orthotropic` (Vlassak et al. 2003), published with 10 digits. The
+/// relative tolerance is 1e-9.
 #[test]
 fn indentation_moduli_of_orthotropic_half_spaces() {
     for (name, stiffness, published) in [
@@ -38,8 +42,9 @@ fn indentation_moduli_of_orthotropic_half_spaces() {
     }
 }
 
-/// Truth: case `surface-admittance-orthotropic-closed-form`, Re W along and across the fibre. The published values have 10 digits,
-/// so the tolerance is 1e-9 of the largest entry, not the catalogue's 1e-10.
+/// Truth: the real part of the surface admittance W along and across the fibre (case
+/// `surface-admittance-orthotropic-closed-form`). The published values have 10 digits. The tolerance is therefore 1e-9 of the
+/// largest entry, instead of the catalogue's 1e-10.
 #[test]
 fn admittance_along_and_across_the_fibre() {
     let green = green(&cfrp_of_tables(), Side::Upper);
@@ -54,8 +59,9 @@ fn admittance_along_and_across_the_fibre() {
     }
 }
 
-/// Truth: cases `half-space-green-cfrp` and `half-space-green-zinc-axis-in-surface` (Willis 1966; Barnett and Lothe 1975), G(x) at
-/// unit distance along x and y. The tolerance is 1e-8 of the largest entry. Reciprocity: G(x) = G(-x)^T.
+/// Truth: the Green's function G at unit distance along x and y (cases `half-space-green-cfrp` and
+/// `half-space-green-zinc-axis-in-surface`; Willis 1966; Barnett and Lothe 1975). The tolerance is 1e-8 of the largest entry. G
+/// also satisfies reciprocity, G(x) = G(-x)^T.
 #[test]
 fn point_forces_along_the_axes() {
     let symmetric =
@@ -95,9 +101,9 @@ fn point_forces_along_the_axes() {
     }
 }
 
-/// Truth: case `barnett-lothe-identities`. The tensors S, H and L depend only on the plane of the normal n and the direction m (at
-/// angle w in the surface). Hence L(w) = L(w + pi) and H(w) = H(w + pi). If the body is rotated about m x n, the tensors rotate
-/// with the body. Tolerance 1e-11 as published, but 1e-9 for H(w) = H(w + pi).
+/// Truth: case `barnett-lothe-identities`. The tensors S, H and L depend only on the plane that is spanned by the normal n and
+/// the direction m. The direction m has the angle w in the surface. Hence L(w) = L(w + pi) and H(w) = H(w + pi). If the body is
+/// rotated about m x n, the tensors rotate with the body. The tolerance is 1e-11 as published, but 1e-9 for H(w) = H(w + pi).
 #[test]
 fn barnett_lothe_tensors_belong_to_the_plane() {
     let materials = [cfrp_of_tables(), zinc(1.0), cubic(165.7, 63.9, 79.6), topaz()];
@@ -111,7 +117,7 @@ fn barnett_lothe_tensors_belong_to_the_plane() {
             assert!((here.l - opposite.l).amax() < 1e-11 * scale, "{w}");
             assert!((here.h - opposite.h).amax() * scale < 1e-9, "{w}");
         }
-        // m along x, n along z: m x n is along y.
+        // m lies along x and n along z, so m x n is parallel to y.
         let angle = 0.6;
         let about = Rotation3::from_axis_angle(&Vector3::y_axis(), angle);
         let tensors = |c: &Stiffness| BarnettLothe::new(c, Side::Lower, 0.0).expect("converged tensors");

@@ -1,4 +1,6 @@
 //! Hertz contact on anisotropic half-spaces: the exact ellipse (Willis 1966).
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use orthowear::bem::half_space::Side;
 use orthowear::bem::half_space::SurfaceGreen;
@@ -12,8 +14,8 @@ use crate::crystals::{cfrp_of_tables, cubic, with_ratio, zinc};
 use crate::observed::{hertz_ellipse, radius};
 use nalgebra::{Rotation3, Vector3};
 
-/// A case of the catalogue: force (N), semi-axes (mm) and angle (degrees) of the long axis from x. `peak` is the largest pressure
-/// (MPa), `approach` is in mm.
+/// Published contact under a rigid sphere: `force` (N), semi-axes (mm), `angle` of the long axis from x (degrees; `None` for a
+/// circle). `peak` is the largest pressure (MPa), `approach` is in mm.
 struct Case {
     name: &'static str,
     material: Stiffness,
@@ -80,7 +82,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Degrees.
+/// Angle between two axes with the directions `a` and `b`, degrees in [0, 90].
 fn between(a: f64, b: f64) -> f64 {
     let d = (a - b).rem_euclid(180.0);
     d.min(180.0 - d)
@@ -112,9 +114,10 @@ fn spheres_on_crystals_and_cfrp() {
     }
 }
 
-/// Truth: case `swanson-vs-average-modulus`. With the mean modulus 10919.77 MPa the contact on CFRP would be a circle of radius
-/// 0.40953 mm. The exact semi-axes differ from this radius by 6 %. The computed semi-axes agree with the exact ones to 1 % and
-/// differ from the radius by more than 4 %. The computed approach agrees with the approach for the mean modulus to 5e-3.
+/// Truth: case `swanson-vs-average-modulus`. With the mean indentation modulus 10919.77 MPa the contact on CFRP would be a circle
+/// of radius 0.40953 mm. The exact semi-axes differ from this radius by 6 %. The computed semi-axes agree with the exact
+/// semi-axes to 1 % and differ from the radius by more than 4 %. The computed approach agrees with the approach for the mean
+/// modulus to 5e-3.
 #[test]
 fn the_mean_modulus_is_not_the_answer() {
     let model = half_spaces(&cfrp_of_tables(), None, (0.52, 64), sphere(10.0));
@@ -126,9 +129,10 @@ fn the_mean_modulus_is_not_the_answer() {
     assert!(relative(result.records[0].approach, 0.01677123538) < 5e-3);
 }
 
-/// Truth: case `indentation-modulus-cubic`, F = 2 M a delta under a flat circular punch of radius a at the approach delta, to 1e-2.
-/// a is the radius of a circle with the total area of the cells. The singular pressure at the edge limits convergence to first
-/// order, so half the cell size gives less than 0.75 times the error.
+/// Truth: case `indentation-modulus-cubic`. The force under a flat circular punch of radius a at the approach delta is F = 2 M a
+/// delta, with the indentation modulus M. The tolerance is 1e-2. The radius a is the radius of a circle with the total area of
+/// the cells. The singular pressure at the edge limits convergence to first order. With half the cell size, the error must
+/// therefore fall below 0.75 times its value.
 #[test]
 fn flat_punches_on_crystals() {
     let copper = cubic(168.4, 121.4, 75.4);
@@ -154,8 +158,8 @@ fn flat_punches_on_crystals() {
     }
 }
 
-/// Truth: case `str-modulus-ratio`. The ratio of the semi-axes under a sphere increases with E1 / E2 (1 to 1e4). The solver takes
-/// less than five times as many iterations as for E1 = E2.
+/// Truth: case `str-modulus-ratio`. The ratio of the semi-axes under a sphere increases with E1 / E2 from 1 to 1e4. The solver
+/// takes less than five times as many iterations as for E1 = E2.
 #[test]
 fn extreme_ratios_make_longer_ellipses() {
     let mut ratios = Vec::new();

@@ -1,4 +1,6 @@
-//! Nearly incompressible half-spaces: closed forms.
+//! Nearly incompressible half-spaces: the surface admittance W against closed forms.
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
@@ -13,9 +15,10 @@ fn green(stiffness: &Stiffness, side: Side) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, side).expect("a converged Green's function")
 }
 
-/// Truth: case `str-near-incompressible`, Re W = ((1 - nu) (m m + n n) + t t) / G (Ting 1996), with m along the wave, t across it
-/// and n normal. The entries of Im W between m and n are (1 - 2 nu) / (2 G), with opposite signs. The tolerance of G W is 1e-15
-/// (10 + lambda / G), ten times the rounding of lambda.
+/// Truth: Re W = ((1 - nu) (m m + n n) + t t) / G (case `str-near-incompressible`; Ting 1996). The unit vectors m, t and n point
+/// along the wave, across the wave and along the normal. The entries of Im W between m and n are (1 - 2 nu) / (2 G), with
+/// opposite signs. The tolerance of G W is 1e-15 (10 + lambda / G). It grows with Lamé's constant lambda, because lambda is
+/// rounded.
 #[test]
 fn isotropic_half_spaces_up_to_incompressible() {
     let young = 210e3;
@@ -42,8 +45,8 @@ fn isotropic_half_spaces_up_to_incompressible() {
     }
 }
 
-/// Rubber with fibres along axis 1, incompressible for c = `compressible` = 0. nu12 = nu13 = (1 - c) / 2 and nu23 = 1 - E2 / (2
-/// E1) - c.
+/// Stiffness of rubber with fibres along axis 1. nu12 = nu13 = (1 - c) / 2 and nu23 = 1 - E2 / (2 E1) - c with c =
+/// `compressible`. The material is incompressible for c = 0.
 fn fibres_in_rubber(compressible: f64) -> Stiffness {
     let (e1, e2) = (50e3, 10e3);
     let (nu12, nu23) = (0.5 * (1.0 - compressible), 1.0 - e2 / (2.0 * e1) - compressible);
@@ -52,9 +55,9 @@ fn fibres_in_rubber(compressible: f64) -> Stiffness {
     Stiffness::orthotropic(&constants).expect("admissible")
 }
 
-/// Truth: the admittance in closed form along and across the fibre (Ting 1996), and the indentation modulus with the fibre along
-/// the normal (Elliott 1949). The identities of Barnett and Lothe hold for any rotation. The tolerance is 1e-14 plus 1e-15 times
-/// the condition number of the stiffness.
+/// Truth: closed forms of the admittance along and across the fibre (Ting 1996) and of the indentation modulus with the fibre
+/// along the normal (Elliott 1949). The identities of Barnett and Lothe hold for any rotation of the material. The tolerance is
+/// 1e-14 plus 1e-15 times the condition number of the stiffness.
 #[test]
 fn fibres_in_rubber_up_to_incompressible() {
     for compressible in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
@@ -92,8 +95,9 @@ fn fibres_in_rubber_up_to_incompressible() {
     }
 }
 
-/// Truth: the volumetric Poisson's ratio of an isotropic material is its nu. For fibres in rubber of compressibility c, 1 - 2 nu =
-/// 2 c (1 / E1 + 1 / E2) / (1 / E1 + 2 / E2). The tolerance 1e-10 covers the rounding of the compliance.
+/// Truth: the volumetric Poisson's ratio nu of an isotropic material is its Poisson's ratio. For fibres in rubber of
+/// compressibility c, 1 - 2 nu = 2 c (1 / E1 + 1 / E2) / (1 / E1 + 2 / E2). The tolerance 1e-10 covers the rounding of the
+/// compliance.
 #[test]
 fn volumes_that_hardly_change() {
     for nu in [-0.5, 0.0, 0.3, 0.49, 0.4999] {

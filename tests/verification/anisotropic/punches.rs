@@ -1,4 +1,6 @@
 //! Flat punches on anisotropic half-spaces (Willis 1966).
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use std::f64::consts::PI;
 
@@ -9,9 +11,10 @@ use crate::common::{press, relative, solve, steel};
 use crate::crystals::cfrp_of_tables;
 use crate::punches::{frame, model};
 
-/// Truth: case `aniso-punch-circular-elliptic`, CFRP with the fibre along x, F = 100 N. The approach agrees to 1e-2. Anisotropy
-/// does not change the pressure p = F / (2 pi a b sqrt(1 - x²/a² - y²/b²)). Within 0.8 of the semi-axes the computed pressure
-/// agrees with the pressure on steel to 1e-2 and with p to 2.5e-2, because cells approximate the edge.
+/// Truth: case `aniso-punch-circular-elliptic`, CFRP with the fibre along x and a force F = 100 N. The approach agrees to 1e-2.
+/// Anisotropy does not change the pressure p = F / (2 pi a b sqrt(1 - x²/a² - y²/b²)) under a punch with the semi-axes a and b.
+/// Within 0.8 of the semi-axes the computed pressure agrees with the computed pressure on steel to 1e-2. It agrees with p only to
+/// 2.5e-2, because the cells approximate the edge of the punch.
 #[test]
 fn discs_and_ellipses_on_cfrp() {
     let force = 100.0;

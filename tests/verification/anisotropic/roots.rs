@@ -1,4 +1,6 @@
-//! Materials and directions close to degenerate Stroh roots.
+//! The surface admittance W of materials and directions close to degenerate Stroh roots.
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use orthowear::bem::half_space::{Side, SurfaceGreen};
 use orthowear::material::Stiffness;
@@ -8,9 +10,10 @@ use super::green::about_y;
 use crate::common::steel;
 use crate::crystals::{nearly_isotropic, zinc};
 
-/// Truth: case `str-near-degenerate-roots`. With the axis of a transversely isotropic solid along x, waves along y have a triple
-/// Stroh root, but the admittance H is smooth. At the angles ±d from y, half the difference of the two values of H is at most 2 d.
-/// Their mean differs by at most 10 d² from H at d = 0. Both bounds are relative to the largest entry of H and increased by 1e-9.
+/// Truth: case `str-near-degenerate-roots`. The axis of a transversely isotropic solid lies along x. Waves along y then have a
+/// triple Stroh root, but W depends smoothly on the angle. The test compares W at the angles +d and -d from y. Half the
+/// difference of the two values is at most 2 d. Their mean differs by at most 10 d² from W at d = 0. Both bounds are relative to
+/// the largest entry of W, plus 1e-9.
 #[test]
 fn directions_next_to_a_degenerate_plane() {
     let green = SurfaceGreen::new(&about_y(&zinc(1.0), 90.0), Side::Lower).expect("a Green's function");
@@ -25,8 +28,8 @@ fn directions_next_to_a_degenerate_plane() {
     }
 }
 
-/// Truth: cases `aniso-near-isotropic-limit` and `str-near-degenerate-roots`. All entries of H tend linearly to the isotropic H as
-/// the anisotropy e falls. The bound, relative to the largest entry, is 2 e + 1e-9.
+/// Truth: cases `aniso-near-isotropic-limit` and `str-near-degenerate-roots`. All entries of W tend linearly to the isotropic W
+/// as the anisotropy e tends to zero. The bound, relative to the largest entry, is 2 e + 1e-9.
 #[test]
 fn all_components_tend_to_the_isotropic_ones() {
     let symbol = |stiffness: &Stiffness| {

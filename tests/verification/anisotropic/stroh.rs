@@ -1,4 +1,6 @@
-//! The admittance from Stroh's eigenvectors, independent of the integrals in the library.
+//! The surface admittance from Stroh's eigenvectors, independent of the integrals in the library.
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use nalgebra::{Complex, Matrix3, Matrix6, Rotation3, Vector3};
 use orthowear::bem::half_space::green::barnett_lothe::BarnettLothe;
@@ -9,7 +11,8 @@ use crate::crystals::{cfrp_of_tables, cubic, topaz, with_ratio, zinc};
 
 type C = Complex<f64>;
 
-/// Contraction a_i c_ijkl b_l, with c_ijkl from Voigt's matrix in the order 11 22 33 23 13 12.
+/// Contraction a_i c_ijkl b_l, a matrix with the indices j and k. The stiffness c_ijkl is taken from Voigt's matrix in the order
+/// 11 22 33 23 13 12.
 fn contract(c: &Matrix6<f64>, a: Vector3<f64>, b: Vector3<f64>) -> Matrix3<f64> {
     let voigt = |i: usize, j: usize| if i == j { i } else { 6 - i - j };
     Matrix3::from_fn(|j, k| {
@@ -54,7 +57,7 @@ fn distance(a: &Matrix3<C>, b: &Matrix3<C>) -> f64 {
     (a - b).map(|x| x.norm()).amax() / b.map(|x| x.norm()).amax()
 }
 
-/// Truth: case `barnett-lothe-identities`, the admittance from Stroh's eigenvectors, to 1e-9. No direction is close to
+/// Truth: the admittance from Stroh's eigenvectors, to 1e-9 (case `barnett-lothe-identities`). No direction is close to
 /// degenerate roots, where the eigenvectors would lose accuracy.
 #[test]
 fn eigenvectors_agree_with_the_integrals() {
@@ -80,7 +83,7 @@ fn eigenvectors_agree_with_the_integrals() {
     }
 }
 
-/// Truth: case `str-modulus-ratio`, the admittance from Stroh's eigenvectors, to 1e-7 for E1 / E2 up to 1e4.
+/// Truth: the admittance from Stroh's eigenvectors, to 1e-7 for E1 / E2 up to 1e4 (case `str-modulus-ratio`).
 #[test]
 fn eigenvectors_agree_for_extreme_ratios() {
     for ratio in [10.0, 100.0, 1e3, 1e4] {

@@ -68,9 +68,9 @@ pub fn held(group: &str, component: usize) -> Support {
     Support { group: group.into(), components, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
 }
 
-/// Truth: between smooth walls the top of a column of height H sinks by (p H + b H² / 2) / C33 under a pressure p and a weight b
-/// per volume. Linear elements represent the field exactly after the particular field of the weight is subtracted. By superposition,
-/// loads with amplitudes of their own scale their terms.
+/// Truth: the exact solution for a column of height H between smooth walls. Under a pressure p and a weight b per volume, its top
+/// sinks by (p H + b H² / 2) / C33. After subtraction of the particular solution for the weight, the field is linear, and linear
+/// elements represent it exactly. By superposition, the amplitude of a load scales only the displacement by this load.
 #[test]
 fn column_between_smooth_walls() {
     let (height, pressure, weight, lift) = (2.0, 50.0, 30.0, 1e-3);
@@ -94,8 +94,8 @@ fn column_between_smooth_walls() {
     check_column(&apart, &frame, [0.5, 2.0, -1.0], [0.5 * pressure, 2.0 * weight, -lift]);
 }
 
-/// Checks the state of the column of [`column_between_smooth_walls`] with the `amplitudes` of its loads, which amount to a pressure,
-/// a weight and a displacement of the base.
+/// Checks the column of [`column_between_smooth_walls`]. The loads times their `amplitudes` add up to `pressure`, `weight` and
+/// the displacement `lift` of the base.
 fn check_column<const LOADS: usize>(
     body: &BeBody,
     frame: &ContactFrame,
@@ -115,7 +115,7 @@ fn check_column<const LOADS: usize>(
         assert!(found[cell].abs().max(found[n + cell].abs()) < 1e-5 * sinks.abs());
     }
     assert!(body.residual() < 1e-12);
-    // All points move down by (p (z + H) + b ((z + H) H - (z + H)² / 2)) / C33, less the displacement of the base.
+    // All points move down by (p (z + H) + b ((z + H) H - (z + H)² / 2)) / C33, minus the displacement of the base.
     let nothing = vec![0.0; 3 * n];
     let loading = Loading { tractions: &nothing, amplitudes: &amplitudes };
     let field = body.recover(loading).unwrap();
@@ -124,7 +124,7 @@ fn check_column<const LOADS: usize>(
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;
         assert!((u[2] - exact).abs() < 1e-4 * sinks.abs(), "{x:?} {u:?} {exact}");
     }
-    // σ_z = -(p + b depth), and σ_x = σ_y because the sides do not move.
+    // σ_z = -(p + b depth). σ_x = σ_y = σ_z C13 / C33, because the sides do not move.
     let ratio = steel().component(0, 0, 2, 2) / modulus;
     let wanted = |z: f64| [ratio, ratio, 1.0, 0.0, 0.0, 0.0].map(|part| part * (weight * z - pressure));
     let stress = body.recover_stress(loading, &field.displacement, ErrorEstimation::Skip).unwrap().unwrap();
@@ -146,8 +146,8 @@ fn check_column<const LOADS: usize>(
     }
 }
 
-/// Truth: the work of the tractions on a finite-element body of the same shape with the near field of a half-space. The cells of
-/// this reference are a quarter as wide, and its work has an error below 1e-3 (docs/theory-hybrid.md).
+/// Truth: the work of the tractions on a finite-element body of the same shape, with the near field of a half-space. The cells of
+/// this reference body are a quarter as wide. Its work has an error below 1e-3 (docs/theory-hybrid.md).
 #[test]
 #[ignore = "26 s; usual: cli boundary::the_block_of_finite_elements and bem::finite::anisotropic_sphere_under_uniform_stress"]
 fn the_block_of_finite_elements() {
@@ -194,8 +194,8 @@ fn the_block_of_finite_elements() {
     assert!(difference < 5e-3 && asymmetry < fine.1, "{difference} {asymmetry}");
 }
 
-/// A block of half-width and height `size`, from z = 0 along `up`. Four elements lie along each side of the central square of
-/// half-width 1.
+/// Block of half-width and height `size`. It extends from z = 0 upwards for `up` = 1 and downwards for `up` = -1. Four elements
+/// lie along each side of the central square of half-width 1.
 pub(super) fn graded(size: f64, up: f64) -> Mesh {
     let grown = |t: f64, n: f64| {
         let ratio = (size - 1.0).powf(1.0 / n) + 0.6;
@@ -211,7 +211,8 @@ pub(super) fn graded(size: f64, up: f64) -> Mesh {
     })
 }
 
-/// Truth: a large body tends to a half-space. The relative difference of the work is proportional to 1 / size.
+/// Truth: a large body tends to a half-space. A uniform pressure does different work on finite bodies and on half-spaces. The
+/// relative difference is inversely proportional to the size of the bodies.
 #[test]
 fn large_bodies_become_half_spaces() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();

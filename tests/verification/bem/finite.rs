@@ -13,8 +13,8 @@ use orthowear::material::Stiffness;
 
 use crate::common::{assert_order, steel, tabulated_cfrp as cfrp};
 
-/// The cube [-1, 1]³ of quadrilaterals of nine nodes, or triangles of six, with `n` x `n` squares on each side and normals outward.
-/// `map` moves the nodes.
+/// Surface of the cube [-1, 1]³ with `n` x `n` squares on each side. A square is one quadrilateral with nine nodes or two
+/// triangles with six nodes each. Normals point outward. `map` moves the nodes.
 pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> Vec<Panel> {
     let mut panels = Vec::new();
     for (axis, sign) in [0, 1, 2].into_iter().flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
@@ -47,7 +47,7 @@ pub(super) fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> V
 }
 
 pub(super) fn sphere(n: usize, radius: f64, triangles: bool) -> Vec<Panel> {
-    // The tangent puts the nodes at equal angles instead of equal lengths.
+    // The tangent spaces the nodes by equal angles instead of equal lengths.
     let even = |x: Point| x.map(|c| (c * std::f64::consts::FRAC_PI_4).tan());
     cube(n, triangles, |x| even(x).normalize() * radius)
 }
@@ -66,7 +66,7 @@ pub(super) fn flat(values: impl Iterator<Item = Point>) -> Vec<f64> {
     values.flat_map(|x| [x.x, x.y, x.z]).collect()
 }
 
-/// Displacements are known where `held` is true, tractions elsewhere.
+/// Solves a boundary-value problem. `displacement` is prescribed where `held` is true, `traction` elsewhere.
 pub(super) fn solved(
     elements: &BoundaryElements,
     domain: Domain,
@@ -141,9 +141,10 @@ fn displacement_at(elements: &BoundaryElements, state: &SurfaceState, y: &Point)
     sum
 }
 
-/// Truth: a linear field, which linear elements represent exactly. Under a tension p, u_x = p x / E and u_y = -ν p y / E
-/// (be-cube-tension). With integrals accurate to 1e-8, the tolerance is 1e-6 for displacements and 1e-5 for tractions and stresses.
-/// Somigliana's identity gives the field inside, up to 0.001 from the surface, and zero outside.
+/// Truth: a linear field, which linear elements represent exactly. Under a tension p, u_x = p x / E and u_y = -ν p y / E (case
+/// `be-cube-tension`, docs/verification.md). The integrals are accurate to 1e-8. The tolerance is 1e-6 for displacements and 1e-5
+/// for tractions and stresses. Somigliana's identity gives the field inside, up to a distance of 0.001 from the surface, and zero
+/// outside.
 #[test]
 fn uniform_strain_in_a_cube() {
     let any = Matrix3::new(1e-3, 2e-4, -3e-4, -5e-4, 7e-4, 1e-4, 4e-4, -2e-4, -9e-4);
@@ -182,9 +183,9 @@ fn uniform_strain_in_a_cube() {
     }
 }
 
-/// Truth: uniaxial tension u = (x, -ν y, -ν z) σ / E, a linear field, for nearly incompressible materials, and for plates and
-/// needles. The tolerance is 1e-6 / (1 - 2ν) for displacements and ten times as large for tractions, because errors of the
-/// displacement enter the pressure with the factor 1 / (1 - 2ν).
+/// Truth: uniaxial tension u = (x, -ν y, -ν z) σ / E. The field is linear, so linear elements represent it exactly. The bodies
+/// are cubes, plates and needles, up to ν = 0.4999. The tolerance is 1e-6 / (1 - 2ν) for displacements and ten times as large for
+/// tractions, because errors of the displacement enter the pressure with the factor 1 / (1 - 2ν).
 #[test]
 fn nearly_incompressible_and_slender_bodies_in_tension() {
     let stretches = [[1.0, 1.0, 1.0], [1.0, 1.0, 0.02], [1.0, 0.05, 0.05]];
@@ -213,7 +214,7 @@ fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Doma
     let (radius, e, nu, pressure) = (10.0, 210e3, 0.3, 100.0);
     let mut panels = sphere(n, radius, triangles);
     if domain == Domain::Exterior {
-        // Mirrored nodes turn the normals into the cavity.
+        // Mirroring the nodes at the plane x = 0 makes the normals point into the cavity.
         panels.iter_mut().for_each(|panel| panel.nodes.iter_mut().for_each(|x| x.x = -x.x));
     }
     let elements = elements(panels, interpolation, &steel(), 1e-7);
@@ -226,10 +227,10 @@ fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Doma
     off_in_the_mean(&elements, &state, exact)
 }
 
-/// Truth: Lamé's solutions. Under a pressure p the radius R of a solid sphere shrinks by p R (1 - 2ν) / E, and the wall of a cavity
-/// moves by p R / (4 G). Errors fall with order 1 for constant elements and order 2 for linear and quadratic ones. Quadratic
-/// elements have only order 2, because their geometry has this order at the corners of the cube. With 384 linear elements the
-/// errors are below 1e-3.
+/// Truth: Lamé's solutions. Under a pressure p the radius R of a solid sphere shrinks by p R (1 - 2ν) / E. The wall of a cavity
+/// moves by p R / (4 G). Errors decrease with order 1 for constant elements, and with order 2 for linear and quadratic elements.
+/// Quadratic elements have only order 2, because their geometry is of second order at the corners of the mapped cube. With 384
+/// linear elements the errors are below 1e-3.
 #[test]
 fn spheres_under_pressure() {
     for domain in [Domain::Interior, Domain::Exterior] {
@@ -257,9 +258,9 @@ fn spheres_under_pressure() {
     }
 }
 
-/// Truth: uniform stress σ_xx in a sphere of CFRP, whose strain is σ_xx times the first column of the compliance. The rigid motion
-/// that the condition of zero mean removes vanishes by symmetry. The errors have order 2 with linear elements and are below 1e-3
-/// with 96 quadratic ones.
+/// Truth: uniform stress σ_xx in a sphere of CFRP. The strain is σ_xx times the first column of the compliance. The solver sets
+/// the mean rigid motion of the free sphere to zero. In the exact solution this motion is zero by symmetry. The errors have order
+/// 2 with linear elements and are below 1e-3 with 96 quadratic elements.
 #[test]
 fn anisotropic_sphere_under_uniform_stress() {
     let stiffness = cfrp();
@@ -279,8 +280,8 @@ fn anisotropic_sphere_under_uniform_stress() {
     assert!(error < 1e-3, "{error:e}");
 }
 
-/// Truth: rigid motions cause no tractions. Translations cause none by construction, rotations none within the accuracy of the
-/// integrals.
+/// Truth: rigid motions cause no tractions. The computed tractions vanish by construction for translations, and within the
+/// accuracy of the integrals for rotations.
 #[test]
 fn rigid_motions() {
     let stiffness = cfrp();

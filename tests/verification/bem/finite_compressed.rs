@@ -1,4 +1,4 @@
-//! Compressed equations of finite boundary-element bodies.
+//! Finite boundary-element bodies whose equations are solved with compressed matrices.
 
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
@@ -18,7 +18,7 @@ fn body(n: usize, interpolation: Interpolation, stiffness: &Stiffness) -> Bounda
     elements(cube(n, false, |x| x), interpolation, stiffness, 1e-7)
 }
 
-/// Displacements are known where `held` is true, tractions elsewhere.
+/// Solves a boundary-value problem. `displacement` is prescribed where `held` is true, `traction` elsewhere.
 fn solved(
     elements: &BoundaryElements,
     held: impl Fn(&Point) -> [bool; 3],
@@ -44,8 +44,8 @@ fn solved(
     problem.solve_by(equations, Par::Seq).unwrap()
 }
 
-/// Truth: the solution of the dense equations. Displacements, tractions and responses to unit tractions differ by less than 10
-/// times the tolerance, each relative to its largest value.
+/// Truth: the solution of the dense equations. The compressed equations change displacements, tractions and responses to unit
+/// tractions by less than 10 times the tolerance, each relative to its largest value.
 #[test]
 fn the_dense_equations() {
     let elements = body(usual_or_finest(8, 10), Constant, &cfrp());
@@ -83,8 +83,9 @@ fn the_dense_equations() {
     }
 }
 
-/// Truth: superposition. The state under two loads with amplitudes is the sum of the states under each load alone: exact for dense
-/// equations, within 10 times the tolerance for compressed ones. One load is a thousand times the other.
+/// Truth: superposition. The state under two loads with amplitudes is the sum of the states under each load alone. The tolerance
+/// is 1e-12 for dense equations and 10 times the compression tolerance for compressed equations. One load is a thousand times as
+/// large as the other load.
 #[test]
 fn loads_of_several_amplitudes() {
     let elements = body(6, Constant, &cfrp());
@@ -129,9 +130,9 @@ fn loads_of_several_amplitudes() {
     }
 }
 
-/// Truth: a body whose base is displaced and turned moves as a whole. Translations are exact to 2e-6, some thirty times the
-/// rounding of single precision (6e-8), because the diagonal blocks are computed from translations. Rotations are exact to 6
-/// tolerances.
+/// Truth: a body whose base is displaced and rotated moves as a rigid body. Translations have an error below 2e-6, because the
+/// diagonal blocks are computed from translations. This bound is some thirty times the rounding of single precision, 6e-8.
+/// Rotations have an error below 6 times the compression tolerance.
 #[test]
 fn rigid_motions() {
     let elements = body(6, LinearElements, &steel());
@@ -145,8 +146,8 @@ fn rigid_motions() {
     }
 }
 
-/// Truth: a linear field, which linear elements represent exactly. Displacements are exact to six times the tolerance, tractions to
-/// fifty times.
+/// Truth: a linear field, which linear elements represent exactly. The error is below 6 times the compression tolerance for
+/// displacements and below 50 times for tractions.
 #[test]
 fn uniform_strain() {
     let elements = body(usual_or_finest(5, 6), LinearElements, &cfrp());
@@ -188,7 +189,7 @@ fn threads_do_not_change_bits() {
 }
 
 /// Truth: the blocks are stored in single precision, so tolerances below 1e-6 are refused. Tolerances that are too large or not a
-/// number are refused, too.
+/// number are also refused.
 #[test]
 fn tolerances_beyond_single_precision_are_refused() {
     let elements = body(1, Constant, &steel());

@@ -20,9 +20,9 @@ fn largest(fields: [&Matrix3<f64>; 3]) -> f64 {
     fields.into_iter().map(Matrix3::amax).fold(0.0, f64::max)
 }
 
-/// Truth: displacements and tractions of unit forces by an independent program (ten digits). For steel this is Kelvin's solution.
-/// Tractions are those at the first point, on the plane normal to its position vector. The displacement falls as 1 / distance and
-/// is even.
+/// Truth: displacements and tractions of unit forces by an independent program, with ten digits. For steel the displacements are
+/// Kelvin's solution. Tractions are given at the first point, on the plane that is normal to its position vector. The
+/// displacement decreases as 1 / distance and is equal at x and -x.
 #[test]
 fn tabulated_values() {
     let points = [[1.0, 2.0, 2.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(Point::from);
@@ -91,7 +91,7 @@ fn tabulated_values() {
     }
 }
 
-/// Truth: Kelvin's solution is a special case of the integrals over directions.
+/// Truth: Kelvin's solution. The integrals over directions give this solution for isotropic materials.
 #[test]
 fn isotropic_limit() {
     let stiffness = steel();
@@ -108,8 +108,9 @@ fn isotropic_limit() {
     }
 }
 
-/// Truth: the integrals over directions. The table agrees with them within twice its stated error, which is below 1e-8. Finite
-/// differences of the displacement confirm its derivatives. One material is a hundred times stiffer along its fibre.
+/// Truth: integrals over directions. The tabulated field agrees with the integrals within twice the error that the table states.
+/// The stated error is below 1e-8. Finite differences of the displacement confirm its derivatives. One material is a hundred
+/// times stiffer along its fibre.
 #[test]
 fn tables() {
     let stiff_fibre = Stiffness::transversely_isotropic(500e3, 5e3, 4e3, 0.25, 0.4).unwrap();
@@ -148,7 +149,7 @@ fn tables() {
     }
 }
 
-/// Integral of the tractions over an ellipsoid around `middle`, by `n` x `2 n` points.
+/// Integral of the tractions of a unit force at the origin over an ellipsoid around `middle`, by `n` x `2 n` points.
 fn flux(
     (field, stiffness): (&FullSpaceField, &Stiffness),
     (middle, half_axes): (Point, Point),
@@ -161,7 +162,7 @@ fn flux(
             let (sin, cos) = (step * k as f64).sin_cos();
             let rho = (1.0 - z * z).sqrt();
             let unit = Vector3::new(rho * cos, rho * sin, z);
-            // Area vector of a stretched sphere.
+            // Area vector of the ellipsoid, as the image of the unit sphere.
             let [a, b, c] = half_axes.into();
             let area = unit.component_mul(&Vector3::new(b * c, a * c, a * b)) * (weight * step);
             let x = middle + unit.component_mul(&half_axes);
@@ -171,11 +172,11 @@ fn flux(
     sum
 }
 
-/// Truth: the tractions on a closed surface around a force balance the force. On a closed surface beside the force they sum to
-/// zero.
+/// Truth: equilibrium. The tractions on a closed surface around a force balance the force. If a closed surface does not enclose
+/// the force, its tractions sum to zero.
 #[test]
 fn equilibrium() {
-    // Tractions in the anisotropic material vary over shorter distances than in steel.
+    // Tractions in the anisotropic material vary over shorter distances than in steel and need more points.
     for (stiffness, n) in [(steel(), 30), (im7(30.0), 90)] {
         let field = FullSpaceField::new(&stiffness).unwrap();
         let ones = Point::from_element(1.0);

@@ -13,7 +13,8 @@ use super::compressed::{Cells, model};
 use super::{Random, green, pair, steel};
 use crate::common::{indent, press, relative, solve, usual_or_finest};
 
-/// `2 m` x `2 m` rectangles over a square of side 2. Their sides grow from the middle to the edge, by the factor `ratio` in total.
+/// `2 m` x `2 m` rectangles over a square of side 2. Their sides grow from the middle to the edge of the square, by the factor
+/// `ratio` in total.
 fn graded(m: usize, ratio: f64) -> Cells {
     let growth = ratio.powf(1.0 / (m - 1) as f64);
     let mut ends = vec![0.0];
@@ -26,7 +27,8 @@ fn graded(m: usize, ratio: f64) -> Cells {
     Cells::of((0..4 * m * m).map(cell).collect())
 }
 
-/// Truth: the dense operator. Products differ by less than 3 × tolerance × the largest gap.
+/// Truth: products with the dense operator. They differ from products with the compressed operator by less than 3 × tolerance ×
+/// the largest gap.
 #[test]
 fn cells_of_unlike_size_keep_the_tolerance() {
     for ratio in [1e3, 1e5] {
@@ -49,8 +51,8 @@ fn cells_of_unlike_size_keep_the_tolerance() {
     }
 }
 
-/// Truth: a body recovers its displacements by the very operator that `take_flexibility` returned, bit by bit. If no cross block
-/// may be skipped, the operator is dense. Otherwise it is compressed to 1e-3.
+/// Truth: the operator that `take_flexibility` returns. A body recovers its displacements with the same operator, bit by bit.
+/// With [`CrossBlocks::Keep`] the operator is dense, with [`CrossBlocks::SkipVanishing`] it is compressed to 1e-3.
 #[test]
 fn fields_are_those_of_the_operator_that_was_taken() {
     let cells = Cells::irregular(30);
@@ -83,9 +85,10 @@ fn fan(n: usize) -> Cells {
     Cells::of((0..n).map(|k| vec![[0.0; 2], corner(k), corner(k + 1)]).collect())
 }
 
-/// Truth: pressures with the dense operator under a sphere. A gap error of the tolerance changes the pressure of a cell by
-/// tolerance × contact size / cell size. With 28 cells across, the contact is at most 28 mean cell sizes wide. The bound of 112
-/// tolerances allows four times this value. The lower bound shows that the operator is not exact.
+/// Truth: pressures under a sphere with the dense operator. A gap error of the tolerance changes the pressure of a cell by
+/// tolerance × contact size / cell size. The frame has 28 cells across, so the contact is at most 28 mean cell sizes wide. The
+/// bound of 112 times the tolerance allows four times this value. The lower bound shows that the compressed operator is not
+/// exact.
 #[test]
 #[ignore = "11 s; usual: bem::compressed::contacts_are_those_of_the_dense_operator"]
 fn pressures_follow_the_tolerance() {
@@ -112,9 +115,9 @@ fn pressures_follow_the_tolerance() {
     }
 }
 
-/// Truth: the bytes of the operator. For cells of similar size, the estimate from the cells alone is 0.75 to 1.33 times the true
-/// size. For cells of different size it is 0.75 to 2 times the true size. With a memory limit of half the estimate, the operator is
-/// refused.
+/// Truth: the memory of the operator in bytes. For cells of similar size, the estimate from the cells alone is 0.75 to 1.33 times
+/// the true size. For cells of different size it is 0.75 to 2 times the true size. With a memory limit of half the estimate, the
+/// operator is refused.
 #[test]
 fn memory_is_told_by_the_cells() {
     let (one, two) = (green(&steel(), Side::Lower), pair(30.0));
@@ -147,7 +150,7 @@ fn memory_is_told_by_the_cells() {
     }
 }
 
-/// Sectors of rings around the origin, out to a polygon with the area of the unit circle. The widths of the rings fall
+/// Sectors of concentric rings, which fill a regular polygon with the area of the unit circle. The widths of the rings decrease
 /// geometrically to a thousandth at the edge.
 fn rings(n_rings: usize, n_sectors: usize) -> Cells {
     let fall = 1e-3f64.powf(1.0 / (n_rings - 1) as f64);
@@ -174,9 +177,9 @@ fn rings(n_rings: usize, n_sectors: usize) -> Cells {
     Cells::of(cells)
 }
 
-/// Truth: catalogue `str-graded-mesh`, F = 2 E* a delta under a rigid flat punch of radius a at the approach delta (Boussinesq).
-/// The catalogue's tolerance is 1e-4, for values extrapolated with second order in the angle of a sector and the growth of a ring.
-/// All pressures are positive and grow from ring to ring.
+/// Truth: F = 2 E* a delta under a rigid flat punch of radius a at the approach delta (case `str-graded-mesh` of
+/// docs/verification.md; Boussinesq). The tolerance 1e-4 holds for extrapolated forces. Errors are of second order in the angle
+/// of a sector and in the growth per ring. All pressures are positive and grow from ring to ring.
 #[test]
 fn flat_punch_on_graded_rings() {
     let modulus = 210e3 / 0.91;
@@ -205,9 +208,11 @@ fn flat_punch_on_graded_rings() {
         force
     };
     let [[a, b], [c, d]] = [12, 23].map(|n_rings| [36, 48].map(|sectors| force(n_rings, sectors)));
-    // From 36 to 48 sectors, 36^2 / (48^2 - 36^2) = 9 / 7 of the change remain.
+    // The error is proportional to 1 / sectors². The error with 48 sectors is 36² / (48² - 36²) = 9 / 7 of the change from 36 to
+    // 48 sectors.
     let [coarse, fine] = [b + (b - a) * 9.0 / 7.0, d + (d - c) * 9.0 / 7.0];
-    // With half as many rings the logarithm of the growth per ring is twice as large (11 instead of 22 steps to a thousandth).
+    // The error is proportional to the squared logarithm of the growth per ring. This logarithm is halved from 12 to 23 rings,
+    // with 11 and 22 steps to a thousandth. The error with 23 rings is therefore a third of the change.
     let limit = fine + (fine - coarse) / 3.0;
     assert!(relative(limit, 1.0) < 1e-4, "{coarse} {fine} {limit}");
 }

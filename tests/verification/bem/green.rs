@@ -1,4 +1,6 @@
-//! The surface Green's function: admittance, Γ, limits and published indentation moduli.
+//! The surface Green's function Γ(φ) / r, its admittance W, limits and published indentation moduli.
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use super::{Random, cfrp, entries, green, matrix, pair, relative, steel};
 use crate::crystals::{
@@ -11,9 +13,10 @@ use orthowear::material::Stiffness;
 use serde_json::Value;
 use std::f64::consts::PI;
 
-/// Truth: the admittance M, the Green's function H on the unit circle and cell integrals K of an independent program, with 12
-/// digits (tests/data/half-space-table.json). The tolerance is 1e-9 of the largest entry (of Re M for both parts of M), because
-/// that program truncated its series.
+/// Truth: values of an independent program with 12 digits (tests/data/half-space-table.json). The table has the admittance M = W,
+/// the Green's function H = Γ on the unit circle and the integrals K of the Green's function over cells. The tolerance is 1e-9 of
+/// the largest entry, because that program truncated its series. For Re M and Im M the tolerance refers to the largest entry of
+/// Re M.
 #[test]
 fn kernels_agree_with_an_independent_program() {
     let table: Value = serde_json::from_str(include_str!("../../data/half-space-table.json")).expect("JSON");
@@ -65,7 +68,7 @@ fn isotropic_limit_is_boussinesq_and_cerruti() {
     }
 }
 
-/// Truth: reciprocity, G(-x) = G(x)^T. The admittance W is Hermitian and positive definite.
+/// Truth: reciprocity, Γ(φ + π) = Γ(φ)^T. The admittance W is Hermitian and positive definite.
 #[test]
 fn green_is_reciprocal_and_the_admittance_positive() {
     for tilt in [0.0, 17.0, 30.0, 60.0, 90.0] {
@@ -81,13 +84,13 @@ fn green_is_reciprocal_and_the_admittance_positive() {
     }
 }
 
-/// Equals 2 / (indentation modulus).
+/// Mean of the normal admittance W_nn over all directions, equal to 2 / (indentation modulus).
 fn mean_normal_admittance(green: &SurfaceGreen) -> f64 {
     (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>() / 512.0
 }
 
-/// Truth: Γ as a principal-value integral of the admittance from Barnett-Lothe tensors. The staggered trapezoidal rule is exact for
-/// trigonometric polynomials (docs/theory-half-space.md). 1e-12 covers rounding.
+/// Truth: Γ as a principal-value integral of the admittance from Barnett-Lothe tensors. The staggered trapezoidal rule is exact
+/// for trigonometric polynomials (docs/theory-half-space.md). The tolerance 1e-12 covers rounding.
 #[test]
 fn gamma_is_the_principal_value_integral() {
     for (tilt, side) in [(10.0, Side::Lower), (45.0, Side::Upper), (80.0, Side::Lower)] {
@@ -107,8 +110,9 @@ fn gamma_is_the_principal_value_integral() {
     }
 }
 
-/// Truth: identities of the tensors S, H, L (Barnett and Lothe 1973, Chadwick and Smith 1977) for 50 random rotations per material:
-/// H L - S S = I, L S + S^T L = 0, S H + H S^T = 0, H and L positive definite. Tolerance 1e-11, as in the published check.
+/// Truth: identities of the Barnett-Lothe tensors S, H, L for 50 random rotations per material (Barnett and Lothe 1973, Chadwick
+/// and Smith 1977). H L - S S = I, L S + S^T L = 0 and S H + H S^T = 0. H and L are positive definite. The tolerance is 1e-11, as
+/// in the published check.
 #[test]
 fn barnett_lothe_identities() {
     let mut random = Random(7);
@@ -126,9 +130,9 @@ fn barnett_lothe_identities() {
     }
 }
 
-/// Truth: the admittance along the fibre in closed form (Ting 1996), and published values at 0, 30 and 90 degrees. They hold for a
-/// solid x3 > 0 in its own axes, which is the upper side here. Tolerance 1e-12 for the closed form, 1e-9 for values of 10 digits,
-/// 1e-8 for one of 8 digits.
+/// Truth: the admittance along the fibre in closed form (Ting 1996), and published values at 0, 30 and 90 degrees. The values
+/// hold for a solid x3 > 0 in its own axes, which is the upper body here. The tolerance is 1e-12 for the closed form, 1e-9 for
+/// values of 10 digits and 1e-8 for the value of 8 digits.
 #[test]
 fn orthotropic_surface_admittance() {
     let green = green(&cfrp_of_tables(), Side::Upper);
@@ -202,9 +206,9 @@ fn point_force_on_cfrp_and_zinc() {
     assert!(relative(&zinc.gamma(PI / 6.0), &expected) < 1e-8);
 }
 
-/// Truth: `ti-axis-normal-zinc`, the indentation modulus M in closed form for a transversely isotropic half-space with its axis
-/// along the normal (Elliott 1949; Delafargue and Ulm 2004). For zinc M = 69.61813335 GPa. Tolerance 1e-10 for the closed form,
-/// 1e-9 for the value.
+/// Truth: the closed form of the indentation modulus M of a transversely isotropic half-space with its axis along the normal
+/// (Elliott 1949; Delafargue and Ulm 2004). The published value for zinc is M = 69.61813335 GPa (case `ti-axis-normal-zinc`). The
+/// tolerance is 1e-10 for the closed form and 1e-9 for the published value.
 #[test]
 fn indentation_modulus_of_zinc() {
     let modulus = modulus_along_the_axis(&zinc(1.0));
@@ -213,8 +217,8 @@ fn indentation_modulus_of_zinc() {
     assert!((found / 69.61813335 - 1.0).abs() < 1e-9);
 }
 
-/// Truth: moduli of cubic crystals after Vlassak and Nix (1993, 1994), GPa, 10 digits. The (111) surface requires a stiffness
-/// without any symmetry plane along the axes. Tolerance 1e-8.
+/// Truth: indentation moduli of cubic crystals after Vlassak and Nix (1993, 1994), GPa, 10 digits. For the (111) surface, no
+/// coordinate plane is a symmetry plane of the stiffness. The tolerance is 1e-8.
 #[test]
 fn indentation_modulus_of_cubic_crystals() {
     let copper = cubic(168.4, 121.4, 75.4);
@@ -234,8 +238,9 @@ fn indentation_modulus_of_cubic_crystals() {
     }
 }
 
-/// Truth: along the fibre the closed form (Ting 1996), where the integrands are most peaked. In other directions, Barnett-Lothe
-/// tensors that are computed for this direction alone. Tolerance 1e-9 for E1 / E2 up to 1e4.
+/// Truth: along the fibre, the closed form of the admittance (Ting 1996). The integrands are most peaked in this direction. In
+/// other directions, the truth is the admittance from Barnett-Lothe tensors of this direction alone. The tolerance is 1e-9 for E1
+/// / E2 up to 1e4.
 #[test]
 fn extreme_modulus_ratios_keep_nine_digits() {
     for ratio in [1.0, 10.0, 100.0, 1e3, 1e4] {
@@ -257,8 +262,8 @@ fn extreme_modulus_ratios_keep_nine_digits() {
     }
 }
 
-/// Truth: W_nn at 0.3 rad tends smoothly to 2 / E* as the anisotropy e vanishes (triple Stroh root at e = 0). Values of 10 digits
-/// come from an independent program, tolerance 1e-9.
+/// Truth: the normal admittance W_nn at 0.3 rad tends smoothly to 2 / E* as the anisotropy e vanishes, although e = 0 has a
+/// triple Stroh root. The other values have 10 digits and come from an independent program. Their tolerance is 1e-9.
 #[test]
 fn nearly_isotropic_materials_are_no_special_case() {
     let normal_admittance = |e: f64| green(&nearly_isotropic(e), Side::Lower).symbol(0.3)[(2, 2)].re;

@@ -40,11 +40,11 @@ fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, 
 
 /// Errors of the stress in a sphere or around a cavity of radius 1, relative to the pressure.
 struct Errors {
-    /// At the corners of the elements, root mean square.
+    /// Root mean square error at the corners of the elements.
     corners: f64,
     /// Error of the mean tangential stress over the surface.
     mean: f64,
-    /// At `DISTANCES` from the surface.
+    /// Errors at `DISTANCES` from the surface.
     inside: [f64; 4],
 }
 
@@ -54,7 +54,7 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     let pressure = 100.0;
     let mut panels = sphere(n, 1.0, false);
     if domain == Domain::Exterior {
-        // Mirrored nodes turn the normals into the cavity.
+        // Mirroring the nodes at the plane x = 0 makes the normals point into the cavity.
         panels.iter_mut().for_each(|panel| panel.nodes.iter_mut().for_each(|x| x.x = -x.x));
     }
     let elements = elements(panels, interpolation, &steel(), 1e-7);
@@ -95,9 +95,11 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     }
 }
 
-/// Truth: Lamé's solutions (be-cavity-pressure, be-sphere-uniform-pressure). Around a cavity of radius a under pressure p, σ_r = -p
-/// a³/r³ and σ_t = p a³/(2 r³). In a sphere all normal stresses are -p. Errors at the corners of linear elements fall with order
-/// 1.5 (the corners of the cube are not regular). With 216 elements the mean of σ_t over the surface is right to 1.2 % of p.
+/// Truth: Lamé's solutions (cases `be-cavity-pressure` and `be-sphere-uniform-pressure` of docs/verification.md). Around a cavity
+/// of radius a under a pressure p, the radial stress is σ_r = -p a³/r³ and the tangential stress is σ_t = p a³/(2 r³). In a
+/// sphere all normal stresses are -p. Errors at the corners of linear elements decrease with order 1.5, because the geometry is
+/// not regular at the corners of the mapped cube. With 216 elements the mean of σ_t over the surface has an error below 1.2 % of
+/// p.
 #[test]
 fn spheres_and_cavities() {
     for domain in [Domain::Interior, Domain::Exterior] {
@@ -114,8 +116,9 @@ fn spheres_and_cavities() {
     }
 }
 
-/// Truth: Lamé's solution (be-cavity-pressure). The tangential stress on the wall is σ_t = p/2. Quadratic elements give its mean
-/// over the wall to 1e-3. The errors at their corners fall at least with order 1.5.
+/// Truth: Lamé's solution (case `be-cavity-pressure` of docs/verification.md). The tangential stress on the wall is σ_t = p/2.
+/// Quadratic elements give the mean of σ_t over the wall to 1e-3. The stress errors at the corners of the elements decrease at
+/// least with order 1.5.
 #[test]
 fn the_wall_of_a_cavity() {
     let [coarse, fine] = [2, 3].map(|n| errors(n, Interpolation::Quadratic, Domain::Exterior));
@@ -123,9 +126,9 @@ fn the_wall_of_a_cavity() {
     assert!(coarse.corners / fine.corners > 1.5_f64.powf(1.5), "{} {}", coarse.corners, fine.corners);
 }
 
-/// Truth: Hertz's solution (Johnson 3.45, 4.2). The stresses on the axis under the pressure p0 √(1 - r²/a²) are, with ζ = z / a,
-/// σ_z = -p0 / (1 + ζ²), σ_r = -p0 ((1 + ν)(1 - ζ atan(1/ζ)) - 1/(2 (1 + ζ²))). The largest shear stress is 0.310 p0 at 0.48 a for
-/// ν = 0.3.
+/// Truth: Hertz's solution (Johnson 3.45, 4.2) for the pressure p0 √(1 - r²/a²). With ζ = z / a, the stresses on the axis are
+/// σ_z = -p0 / (1 + ζ²) and σ_r = -p0 ((1 + ν)(1 - ζ atan(1/ζ)) - 1/(2 (1 + ζ²))). The largest shear stress is 0.310 p0 at the
+/// depth 0.48 a for ν = 0.3.
 #[test]
 fn below_a_circular_contact() {
     let frame = ContactFrame::grid([1.05; 2], [64; 2], [0.3, -0.2], 0.4).unwrap();
@@ -151,8 +154,7 @@ fn below_a_circular_contact() {
         let shear = |k: usize| 0.5 * (found[k].stress[(0, 0)] - found[k].stress[(2, 2)]);
         assert!((shear(3) - 0.310).abs() < 1e-3, "{}", shear(3));
         assert!(shear(3) > shear(2) && shear(3) > shear(4));
-        // The displacement points away from the other body and tends to 0 at depth. In the middle of the surface it is a π p0 / (2
-        // E*).
+        // The displacement points away from the other body. In the middle of the surface its magnitude is a π p0 / (2 E*).
         let modulus = 210e3 / (1.0 - 0.09);
         let middle = body
             .recover_at_points(&frame, Loading::of_contact(&tractions), &[frame.origin])
@@ -163,8 +165,8 @@ fn below_a_circular_contact() {
     }
 }
 
-/// Truth: equilibrium of the surface. Just below the middle of a wide cell under a uniform traction, σ n (outward normal n) is the
-/// traction on the body. The traction on body 1 is minus the traction on body 2.
+/// Truth: equilibrium of the surface. Just below the middle of a wide cell, the stress vector σ n equals the uniform traction on
+/// the body. Here σ is the stress and n the outward normal. The tractions on bodies 1 and 2 have opposite signs.
 #[test]
 fn tractions_below_the_surface() {
     let frame = ContactFrame::grid([1.0; 2], [1; 2], [0.0; 2], 0.3).unwrap();
@@ -182,8 +184,8 @@ fn tractions_below_the_surface() {
     }
 }
 
-/// Truth: a block that is large compared with the pressed square tends to a half-space. The block is 16 times as wide as the
-/// square. From a depth of half an element on, stresses differ from the half-space by less than 5 % of the pressure.
+/// Truth: a block tends to a half-space if it is much larger than the loaded square. The block is 16 times as wide as the square.
+/// At depths of at least half an element, the stresses differ from the half-space by less than 5 % of the pressure.
 #[test]
 fn a_large_block_beside_the_half_space() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -211,8 +213,8 @@ fn a_large_block_beside_the_half_space() {
     }
 }
 
-/// Truth: the stress in a block of finite elements (hexahedra of 20 nodes) of the same shape. It agrees to 2 % of the largest
-/// pressure, at nodes inside and at nodes of the sides that are two elements or more from the edges.
+/// Truth: the stress in a finite-element block of the same shape, with hexahedra of 20 nodes. It agrees to 2 % of the largest
+/// pressure. The test compares nodes inside, and nodes on the sides that are at least two elements away from the edges.
 #[test]
 fn a_block_of_finite_elements() {
     let n = 6;
@@ -258,9 +260,9 @@ fn a_block_of_finite_elements() {
     }
 }
 
-/// Truths: a uniform pressure on a square of CuAlNi (cubic, Zener's ratio 12) causes the same stress as on its 64 parts together.
-/// An independent program (Stroh's formalism, integrals over angles and the square) gives two values in % of the pressure: σ_x =
-/// -73.285 at a depth of 0.25 and σ_z = -98.621 at 0.15.
+/// Truth: superposition. A uniform pressure on a square of CuAlNi (cubic, Zener's ratio 12) causes the same stress as pressures
+/// on its 64 parts together. An independent program (Stroh's formalism, integrals over angles and the square) gives two more
+/// values in % of the pressure. They are σ_x = -73.285 at the depth 0.25 and σ_z = -98.621 at the depth 0.15.
 #[test]
 fn below_a_cubic_crystal() {
     let [c11, c12, c44] = [142e3, 126e3, 96e3];

@@ -1,4 +1,4 @@
-//! Operators on frames: by Fourier transforms, and dense.
+//! Flexibility operators on contact frames: FFT operators on grids, and dense operators.
 
 use super::{Random, cfrp, green, pair, relative, steel};
 use nalgebra::Matrix3;
@@ -11,7 +11,8 @@ use orthowear::flexibility::Flexibility;
 use orthowear::material::Stiffness;
 use std::f64::consts::PI;
 
-/// Truth: direct summation of the same kernels. The tolerance of 1e-13 of the largest entry covers rounding of the transforms.
+/// Truth: direct summation of the same kernels. The tolerance 1e-13 of the largest entry covers rounding of the Fourier
+/// transforms.
 #[test]
 fn fft_equals_direct_sum() {
     for (cells, spacing) in [([7, 5], [0.1, 0.1]), ([12, 9], [0.2, 0.05]), ([1, 6], [1.0, 1.0])] {
@@ -41,7 +42,8 @@ fn fft_equals_direct_sum() {
     }
 }
 
-/// Truth: Betti's theorem, v·S w = w·S v on a uniform grid, and S positive definite. The normal operator is the nn block of S.
+/// Truth: Betti's theorem, v·S w = w·S v for the operator S on a uniform grid. S is positive definite. The operator for pressures
+/// alone is the normal-normal block of S.
 #[test]
 fn fft_operator_is_symmetric_and_positive() {
     let operator =
@@ -99,8 +101,9 @@ fn operators_give_the_same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: equal isotropic bodies do not couple normal and tangential components (the antisymmetric parts cancel). Unlike bodies
-/// couple them, and so do equal bodies with tilted fibres, by the even part of G_xn (docs/theory-half-space.md).
+/// Truth: equal isotropic bodies do not couple normal and tangential components, because the antisymmetric parts cancel. Unlike
+/// bodies couple these components. Equal bodies with tilted fibres also couple them, by the even part of G_xn
+/// (docs/theory-half-space.md).
 #[test]
 fn vanishing_cross_blocks_may_be_skipped() {
     let equal = SurfaceGreen::sum(&[&green(&steel(), Side::Lower), &green(&steel(), Side::Upper)]);
@@ -120,7 +123,7 @@ fn vanishing_cross_blocks_may_be_skipped() {
     assert!(make(&pair(30.0), CrossBlocks::SkipVanishing).couples_normal_tangential());
 }
 
-/// Truth: the flexibility scales as length / modulus, whatever the units. Tolerance 1e-12.
+/// Truth: the flexibility is proportional to length / modulus, in any units. The tolerance is 1e-12.
 #[test]
 fn units_do_not_matter() {
     let scaled = |modulus: f64, length: f64| {
@@ -153,7 +156,7 @@ fn grid_polygons(cells: [usize; 2], spacing: [f64; 2]) -> Polygons {
     (centers, polygons, areas)
 }
 
-/// Truth: the FFT operator on the same grid. Tolerance 1e-12 of the largest entry.
+/// Truth: the FFT operator on the same grid. The tolerance is 1e-12 of the largest entry.
 #[test]
 fn dense_operator_on_a_grid_is_the_fft_operator() {
     let green = pair(30.0);
@@ -173,8 +176,9 @@ fn dense_operator_on_a_grid_is_the_fft_operator() {
     assert!(relative(&dense.diagonal_blocks()[5], &fft.diagonal_blocks()[5]) < 1e-12);
 }
 
-/// Truth: A S, with the areas A of the cells, is symmetric and positive definite on an irregular frame. A uniform pressure gives
-/// Love's displacement of a loaded square. The tolerance 5e-3 covers the change of the collocation matrix that makes A S symmetric.
+/// Truth: the operator S times the areas A of the cells, A S, is symmetric and positive definite on an irregular frame. A uniform
+/// pressure gives Love's displacement of a loaded square. The collocation matrix is changed slightly to make A S symmetric. The
+/// tolerance 5e-3 covers this change.
 #[test]
 fn dense_operator_on_triangles() {
     let green = green(&steel(), Side::Lower);

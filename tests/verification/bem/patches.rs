@@ -1,4 +1,6 @@
-//! Integrals of the Green's function over polygons and rectangles.
+//! Integrals of the surface Green's function Γ(φ) / r over polygons and rectangles.
+//!
+//! Case names refer to the catalogue in docs/verification.md.
 
 use super::{Random, cfrp, green, pair, relative, steel};
 use crate::crystals::{cfrp_of_tables, with_ratio};
@@ -10,8 +12,8 @@ use std::f64::consts::PI;
 
 const SQUARE: [[f64; 2]; 4] = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]];
 
-/// Truth: Love's displacement (1929) under a uniform pressure on a 4 x 4 square, case `load-uniform-square`. Tolerance 1e-13 for
-/// the closed form (rounding), 1e-9 for the published values (10 digits).
+/// Truth: Love's displacement (1929) under a uniform pressure on a 4 x 4 square (case `load-uniform-square`). The tolerance is
+/// 1e-13 for the closed form (rounding) and 1e-9 for the published values (10 digits).
 #[test]
 fn uniform_pressure_on_a_square() {
     let green = green(&steel(), Side::Lower);
@@ -52,13 +54,13 @@ fn uniform_shear_on_rectangles() {
         assert!((found / published - 1.0).abs() < 1e-9, "{found} {published}");
     }
     assert!(center[(2, 0)].abs() < 1e-15 * center[(0, 0)]);
-    // Ahead of a pull along x the surface of the lower body sinks.
+    // In front of a tangential traction along x, the surface of the lower body sinks.
     assert!(polygon::integrate(&green, &SQUARE, [3.0, 0.0])[(2, 0)] < 0.0);
 }
 
-/// Truth: uniform pressure p on a disc of radius a (Johnson 1985, section 3.4). The tolerance 5e-3 is the published error of a disc
-/// made of square cells. On CFRP the displacement of the centre is p a times the mean of W_nn. The tolerance 2e-6 there covers the
-/// smaller area of a polygon of 4000 sides.
+/// Truth: the displacement under a uniform pressure p on a disc of radius a (Johnson 1985, section 3.4). The tolerance 5e-3 is
+/// the published error of a disc that is made of square cells. On CFRP the displacement of the centre is p a times the mean of
+/// the normal admittance W_nn. The disc is a polygon of 4000 sides, whose smaller area requires the tolerance 2e-6.
 #[test]
 fn uniform_pressure_on_a_disc() {
     let (radius, n) = (2.0, 160);
@@ -89,9 +91,9 @@ fn uniform_pressure_on_a_disc() {
     assert!((found / 0.003663079204 - 1.0).abs() < 2e-6);
 }
 
-/// Truth: the multipole expansion F / (π E* r) (1 + L^2 / (24 r^2)) of a square of side L under the force F. At r = 1e3 L and 1e6 L
-/// it agrees to 1e-10, where the exact edge formula has lost digits. For CFRP on steel at 1e6 L, the displacement is Γ(φ) F / r to
-/// 1e-11.
+/// Truth: the multipole expansion of the displacement at the distance r from a square of side L under the force F, F / (π E* r)
+/// (1 + L² / (24 r²)). At r = 1e3 L and 1e6 L the integrals agree with the expansion to 1e-10. The exact edge formula has lost
+/// digits at these distances. For CFRP on steel at 1e6 L, the displacement is Γ(φ) F / r to 1e-11.
 #[test]
 fn far_targets_do_not_cancel() {
     let reduced = 210e3 / (1.0 - 0.09);
@@ -114,7 +116,8 @@ fn far_targets_do_not_cancel() {
     assert!(relative(&aniso.polygon(&square, [r * phi.cos(), r * phi.sin()]), &point) < 1e-11);
 }
 
-/// Truth: the integral over a polygon is the sum over its parts for any target. Tolerance 1e-13 of the largest entry.
+/// Truth: the integral over a polygon is the sum of the integrals over its parts, for any target point. The tolerance is 1e-13 of
+/// the largest entry.
 #[test]
 fn parts_of_a_polygon_add_up() {
     let green = pair(35.0);
@@ -138,7 +141,8 @@ fn parts_of_a_polygon_add_up() {
     }
 }
 
-/// Truth: the field of a patch is continuous across edges and vertices. Over a distance d it changes by the order of d ln(1/d).
+/// Truth: the displacement by a patch is continuous across edges and vertices. Over a distance d it changes by the order of d
+/// ln(1/d).
 #[test]
 fn field_is_continuous_at_edges_and_vertices() {
     let green = pair(35.0);
@@ -152,7 +156,7 @@ fn field_is_continuous_at_edges_and_vertices() {
     }
 }
 
-/// `∫ f` over the triangle, which is quartered `depth` + 1 times.
+/// Integral of `f` over a triangle, which is split into four parts `depth` + 1 times.
 fn integrate_over(
     triangle: [[f64; 2]; 3],
     f: &dyn Fn([f64; 2]) -> Matrix3<f64>,
@@ -181,8 +185,8 @@ fn integrate_over(
     parts.into_iter().map(|part| integrate_over(part, f, depth - 1)).sum()
 }
 
-/// Truth: quadrature of G(x - y) itself, over random triangles with targets outside. This checks that Γ is transposed correctly.
-/// The tolerance 1e-9 covers the error of a rule of degree 5 on 4^5 parts.
+/// Truth: numerical quadrature of the Green's function G(x - y) over random triangles, with target points x outside. This test
+/// fails if Γ is transposed. The tolerance 1e-9 covers the error of a rule of degree 5 on 4^5 parts.
 #[test]
 fn random_polygons_against_quadrature() {
     let green = pair(30.0);
@@ -204,8 +208,8 @@ fn random_polygons_against_quadrature() {
     }
 }
 
-/// Truth: for a target inside, polar coordinates about it leave `∫ Γ(φ)^T R(φ) dφ` with the distance R to the edge. Tolerance
-/// 1e-11.
+/// Truth: the integral in polar coordinates about a target inside the polygon, `∫ Γ(φ)^T R(φ) dφ`. Here R is the distance from
+/// the target to the edge. The tolerance is 1e-11.
 #[test]
 fn targets_inside_against_polar_quadrature() {
     let green = pair(30.0);
@@ -234,8 +238,8 @@ fn targets_inside_against_polar_quadrature() {
     }
 }
 
-/// Truth: the exact edge formula, whose own error at the distance r is 1e-16 (r / size)^2. Away from the patch the integrator uses
-/// Gauss points instead. Tolerance 1e-11.
+/// Truth: the exact edge formula, whose rounding error at the distance r is 1e-16 (r / size)². Away from the patch, the
+/// integrator uses Gauss points instead. The tolerance is 1e-11.
 #[test]
 fn gauss_points_agree_with_the_exact_formula() {
     let materials = [steel(), cfrp(0.0), cfrp(30.0), with_ratio(300.0)];

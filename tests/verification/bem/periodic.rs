@@ -1,4 +1,4 @@
-//! Operators on frames that are periodic in one or both directions.
+//! Flexibility operators on frames that are periodic in one or both directions.
 
 use super::{Random, cfrp, green, pair, steel};
 use crate::crystals::cfrp_of_tables;
@@ -24,7 +24,7 @@ fn applied(operator: &dyn Flexibility, tractions: &[f64]) -> Vec<f64> {
     gap
 }
 
-/// Cut-off function: 1 within half of the reach, 0 beyond the reach, smooth to all orders between.
+/// Cut-off function: 1 within half of the reach, 0 beyond the reach, and infinitely smooth between.
 fn taper(distance: f64, reach: f64) -> f64 {
     let s = 2.0 * distance / reach - 1.0;
     if s <= 0.0 {
@@ -37,8 +37,9 @@ fn taper(distance: f64, reach: f64) -> f64 {
     falling / (falling + rising)
 }
 
-/// Truth: the amplitudes of u3 and u1 under a normal sinusoidal traction on CFRP, published to ten digits (catalogue case
-/// `aniso-sinusoidal-load`). A harmonic that the grid resolves is exact. 5e-10 is the rounding of the printed values.
+/// Truth: the amplitudes of the displacements u3 and u1 under a normal sinusoidal traction on CFRP, published to ten digits (case
+/// `aniso-sinusoidal-load` of docs/verification.md). The operator is exact for harmonics that the grid resolves. The tolerance
+/// 5e-10 is the rounding of the published values.
 #[test]
 fn sinusoidal_load_on_cfrp() {
     let below = green(&cfrp_of_tables(), Side::Lower);
@@ -57,9 +58,9 @@ fn sinusoidal_load_on_cfrp() {
     }
 }
 
-/// Truth: the sum over images in space. An oblique wave of tractions is cut off smoothly at the distance 6, six times the length of
-/// the frame along x, so that its tail cancels. Higher harmonics of the cells of this sum, 80 to a wavelength, change the odd
-/// entries by (π² / 6) / 80² = 2.6e-4. The tolerance is 5e-4 of the largest entry.
+/// Truth: the sum over periodic images in space, for an oblique wave of tractions. A smooth cut-off at the distance 6, six frame
+/// lengths along x, makes the tail of the sum vanish. The sum uses cells of constant traction, 80 to a wavelength. Their higher
+/// harmonics change the odd entries by (π² / 6) / 80² = 2.6e-4. The tolerance is 5e-4 of the largest entry.
 #[test]
 fn oblique_wave_equals_the_sum_over_images() {
     let green = pair(30.0);
@@ -98,8 +99,8 @@ fn oblique_wave_equals_the_sum_over_images() {
     }
 }
 
-/// Cosine and sine parts of the displacements of the cells ix = d due to a load cos(k y) on the cells ix = 0. Here k = 2π
-/// `harmonic` / period.
+/// Cosine and sine parts of the displacements of the cells with ix = d. The tractions are cos(k y) on the cells with ix = 0. Here
+/// k = 2π `harmonic` / period.
 fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d: usize) -> [Matrix3<f64>; 2] {
     let n = cells[0] * cells[1];
     let mut parts = [Matrix3::zeros(); 2];
@@ -121,9 +122,9 @@ fn column(operator: &PeriodicFlexibility, cells: [usize; 2], harmonic: usize, d:
     parts
 }
 
-/// Truth: the sum over images of exact cell integrals along the periodic direction. Wavelengths are longer or shorter than the
-/// frame, fibres lie in the surface or out of it. The tolerance 1e-5 of the largest entry covers the cut-off and the harmonics of
-/// the cells of this sum, (π² / 6) / 1000² of the sine part.
+/// Truth: the sum over periodic images of exact cell integrals. Wavelengths are longer or shorter than the frame. Fibres lie in
+/// the surface or out of it. The sum has at least 1000 cells of constant traction to a wavelength. Their higher harmonics change
+/// the sine part by (π² / 6) / 1000². The tolerance 1e-5 of the largest entry covers the cut-off and these harmonics.
 #[test]
 fn open_direction_equals_the_sum_over_images() {
     for (tilt, length, harmonic, count) in
@@ -166,9 +167,9 @@ fn open_direction_equals_the_sum_over_images() {
     }
 }
 
-/// Truth: the influences of one long cell, which tend to the influences in plane strain. Only their differences do not depend on
-/// the datum. A cell of length 2 Y differs from an infinite one by d / Y in the entries that are odd in d: 2e-5 for Y = 5e5 h and a
-/// distance d = 9 h, with the cell width h.
+/// Truth: the influences of one very long cell, which is nearly in plane strain. The test compares differences of influences,
+/// because the influences depend on the datum of the displacement. Entries that are odd in the distance d differ by d / Y between
+/// a cell of length 2 Y and an infinite cell. This is 2e-5 for Y = 5e5 h and d = 9 h, with the cell width h.
 #[test]
 fn plane_strain_equals_a_long_cell() {
     for tilt in [0.0, 30.0] {
@@ -191,8 +192,8 @@ fn plane_strain_equals_a_long_cell() {
     }
 }
 
-/// Truth: the datum of plane strain. The mean line load on an isotropic half-space causes no displacement at the distance w, half
-/// the width of the frame. Hence `K_nn(d) = -2 (1 - ν²) / (π E) ∫ ln(|x| / w) dx` over the cell at the distance d.
+/// Truth: the datum of plane strain. A line load on an isotropic half-space causes no displacement at the distance w, which is
+/// half the width of the frame. Hence `K_nn(d) = -2 (1 - ν²) / (π E) ∫ ln(|x| / w) dx` over the cell at the distance d.
 #[test]
 fn plane_strain_vanishes_at_half_the_width() {
     let below = green(&steel(), Side::Lower);
@@ -211,8 +212,8 @@ fn plane_strain_vanishes_at_half_the_width() {
     }
 }
 
-/// Truth: by Betti's theorem S is symmetric on any frame. S is positive definite, except for uniform tractions on a frame that is
-/// periodic in both directions.
+/// Truth: by Betti's theorem the operator is symmetric on any frame. It is positive definite, except for uniform tractions on a
+/// frame that is periodic in both directions.
 #[test]
 fn symmetric_and_positive() {
     let cases = [
@@ -257,9 +258,9 @@ fn symmetric_and_positive() {
     }
 }
 
-/// Truth: docs/theory-half-space.md, periodic frames. Tractions v exp(i m·x) with the wave vector m move the centres by W(m) / |m|
-/// v exp(i m·x). The series of the Green's function gives the admittance W. 1e-12 covers the transforms and the table of
-/// directions.
+/// Truth: the response of a half-space to harmonic tractions (docs/theory-half-space.md, periodic frames). Tractions v exp(i m·x)
+/// with the wave vector m displace the cell centres by W(m) v exp(i m·x) / |m|. The surface admittance W comes from the series of
+/// the Green's function. The tolerance 1e-12 covers the Fourier transforms and the table of directions.
 #[test]
 fn single_harmonics_have_the_exact_admittance() {
     let spacing = [0.1, 0.15];
@@ -296,9 +297,9 @@ fn single_harmonics_have_the_exact_admittance() {
     }
 }
 
-/// Truth: plain sums over all pairs of cells. The columns of the operator are shifted columns of the first cell, cyclic in periodic
-/// directions. In open directions, Betti's theorem gives backward offsets as transposed blocks. The tolerance is 1e-13 × the number
-/// of cells × the largest entry of a diagonal block.
+/// Truth: plain sums over all pairs of cells. The influence of a cell equals the influence of the first cell, shifted by the
+/// distance of the cells. In periodic directions the shift is cyclic. In open directions, Betti's theorem gives the blocks of
+/// backward shifts as transposed blocks. The tolerance is 1e-13 × the number of cells × the largest entry of a diagonal block.
 #[test]
 fn products_are_plain_convolutions() {
     let cases = [
@@ -361,7 +362,7 @@ fn uniform_tractions_move_nothing() {
     assert!(gap.iter().all(|moved| moved.abs() < 1e-12 * scale), "{gap:?}");
 }
 
-/// Truth: turning frame and material by 90 degrees only renames the axes.
+/// Truth: a rotation of frame and material by 90 degrees only renames the axes.
 #[test]
 fn periodic_along_x_equals_periodic_along_y() {
     let turned = cfrp(30.0).rotated(&fibre_axes(0.0, PI / 2.0));
@@ -374,7 +375,7 @@ fn periodic_along_x_equals_periodic_along_y() {
         let mut out = vec![0.0; 3 * n];
         for ix in 0..5 {
             for iy in 0..8 {
-                // The material turned by +90 degrees: (x, y) goes to (-y, x).
+                // Rotation by +90 degrees maps (x, y) to (-y, x).
                 let (from, to) = (ix * 8 + iy, (7 - iy) * 5 + ix);
                 out[to] = -planes[n + from];
                 out[n + to] = planes[from];

@@ -1,4 +1,4 @@
-//! The field of a point force inside its half-space.
+//! The field inside a half-space due to a point force on its surface.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -10,7 +10,7 @@ use orthowear::bem::green_tensor::{GreenTensor, TractionOperator};
 use orthowear::bem::half_space::{PointForceField, PointForceIntegral, Side};
 use orthowear::material::{Orthotropic, Stiffness};
 
-/// A material without a symmetry plane along the surface.
+/// A material without symmetry planes parallel to the surface or to the coordinate planes.
 fn odd() -> Stiffness {
     Stiffness::orthotropic(&Orthotropic {
         e1: 150e3,
@@ -27,7 +27,8 @@ fn odd() -> Stiffness {
     .rotated(Rotation3::from_euler_angles(0.4, 0.9, -1.3).matrix())
 }
 
-/// A table takes about a second to compute.
+/// Names, stiffnesses and tabulated fields of the materials. All tests share them, because a table takes about a second to
+/// compute.
 static TABLES: LazyLock<Vec<(String, Stiffness, PointForceField)>> = LazyLock::new(|| {
     let azimuth = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.6);
     let tilts = usual_or_finest(&[30.0, 90.0][..], &[0.0, 30.0, 80.0, 90.0]);
@@ -62,8 +63,8 @@ fn apart(a: &GreenTensor, b: &GreenTensor) -> f64 {
     steepest(&[0, 1, 2].map(|k| a.gradient[k] - b.gradient[k]))
 }
 
-/// Truth: for isotropic materials, the direct integral over directions. The tolerance 1e-10 covers the integral, which loses up to
-/// 1e-11 near the surface. On the surface, Γ(φ) / r holds to 1e-12.
+/// Truth: the direct integral over directions, compared with the closed form for isotropic materials. The tolerance 1e-10 covers
+/// the error of the integral, which is up to 1e-11 near the surface. On the surface the displacement is Γ(φ) / r, to 1e-12.
 #[test]
 fn closed_forms_are_the_direct_integral() {
     for nu in [0.3, 0.0, 0.45] {
@@ -84,7 +85,7 @@ fn closed_forms_are_the_direct_integral() {
     }
 }
 
-/// Truth: limits of central differences. The tolerance covers the third derivative of the field and rounding.
+/// Truth: central differences of the displacement. The tolerance covers the third derivative of the displacement and rounding.
 #[test]
 fn gradients_are_limits_of_differences() {
     let closed = field(&steel());
@@ -99,8 +100,8 @@ fn gradients_are_limits_of_differences() {
     }
 }
 
-/// Truth: the direct integral at random points, many of them next to the surface or the inward normal. Bound: twice the error that
-/// the table states, which is a maximum over other points.
+/// Truth: the direct integral at random points, many of them close to the surface or to the inward normal. The error is below
+/// twice the error that the table states. The factor of two is needed because the stated error is a maximum over other points.
 #[test]
 fn tables_are_the_direct_integral() {
     for (name, stiffness, table) in TABLES.iter() {
@@ -131,7 +132,7 @@ fn tables_are_the_direct_integral() {
     }
 }
 
-/// Truth: on the surface the displacement is Γ(φ) / r, and its derivatives along the surface are the limits of differences. The
+/// Truth: on the surface the displacement is Γ(φ) / r. Its derivatives along the surface are limits of finite differences. The
 /// surface carries no traction.
 #[test]
 fn the_surface_is_free() {
@@ -201,8 +202,8 @@ fn legendre(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Truth: the direct integral at random points, half of them within 0.03 of the direction of the fibre, for E1/E2 = 3000. Bound:
-/// twice the error that the table states.
+/// Truth: the direct integral at random points for E1 / E2 = 3000. Half of the points lie within 0.03 of the direction of the
+/// fibre. The error is below twice the error that the table states.
 #[test]
 fn stiff_fibres_have_the_error_that_their_table_states() {
     let tilt = 29_f64.to_radians();

@@ -1,4 +1,4 @@
-//! Half-spaces with a meshed part of their surface, solved with full-space kernels, against exact half-spaces.
+//! Truncated half-spaces (full-space kernels on a meshed, finite surface) against exact half-spaces.
 
 use orthowear::body::{TruncatedHalfSpace, TruncatedSpec};
 use orthowear::frame::{ContactFrame, Side};
@@ -7,8 +7,8 @@ use orthowear::material::Stiffness;
 
 use crate::common::{im7, steel, usual_or_finest};
 
-/// Relative difference between the work of uniform tractions on a truncated half-space and on the exact one. Elements extend out to
-/// `half_size`. The frame has half-width 1 and `n` cells along each side.
+/// Relative difference between the work of uniform tractions on a truncated half-space and on the exact half-space. Elements
+/// extend out to `half_size`. The frame has half-width 1 and `n` cells along each side.
 fn difference(stiffness: &Stiffness, side: Side, (half_size, n): (f64, usize)) -> f64 {
     let frame = ContactFrame::grid([1.0; 2], [n; 2], [0.3, -0.2], 0.4).unwrap();
     let spec = TruncatedSpec { stiffness, half_size };
@@ -29,8 +29,8 @@ fn incompressible_half_spaces_lose_nothing() {
     }
 }
 
-/// Truth: beyond the elements, tractions of 1/r^2 work on displacements of 1/r. The truncation error is therefore inversely
-/// proportional to `half_size`. The rest is the error of constant elements.
+/// Truth: beyond the elements, tractions of order 1/r² work on displacements of order 1/r. The truncation error is therefore
+/// inversely proportional to `half_size`. The remaining error is the error of constant elements. Finer elements reduce it.
 #[test]
 fn larger_surfaces_lose_less() {
     for stiffness in usual_or_finest(vec![im7(30.0)], vec![steel(), im7(30.0)]) {

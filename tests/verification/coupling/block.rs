@@ -17,7 +17,8 @@ fn frame() -> ContactFrame {
     ContactFrame::grid([1.1, 0.9], [5, 4], [0.1, -0.2], 0.3).expect("an admissible grid")
 }
 
-/// A block with loads and displaced supports. In body 1 a contact node has displacements prescribed along x and z.
+/// A block with loads and displaced supports. In body 1, the node nearest to the origin has prescribed displacements along x and
+/// z.
 fn finite_elements(side: Side, frame: &ContactFrame) -> FeBody {
     let lower = side == Side::Lower;
     let brick = Brick {
@@ -69,9 +70,9 @@ pub fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling)
     couple(lower.as_mut(), upper.as_mut(), frame, coupling, SkipVanishing).expect("coupled bodies")
 }
 
-/// Truth: eliminating the bodies from the block system is algebra. Wear depth and initial gap add to the normal gap only. The
-/// relative tolerance 1e-10 covers different factorisations of the same matrices, and the difference between FFT and dense
-/// products.
+/// Truth: the Schur complement. Eliminating the unknowns of the bodies from the block system must not change the gaps. Wear depth
+/// and initial gap contribute to the normal gap only. The relative tolerance 1e-10 covers different factorisations of the same
+/// matrices, and the difference between FFT and dense products.
 #[test]
 fn both_paths_give_the_same_gaps() {
     let frame = frame();
@@ -138,7 +139,7 @@ impl ElasticBody for Closed {
     }
 }
 
-/// Truth: the block system needs a body that is not rigid, bodies with equations, and enough memory.
+/// Truth: the block system is refused if both bodies are rigid, if a body has no equations, or if the memory does not suffice.
 #[test]
 fn what_the_block_system_cannot_do_is_refused() {
     let frame = frame();

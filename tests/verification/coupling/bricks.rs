@@ -13,7 +13,8 @@ pub struct Brick {
     pub z: [f64; 2],
     pub cells: [usize; 3],
     pub contact_on_top: bool,
-    /// Displacement of a point (x, y) of the square [-1, 1]^2, in the same units. It is zero on the outline.
+    /// In-plane displacement of a point (x, y) of the contact face, for the face scaled to the square [-1, 1]². It is zero on the
+    /// outline.
     pub distortion: fn([f64; 2]) -> [f64; 2],
     pub tetrahedra: bool,
 }
@@ -134,7 +135,7 @@ pub fn support(group: &str, components: [bool; 3], value: [f64; 3]) -> Support {
     Support { group: group.into(), components, value, gradient: [[0.0; 3]; 3] }
 }
 
-/// Rollers at the base and two pins in the plane let a block strain uniformly.
+/// Supports that let a block strain uniformly: rollers at the base, and two pins that prevent motions in the plane.
 pub fn rollers() -> Vec<Support> {
     vec![
         support("base", [false, false, true], [0.0; 3]),

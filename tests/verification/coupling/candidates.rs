@@ -1,4 +1,5 @@
-//! Flexibilities formed for the candidate cells only, and extended when contact reaches other cells.
+//! Flexibilities formed for the candidate cells only, which may come into contact. They are extended when contact reaches other
+//! cells.
 
 use super::block::{pairs, tied};
 use super::half_spaces::{difference, gaps};
@@ -19,8 +20,9 @@ fn within(radius: f64) -> ContactFrame {
     frame
 }
 
-/// Truth: eliminating a body is algebra. The condensed flexibility and a solution of the whole body give the same gap. For
-/// half-spaces the gap is compared with direct sums over the cells. The tolerance 1e-11 covers rounding of solves with the factor.
+/// Truth: a solution of the whole body. The condensed flexibility must give the same gap, because condensation is exact
+/// elimination. For half-spaces the truth is the direct sum over the cells. The tolerance 1e-11 covers rounding of solves with
+/// the factorised stiffness.
 #[test]
 fn operators_agree_with_bodies_solved_afresh() {
     let frame = frame();
@@ -39,8 +41,9 @@ fn operators_agree_with_bodies_solved_afresh() {
     }
 }
 
-/// Truth: the operator of all cells, first for tractions on candidates only, then with all cells formed in two portions. The
-/// tolerance 1e-11 covers rounding of solves with the factor.
+/// Truth: the operator of all cells. The first comparison has tractions on candidates only and completes the gap of the other
+/// cells. Then the other cells are formed in two portions. The tolerance 1e-11 covers rounding of solves with the factorised
+/// stiffness.
 #[test]
 fn what_is_not_formed_is_completed_or_grown() {
     let (whole, part) = (frame(), within(0.5));
@@ -82,8 +85,8 @@ fn what_is_not_formed_is_completed_or_grown() {
     }
 }
 
-/// Truth: the history with all cells formed. The tolerance 1e-8 follows from certificates of 1e-12 and a condition number of S
-/// below 1e4.
+/// Truth: the same steps with all cells formed. The tolerance 1e-8 follows from certificates of 1e-12 and a condition number of
+/// the flexibility below 1e4.
 #[test]
 fn contact_grows_beyond_its_candidates() {
     let (whole, part) = (frame(), within(0.15));

@@ -1,4 +1,4 @@
-//! Cases of the catalogue's area "finite-body-contact": two meshed bodies, shifted frames, and a layer under a flat punch.
+//! Cases of the catalogue in docs/verification.md: two meshed bodies, shifted frames, and a layer under a flat punch.
 
 use super::bricks::{Brick, rollers, spec, straight, support, wavy};
 use super::grids::{boxes, growing, steps};
@@ -36,16 +36,16 @@ fn touching(specs: [FeSpec; 2], frame: &ContactFrame) -> Model {
     }
 }
 
-/// Distortion that turns the middle of the face by 17 degrees and keeps its outline.
+/// Distortion that rotates the middle of the face by 17 degrees and keeps its outline.
 fn turned([x, y]: [f64; 2]) -> [f64; 2] {
     let angle = 17f64.to_radians() * (1.0 - x * x) * (1.0 - y * y);
     let (s, c) = angle.sin_cos();
     [c * x - s * y - x, s * x + c * y - y]
 }
 
-/// Truth: catalogue `two-blocks-stack` and `contact-patch-nonmatching`. p = 10 MPa acts on blocks of heights L1 = 5 and L2 = 8 mm
-/// with E = 210 and 70 GPa. They approach by p (L1/E1 + L2/E2) = 0.001380952381 mm, and every cell carries p. The relative
-/// tolerance is 1e-9, at a solver tolerance of 1e-12.
+/// Truth: cases `two-blocks-stack` and `contact-patch-nonmatching`. A pressure p = 10 MPa acts on blocks of heights L1 = 5 mm and
+/// L2 = 8 mm with E1 = 210 GPa and E2 = 70 GPa. The blocks approach by p (L1/E1 + L2/E2) = 0.001380952381 mm, and every cell
+/// carries p. The relative tolerance is 1e-9, at a solver tolerance of 1e-12.
 #[test]
 fn stacked_blocks() {
     let brick = |z: [f64; 2], n: usize, distortion: fn([f64; 2]) -> [f64; 2], tetrahedra: bool| {
@@ -91,8 +91,8 @@ fn stacked_blocks() {
     }
 }
 
-/// Truth: catalogue `rigid-translation-of-frame`. A frame that is shifted by parts of a cell or enlarged changes the approach by
-/// less than 0.5 % at 40 cells across. Beyond the true contact radius plus one cell, p is exactly 0.
+/// Truth: case `rigid-translation-of-frame`. A frame is shifted by parts of a cell or enlarged. With 40 cells across, this
+/// changes the approach by less than 0.5 %. Beyond the true contact radius plus one cell, the pressure is exactly 0.
 #[test]
 fn frames_shifted_and_enlarged() {
     let steel = steel();
@@ -120,9 +120,9 @@ fn frames_shifted_and_enlarged() {
     }
 }
 
-/// kappa = F / (2 E* a delta) for a flat punch of radius 1 at the approach delta on a layer of E = 210 GPa, from a quarter of the
-/// layer. The frame has cells of 1 / n inside the punch, each of 2 x 2 faces. In kappa, a is the radius of a circle with the area
-/// of the cells in contact.
+/// Ratio kappa = F / (2 E* a delta) for a flat punch of radius 1 at the approach delta on a layer of E = 210 GPa. A quarter of
+/// the layer is modelled. The frame has cells of side 1 / n inside the punch, each with 2 x 2 faces. The radius a is the radius
+/// of a circle with the area of the cells in contact.
 fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormulation)) -> f64 {
     let mut across = steps(0.0, 1.0 + 1.0 / n as f64, 2 * n + 2);
     across.extend(growing(1.0 + 1.0 / n as f64, 12.0, 0.7 / n as f64, 9).into_iter().skip(1));
@@ -161,9 +161,9 @@ fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormul
     4.0 * record.normal_force / (2.0 * modulus * radius * 1e-3)
 }
 
-/// Truth: catalogue `layer-punch-moderate` (N. N. Lebedev, Ya. S. Ufliand, 1958; W. C. Hayes et al., 1972): kappa = F / (2 E* a
-/// delta) for layers of height h with a / h = 0.5 and 1. The sharp edge of the punch causes an error proportional to the cell size,
-/// which extrapolation removes. The tolerance of 1 % is the catalogue's.
+/// Truth: kappa = F / (2 E* a delta) for layers of height h with a / h = 0.5 and 1 (case `layer-punch-moderate`; N. N. Lebedev,
+/// Ya. S. Ufliand, 1958; W. C. Hayes et al., 1972). The sharp edge of the punch causes an error proportional to the cell size.
+/// Extrapolation removes this error. The tolerance is 1 %, as in the catalogue.
 #[test]
 fn layer_under_a_flat_punch() {
     let cases = [
@@ -181,9 +181,9 @@ fn layer_under_a_flat_punch() {
     }
 }
 
-/// kappa = F / (2 E* a delta) of a flat punch of radius 1 on a bonded layer of height 1. kappa is the integral of phi over [0, 1].
-/// Gauss points solve phi(x) + (2 / pi) int_0^1 phi(t) M(x, t) dt = 1 with M = int_0^inf `kernel`(k) cos(k x) cos(k t) dk (N. N.
-/// Lebedev, Ya. S. Ufliand, 1958).
+/// Ratio kappa = F / (2 E* a delta) of a flat punch of radius a = 1 on a bonded layer of height 1. It is the integral of phi over
+/// [0, 1]. The function phi solves phi(x) + (2 / pi) int_0^1 phi(t) M(x, t) dt = 1 (N. N. Lebedev, Ya. S. Ufliand, 1958), here at
+/// Gauss points. The kernel is M = int_0^inf `kernel`(k) cos(k x) cos(k t) dk.
 fn bonded_layer(nu: f64) -> f64 {
     let k = 3.0 - 4.0 * nu;
     let kernel = |y: f64| {
@@ -208,9 +208,9 @@ fn bonded_layer(nu: f64) -> f64 {
     points.iter().zip(phi.iter()).map(|([_, weight], phi)| weight * phi).sum()
 }
 
-/// Truth: catalogue `str-near-incompressible`, kappa of a bonded layer with a / h = 1 by its integral equation, which gives the
-/// published 2.483524629 at nu = 0.3. Mean-dilatation elements agree to 2 % up to nu = 0.499 and 5 % at 0.4999. The error of
-/// enhanced elements on the same mesh is more than three times as large at 0.4999.
+/// Truth: the integral equation for kappa of a bonded layer with a / h = 1 (case `str-near-incompressible`). Its solution has the
+/// published value 2.483524629 at nu = 0.3. Mean-dilatation elements agree with kappa to 2 % up to nu = 0.499 and to 5 % at
+/// 0.4999. At 0.4999, the error of enhanced elements on the same mesh is more than three times as large.
 #[test]
 fn nearly_incompressible_layers() {
     assert!(relative(bonded_layer(0.3), 2.483524629) < 1e-9, "{}", bonded_layer(0.3));

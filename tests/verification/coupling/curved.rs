@@ -1,4 +1,4 @@
-//! Curved contact faces under a plane frame: the committed steel cap (a sphere of R = 50 mm that touches z = 0).
+//! Curved contact faces under a plane frame: the mesh of a steel cap, a sphere of R = 50 mm that touches z = 0.
 
 use super::bricks::{spec, support};
 use super::random;
@@ -16,10 +16,9 @@ fn cap(frame: &ContactFrame) -> FeBody {
     FeBody::new(spec, "contact", Side::Upper, frame).expect("a finite-element body")
 }
 
-/// Truth: the sphere R - sqrt(R^2 - r^2). Faces with edges of h = 0.19 lie inside the sphere by h^2 / (6 R) on average (two
-/// directions) and h^2 / (4 R) at most. The mean over a cell of width b = 0.2 adds b^2 / (12 R). The nodal forces have the same
-/// resultant and the same moment about the normal as the cell tractions. Other moments differ, because the gap changes the lever
-/// arms.
+/// Truth: the gap of a sphere, R - sqrt(R² - r²). Faces with edges of h = 0.19 mm lie inside the sphere, by h² / (6 R) on average
+/// and by h² / (4 R) at most. The mean over a cell of width b = 0.2 mm adds b² / (12 R). The nodal forces have the same resultant
+/// as the cell tractions, and the same moment about the normal. Other moments differ, because the gap changes the lever arms.
 #[test]
 fn the_gap_of_a_meshed_sphere() {
     let frame = ContactFrame::grid([1.2; 2], [12; 2], [0.0; 2], 0.2).unwrap();
@@ -53,8 +52,8 @@ fn the_gap_of_a_meshed_sphere() {
     assert!(body.surface().is_some());
 }
 
-/// Truth: each row of the map is the average over its face. The tilts of the normals and the gap between the mesh and the plane z =
-/// 0 agree with the sphere to 1e-3.
+/// Truth: the weights in each row of the map sum to one, because the row is an average over a face. The tilts of the normals
+/// agree with the sphere to 1e-3, and so does the gap between the mesh and the plane z = 0.
 #[test]
 fn a_frame_of_curved_faces() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");

@@ -1,4 +1,4 @@
-//! Pairs of finite-element bodies with curved surfaces, and cells that a body does not cover, or covers twice.
+//! Pairs of finite-element bodies with curved surfaces. Frames with cells that the other body covers twice or not at all.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -15,8 +15,9 @@ use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 use orthowear::mesh::faces::group_faces;
 
-/// Ring about the y axis, one element thick, with angles from 0 (below) to `turn` and the radii `radii`. Its inner cylinder is the
-/// group "low1", the outer one "high1"; the plane faces are "low2" and "high2". The ends of half a ring are "low0" and "high0".
+/// Ring about the y axis, one element thick, with angles from 0 (below) to `turn` and the radii `radii`. The group "low1" is the
+/// inner cylinder, "high1" the outer cylinder. The plane faces are "low2" and "high2". The ends of half a ring are "low0" and
+/// "high0".
 fn ring(radii: Vec<f64>, turn: f64, n: usize) -> Mesh {
     let axes = [steps(0.0, turn, n), radii, vec![0.0, 1.0]];
     boxes(&axes, turn > 6.0, |[angle, r, y]| [r * angle.sin(), y, -r * angle.cos()])
@@ -29,7 +30,7 @@ fn plate(turn: f64, n: usize) -> Mesh {
     ring(growing(HOLE, 10.0 * HOLE, 0.3, 22), turn, n)
 }
 
-/// The pin without its rigid core, which has a tenth of its radius.
+/// Mesh of the pin without its rigid core. The radius of the core is a tenth of the radius of the pin.
 fn pin(turn: f64, n: usize) -> Mesh {
     let radius = HOLE - CLEARANCE;
     let mut radii = growing(radius, 0.1 * radius, 0.3, 14);
@@ -42,8 +43,8 @@ const MIRROR: [bool; 3] = [true, false, false];
 const ALL: [bool; 3] = [true; 3];
 const HALF: [(&str, [bool; 3]); 4] = [("low2", PLANE), ("high2", PLANE), ("low0", MIRROR), ("high0", MIRROR)];
 
-/// Load per thickness of a whole pin that is pressed into a plate by `approach`, and angle and pressure of each cell. Half of both
-/// bodies is modelled.
+/// Load per thickness of a whole pin that is pressed into a plate by `approach`. The second value has the angle and the pressure
+/// of each cell. Half of both bodies is modelled.
 fn pressed_pin(frame_body: usize, approach: f64) -> (f64, Vec<(f64, f64)>) {
     let [around, inside] = [[60, 120], [120, 60]][frame_body];
     let (hole, pin) = (plate(PI, around), pin(PI, inside));
@@ -75,14 +76,14 @@ fn persson_angle(stiffness: f64) -> f64 {
 
 /// Truth: Persson's closed form for a pin in a hole of the same material (B. G. A. Persson, On the stress distribution of
 /// cylindrical elastic bodies in contact, 1964; M. Ciavarella, P. Decuzzi, The state of stress induced by the plane frictionless
-/// cylindrical contact I, 2001). For the half-angle of contact let b = tan(angle / 2). The clearance is c, the load per thickness
-/// Q, the radius R. Then E* c / Q = (2 - ln(b^2 + 1) - 2 b^4) / (pi (b^4 + b^2)). The peak pressure is p(0), with R p(0) / Q = 2 b
-/// / (pi sqrt(1 + b^2)) + ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)). An independent Fourier series
-/// confirms both.
+/// cylindrical contact I, 2001). Let b = tan(angle / 2) for the half-angle of contact. With the clearance c and the load per
+/// thickness Q, E* c / Q = (2 - ln(b² + 1) - 2 b⁴) / (pi (b⁴ + b²)). With the radius R, the peak pressure is p(0) with R p(0) /
+/// Q = 2 b / (pi sqrt(1 + b²)) + ln((sqrt(b² + 1) + b) / (sqrt(b² + 1) - b)) / (2 pi b² (1 + b²)). An independent Fourier series
+/// confirms both formulas.
 ///
-/// The angle agrees to within one face (3 degrees), the pressure to 4 %. The core of 0.1 R and the plate of 10 R change the fields
-/// by 1 % each. The clearance of 0.02 R changes them by 2 %, because the theory has one radius. The middle of a flat face of 3
-/// degrees and length h lies h^2 / 8R = 0.0034 mm inside the circle (1.7 % of the clearance).
+/// The angle agrees to within one face (3 degrees), the pressure to 4 %. The core of 0.1 R and the plate of 10 R change the
+/// fields by 1 % each. The clearance of 0.02 R changes them by 2 %, because the theory has one radius for pin and hole. A flat
+/// face of 3 degrees has the length h. Its middle lies h² / 8R = 0.0034 mm inside the circle (1.7 % of the clearance).
 #[test]
 fn pin_in_hole() {
     for (frame_body, approach) in [(0, 0.24), (1, 0.24), (0, 0.08)] {
@@ -102,9 +103,10 @@ fn pin_in_hole() {
     }
 }
 
-/// Truth: turning the frame normal n about the axis of the pin turns the result. If n stays vertical, the pin lifted to the middle
-/// and shifted along x has the same force along x. The distance to first touch is the clearance of the circles (to 2 %), not of
-/// their chords. The relative tolerance is 1e-7 at a solver tolerance of 1e-8.
+/// Truth: rotational symmetry. If the frame normal n is rotated about the axis of the pin, the result is rotated. The third run
+/// keeps n vertical. It lifts the pin to the middle of the hole, displaces it along x and has the same force along x. The
+/// distance to first touch is the clearance of the circles, to 2 %, and not of their chords. The relative tolerance is 1e-7 at a
+/// solver tolerance of 1e-8.
 #[test]
 fn pin_pressed_sideways() {
     let (hole, pin) = (plate(2.0 * PI, 48), pin(2.0 * PI, 72));
@@ -140,8 +142,8 @@ fn pin_pressed_sideways() {
     assert!(error < 1e-7 * down.0, "{shifted:?} {down:?}");
 }
 
-/// Slices with x >= 0, one element thick along y: half a block, and half of the lower part of a roller of radius 50. Out to x =
-/// `patch` the elements have the size `h`.
+/// Slices with x >= 0, one element thick along y: half of a block, and half of the lower part of a roller of radius 50 mm. For x
+/// <= `patch` the elements have the size `h`.
 fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
     let n = (patch / h).round() as usize;
     let across = |end: f64, outer: usize| {
@@ -160,13 +162,14 @@ fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
     [block, roller]
 }
 
-/// Factor by which friction of 0.1 raises the peak pressure under the roller, both bodies taken as half-planes, from an independent
-/// program. That program has constant tractions on 400 strips, coupled by Dundurs' β = 1/7, and 80 load increments. Its stick zone
-/// reaches to 0.381 a with 10 increments and to 0.391 a with 80.
+/// Ratio of the peak pressures under the roller, with a friction coefficient of 0.1 and without friction. An independent program
+/// computes it for half-planes, with constant tractions on 400 strips, Dundurs' β = 1/7 and 80 load increments. Its stick zone
+/// extends to 0.381 a with 10 increments and to 0.391 a with 80. Here a is half the contact width.
 const RAISED: f64 = 1.01912;
 
-/// Truth: [`RAISED`] and the stick zone of the same program. The bodies are boundary-element half-spaces with cells of 2 m along
-/// the roller. The tolerance 5e-4 covers cells of 0.03 a, where a is half the contact width. The stick zone agrees to one cell.
+/// Truth: [`RAISED`] and the stick zone of the same program. The bodies are boundary-element half-spaces, with cells of 2 m along
+/// the axis of the roller. The tolerance 5e-4 covers the cell width of 0.03 a across the contact. The stick zone agrees to one
+/// cell.
 #[test]
 fn friction_raises_the_pressure_of_a_roller() {
     let materials = [Stiffness::isotropic(70e3, 0.3).unwrap(), steel()];
@@ -185,9 +188,9 @@ fn friction_raises_the_pressure_of_a_roller() {
 }
 
 /// Truth: NAFEMS benchmark 1 (A. W. A. Konter, 2006). A steel roller of 50 mm on aluminium under 35 kN/mm has Hertz's half-width
-/// a = 6.2146 mm and peak pressure p0 = 3585.37 MPa. a agrees within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell).
-/// Friction of 0.1 raises p0 as between half-planes of the two materials ([`RAISED`], to 0.2 %). Descriptions of the benchmark
-/// expect an increase below 1 %, but the solution of its equations has 1.9 %.
+/// a = 6.2146 mm and peak pressure p0 = 3585.37 MPa. With elements of 0.19 mm, two to a cell, a agrees within 0.25 mm and p0
+/// within 3 %. A friction coefficient of 0.1 raises p0 as in half-planes of the two materials ([`RAISED`], to 0.2 %).
+/// Descriptions of the benchmark expect an increase below 1 %, but the solution of its equations has an increase of 1.9 %.
 #[test]
 fn nafems_cylinder_roller() {
     let [block, roller] = roller_pair(0.1875, 7.5);
@@ -218,7 +221,7 @@ fn nafems_cylinder_roller() {
     }
 }
 
-/// Truth: cells of a mesh frame that the other body does not cover stay open and are left out.
+/// Truth: cells of a mesh frame that the other body does not cover stay open and are excluded from the frame.
 #[test]
 fn cells_beyond_the_other_body() {
     let wide = boxes(&[steps(-3.0, 3.0, 12), steps(-3.0, 3.0, 12), steps(-2.0, 0.0, 2)], false, |x| x);
@@ -226,7 +229,7 @@ fn cells_beyond_the_other_body() {
     let faces = group_faces(&small, "low2").unwrap();
     let frame = ContactFrame::from_faces(&wide, "high2", Side::Lower, [0.0; 2], 0.0).unwrap();
     let kept = covered_cells(&frame, &small, &faces, Side::Upper);
-    // The other body covers the cells of 0.5 mm that lie within 1.1 mm along x and 1.0 mm along y.
+    // The other body covers the cells of 0.5 mm within 1.1 mm along x and 1.0 mm along y.
     assert_eq!(kept.iter().filter(|kept| **kept).count(), 4 * 4);
     let frame = frame.retain_cells(&kept);
     assert!((frame.areas.iter().sum::<f64>() - 4.0).abs() < 1e-12);
@@ -234,11 +237,12 @@ fn cells_beyond_the_other_body() {
     assert_eq!(frame.edge_cells().iter().filter(|rim| **rim).count(), 12);
 }
 
-/// Truth: where two sheets of faces lie over a cell, the nearer one counts. Two sheets under a grid are refused.
+/// Truth: if two layers of faces lie over a cell of a mesh frame, the nearer layer counts. Two layers over a grid frame are
+/// refused.
 #[test]
 fn the_nearest_of_two_sheets() {
     let block = boxes(&[steps(-1.0, 1.0, 4), steps(-1.0, 1.0, 4), steps(-2.0, 0.0, 2)], false, |x| x);
-    // A clamp of two jaws, the second far above the first.
+    // A clamp of two jaws. The second jaw is far above the first jaw.
     let jaw = boxes(&[steps(-1.5, 1.5, 6), steps(-1.5, 3.0, 9), steps(0.2, 1.0, 1)], false, |x| x);
     let mut clamp = jaw.clone();
     let far = jaw.points.len();

@@ -1,4 +1,4 @@
-//! Entries of flexibility operators between some cells.
+//! Entries of flexibility operators for a subset of the cells.
 
 use super::block::{pairs, tied};
 use super::half_spaces::largest;
@@ -9,7 +9,7 @@ use orthowear::flexibility::Flexibility;
 use orthowear::flexibility::cell_matrix::CellMatrix;
 use orthowear::frame::ContactFrame;
 
-/// Compares the entries between every third cell with products. Tolerance 1e-13: rounding.
+/// Compares the entries for every third cell with products of the operator. The tolerance 1e-13 covers rounding.
 fn entries_are_products(name: &str, operator: &dyn Flexibility) {
     let n = operator.n_cells();
     let cells: Vec<usize> = (0..n).step_by(3).collect();
@@ -33,7 +33,8 @@ fn entries_are_products(name: &str, operator: &dyn Flexibility) {
     }
 }
 
-/// Truth: the columns are the products of the operator with unit tractions, for meshed bodies, half-spaces and their sums.
+/// Truth: products of the operator with unit tractions. They equal the columns of the entries, for meshed bodies, half-spaces and
+/// sums of their operators.
 #[test]
 fn entries_of_operators() {
     let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();

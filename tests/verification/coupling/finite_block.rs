@@ -1,4 +1,5 @@
-//! A finite-element block against the half-space that it approximates, pressed by a steel half-space with a sphere's gap.
+//! Finite-element blocks compared with the half-spaces that they approximate. A steel half-space with the gap of a sphere presses
+//! on both.
 
 use std::sync::Arc;
 
@@ -21,7 +22,7 @@ fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     force_and_peak(lower, frame).0
 }
 
-/// A steel half-space with the gap of a sphere of 50 mm over `lower`, without friction.
+/// Steel half-space with the gap of a sphere of R = 50 mm over the body `lower`, without friction.
 pub fn under_a_sphere(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Model {
     let mut upper = HalfSpaceBody::new(&steel(), Side::Upper, frame).expect("a half-space");
     let gap = InitialGap::from(GapShape::Sphere { radius: 50.0 });
@@ -48,7 +49,7 @@ fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f6
     (result.records[0].normal_force, result.records[0].peak_pressure)
 }
 
-/// A block of half-width and depth `size`, clamped at its base, with element faces as cells of the frame.
+/// A block of half-width and depth `size`, clamped at its base. Its element faces are the cells of the frame.
 pub fn block(
     stiffness: &Stiffness,
     (size, outer, deep): (f64, usize, usize),
@@ -72,9 +73,9 @@ pub fn block(
     FeBody::new(spec, "contact", Side::Lower, frame).expect("a finite-element body")
 }
 
-/// Truth: the load of a clamped block differs from the load of the half-space by a term in contact radius / size (Saint-Venant, far
-/// field of a point force). Doubling the size from 6 to 12 mm therefore halves the relative difference d. The quadratic term and
-/// the elements of 0.15 mm leave ratios of 0.44 to 0.56. 2 d(12) - d(6) has no first-order term and is below 1 %.
+/// Truth: the far field of a point force (Saint-Venant). The loads of a clamped block and of a half-space differ by a term of the
+/// order contact radius / size. The relative difference d(size) is therefore halved from 6 to 12 mm. The quadratic term and the
+/// elements of 0.15 mm leave ratios of 0.44 to 0.56. 2 d(12) - d(6) has no first-order term and is below 1 %.
 #[test]
 fn blocks_tend_to_the_half_space() {
     let frame = ContactFrame::grid([1.2; 2], [16; 2], [0.0; 2], 0.0).unwrap();
@@ -90,8 +91,8 @@ fn blocks_tend_to_the_half_space() {
     }
 }
 
-/// Truth: catalogue `fe-tends-to-half-space`. Local quantities converge faster than the load. On a block of 20 contact radii the
-/// peak pressure is Hertz's value (6 P E*^2 / (pi^3 R^2))^(1/3) for the computed load P, to 1 %.
+/// Truth: case `fe-tends-to-half-space` of docs/verification.md. Local quantities converge faster than the load. On a block of 20
+/// contact radii the peak pressure is Hertz's value (6 P E*² / (pi³ R²))^(1/3) for the computed load P, to 1 %.
 #[test]
 fn local_quantities_converge_faster() {
     let frame = ContactFrame::grid([1.2; 2], [16; 2], [0.0; 2], 0.0).unwrap();
@@ -102,7 +103,7 @@ fn local_quantities_converge_faster() {
     assert!((peak / hertz - 1.0).abs() < 0.01, "{peak} {hertz}");
 }
 
-/// Flexibility S with a relative error, as if it came from a cache entry of another body.
+/// Flexibility with a relative error, as if it came from a wrong cache entry.
 struct Spoilt(Arc<dyn Flexibility>, f64);
 
 impl Spoilt {
@@ -135,8 +136,8 @@ impl Flexibility for Spoilt {
     }
 }
 
-/// Truth: by definition the certificate's `operator_defect` is the relative difference between the flexibility in use and a solve
-/// of the body. For the body's own flexibility it is rounding (1e-11).
+/// Truth: the definition of the certificate's `operator_defect`. It is the relative difference between the gap by the flexibility
+/// in use and the gap by a new solution of the body. For the correct flexibility it is rounding (1e-11).
 #[test]
 fn the_certificate_solves_the_body_afresh() {
     let frame = ContactFrame::grid([1.2; 2], [8; 2], [0.0; 2], 0.0).unwrap();

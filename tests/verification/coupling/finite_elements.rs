@@ -45,9 +45,9 @@ fn bodies(bricks: &[Brick; 2], frame: &ContactFrame, materials: [&Stiffness; 2])
     [build(0, Side::Lower), build(1, Side::Upper)]
 }
 
-/// Truth: the contact patch test. A constant pressure p on the frame gives the constant stress -p e_z e_z in both bodies. The gap
-/// is p (h1 s33_1 + h2 s33_2) in every cell, with the heights h and the compliances s33 along z. The relative tolerance 1e-10
-/// covers rounding times the condition number of the bodies.
+/// Truth: the contact patch test. A constant pressure p on the frame causes the constant stress -p e_z e_z in both bodies. The
+/// gap is p (h1 s33_1 + h2 s33_2) in every cell, with the heights h and the compliances s33 along z. The relative tolerance 1e-10
+/// covers rounding times the condition number of the stiffness.
 #[test]
 fn constant_pressure_passes_from_body_to_body() {
     let pressure = 3.0;
@@ -92,7 +92,7 @@ fn constant_pressure_passes_from_body_to_body() {
     }
 }
 
-/// Truth: the forces on the two bodies balance, and so do their moments, to rounding (1e-12).
+/// Truth: the forces on the two bodies balance, and their moments also balance. The tolerance 1e-12 covers rounding.
 #[test]
 fn forces_on_both_bodies_balance() {
     let frame = ContactFrame::grid([1.1, 0.9], [6, 9], [0.1, -0.2], 0.3).unwrap();
@@ -111,8 +111,8 @@ fn forces_on_both_bodies_balance() {
     assert!(force.amax() < 1e-12 * size && moment.amax() < 1e-12 * size, "{force} {moment}");
 }
 
-/// Truth: A S = (A S)^T for the cell areas A, because one map serves forces and displacements. P^T A S P > 0 for tractions P. The
-/// mean displacement of the recovered fields is S P. The tolerance 1e-12 covers rounding.
+/// Truth: A S = (A S)^T for the flexibility S and the cell areas A, because the same map transfers forces and displacements. P^T
+/// A S P > 0 for tractions P. The cell means of the recovered displacements are S P. The tolerance 1e-12 covers rounding.
 #[test]
 fn condensed_flexibility_is_symmetric_and_consistent() {
     let frame = ContactFrame::grid([1.1, 0.9], [4, 5], [0.1, -0.2], 0.3).unwrap();
@@ -188,8 +188,8 @@ fn threads_do_not_change_bits() {
     assert!(answer(2) == one && answer(5) == one);
 }
 
-/// Truth: the mean gap over a rectangle below a plane is the gap at its centre. The plane touches first at the lowest edge of the
-/// frame.
+/// Truth: the mean distance of an inclined plane over a rectangular cell is the distance at its centre. The plane first touches
+/// at the edge of the frame where it is lowest.
 #[test]
 fn the_gap_between_meshes() {
     let frame = ContactFrame::grid([1.3, 1.1], [4, 5], [0.0, 0.0], 0.0).unwrap();

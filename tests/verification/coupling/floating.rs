@@ -1,4 +1,4 @@
-//! Bodies with unconstrained rigid-body modes.
+//! Bodies with unconstrained rigid-body modes (free bodies).
 
 use super::bricks::{Brick, rollers, spec, straight, support, wavy};
 use crate::common::{Silent, step};
@@ -65,7 +65,7 @@ fn model(
     }
 }
 
-/// Runs an unconstrained body on a rigid plane. The cells of the frame are the contact faces of the body.
+/// Runs a free body on a rigid plane. The cells of the frame are the contact faces of the body.
 fn on_rigid(spec: FeSpec, friction: FrictionLaw, steps: &[Step]) -> (FeBody, RunResult) {
     let frame = ContactFrame::from_faces(&spec.mesh, "contact", Side::Upper, [0.0; 2], 0.0).expect("a frame");
     let mut body = FeBody::new(spec, "contact", Side::Upper, &frame).expect("a body");
@@ -74,7 +74,7 @@ fn on_rigid(spec: FeSpec, friction: FrictionLaw, steps: &[Step]) -> (FeBody, Run
     (body, result)
 }
 
-/// Resultant force, and resultant moment about the origin.
+/// Resultant force, and resultant moment about the origin, of `forces` at `points`.
 fn resultant(points: &[[f64; 3]], forces: &[[f64; 3]]) -> [Vector3<f64>; 2] {
     points.iter().zip(forces).fold([Vector3::zeros(); 2], |[force, moment], (x, f)| {
         let (x, f) = (Vector3::from(*x), Vector3::from(*f));
@@ -82,7 +82,8 @@ fn resultant(points: &[[f64; 3]], forces: &[[f64; 3]]) -> [Vector3<f64>; 2] {
     })
 }
 
-/// Stiffness matrix without springs, from the nodal forces of the stresses due to unit displacements.
+/// Stiffness matrix without grounding springs. Column j contains the nodal forces of the stresses due to a unit displacement of
+/// dof j.
 fn dense_stiffness(model: &FeModel) -> DMatrix<f64> {
     let n = model.mesh().n_points();
     let mut k = DMatrix::zeros(3 * n, 3 * n);
@@ -95,9 +96,9 @@ fn dense_stiffness(model: &FeModel) -> DMatrix<f64> {
     k
 }
 
-/// Truth: the condensed stiffness of a free body has six zero modes, its rigid motions, and no others (catalogue
-/// condensed-rigid-modes, 1e-10 scaled). The condensed stiffness times the generalised flexibility reproduces every force in
-/// equilibrium.
+/// Truth: the condensed stiffness of a free body has exactly six zero modes, its rigid motions (case `condensed-rigid-modes` of
+/// docs/verification.md, to 1e-10 of the largest entry). The flexibility of a free body is a generalised inverse. The condensed
+/// stiffness times this flexibility reproduces every force in equilibrium.
 #[test]
 fn a_free_body_has_six_zero_modes() {
     let mut free = spec(upper_mesh(wavy, 1.0), &material(210e3, 0.3));
@@ -144,9 +145,12 @@ fn a_free_body_has_six_zero_modes() {
     assert!(force.norm() > 1.0 && largest < 0.1 * force.norm(), "{force} {largest}");
 }
 
-/// Truth: catalogue two-blocks-stack with an unconstrained upper block. A uniform pressure p shortens blocks of height L1 and L2 by
-/// p (L1/E1 + L2/E2). The approach is the mean motion of the upper block, p (L1/E1 + L2/(2 E2)). The elements represent this
-/// solution exactly, so the tolerance is 1e-9. Nodes numbered backwards move the internal supports.
+/// Truth: the stacked blocks of case `two-blocks-stack` (docs/verification.md), with an unconstrained upper block. A uniform
+/// pressure p shortens blocks of height L1 and L2 by p (L1/E1 + L2/E2). The approach is the mean displacement of the upper block,
+/// p (L1/E1 + L2/(2 E2)). The elements represent this solution exactly, so the tolerance is 1e-9.
+///
+/// The solver adds grounding springs to the stiffness of a free body. With reversed node numbers these springs lie at other
+/// nodes, without effect on the result.
 #[test]
 fn a_floating_block_on_another() {
     let (p, l1, e1, l2, e2) = (10.0, 5.0, 210e3, 8.0, 70e3);
@@ -196,7 +200,7 @@ fn a_floating_block_on_another() {
             result.warnings
         );
         if free < 6 {
-            // The block is guided at two corners, so its lateral contraction also changes its mean motion.
+            // The block is guided at two corners, so its lateral contraction also changes its mean displacement.
             continue;
         }
         let mean = p * (l1 / e1 + 0.5 * l2 / e2);
@@ -219,9 +223,9 @@ fn backwards(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Truth: catalogue incline-block. A block of weight W on an incline of angle a carries N = W cos a and T = W sin a, to 1e-9.
-/// Friction holds the block up to atan(0.3) = 16.699 degrees. Beyond this angle it slides down the slope, with the load factor
-/// tan(16.699)/tan(16.8), to 1e-3.
+/// Truth: case `incline-block` (docs/verification.md). A block of weight W on an incline of angle a carries N = W cos a and T = W
+/// sin a, to 1e-9. Friction holds the block up to atan(0.3) = 16.699 degrees. At 16.8 degrees it slides down the slope. Friction
+/// then carries the fraction tan(16.699°) / tan(16.8°) of the load, to 1e-3.
 #[test]
 fn a_block_on_an_incline() {
     for (degrees, holds) in [(16.0_f64, true), (16.6, true), (16.8, false)] {
@@ -255,7 +259,7 @@ fn a_block_on_an_incline() {
     }
 }
 
-/// Asserts that the contact forces and the body's own loads are in equilibrium, to 1e-9.
+/// Asserts that the contact forces and the other loads of the body are in equilibrium, to 1e-9.
 fn balances(body: &FeBody, result: &RunResult) {
     let model = body.condensed().model();
     let points = &model.mesh().points;
@@ -269,8 +273,8 @@ fn balances(body: &FeBody, result: &RunResult) {
     assert!(force.norm() < 1e-9 * size && moment.norm() < 1e-9 * size, "{force} {moment} {size}");
 }
 
-/// Truth: equilibrium of an eccentric, oblique load and prescribed forces. A block at another place gives the same tractions to
-/// 1e-9 of the largest pressure, with and without friction.
+/// Truth: equilibrium of an eccentric, oblique load and prescribed forces. A translated block with its frame has the same
+/// tractions to 1e-9 of the largest pressure, with and without friction.
 #[test]
 fn an_eccentric_load_tilts_a_block() {
     let run_at = |offset: [f64; 3], friction: FrictionLaw, slope: f64| {
@@ -294,8 +298,8 @@ fn an_eccentric_load_tilts_a_block() {
         assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
         let record = &result.records[0];
         assert!((record.normal_force / 160.0 - 1.0).abs() < 1e-12, "{}", record.normal_force);
-        // The resultant of the pressure passes through the middle of the face, and the prescribed force passes through the centre
-        // of the frame.
+        // The resultant of the pressure passes through the middle of the face. The prescribed force passes through the centre of
+        // the frame.
         let (s, c) = 0.2_f64.sin_cos();
         let (arm_x, arm_y) = (-0.3 * c, 0.3 * s);
         let wanted = [-60.0 * arm_y, 60.0 * arm_x, 0.0];
@@ -314,10 +318,12 @@ fn an_eccentric_load_tilts_a_block() {
     }
 }
 
-/// Truth: limit analysis. The motion in sliding is the one that friction resists least, so that the tractions in sliding balance the
-/// load times the carried fraction. The force acts beside the middle of the contact face and exceeds the friction limit: the friction
-/// force has its direction, and no moment about its point of action. Tolerance: 1e-4 of the force. The work of the motion settles to 1e-8,
-/// and the tractions to its square root.
+/// Truth: limit analysis. Among all motions with equal work of the load, friction does the least work in the motion of gross
+/// sliding. The tractions then balance a fraction of the load, which the message of the solver states.
+///
+/// The force acts beside the middle of the contact face and exceeds the friction limit. The friction force has the direction of
+/// this force and no moment about its point of action, to 1e-4 of the force. The solver iterates until the work is accurate to
+/// 1e-8. The tractions are then accurate to the square root, 1e-4.
 #[test]
 fn friction_in_sliding_balances_a_fraction_of_the_load() {
     let mut block = spec(upper_mesh(wavy, 1.0), &material(70e3, 0.33));
@@ -342,14 +348,14 @@ fn friction_in_sliding_balances_a_fraction_of_the_load() {
     assert!((percent - 100.0 * fraction).abs() < 0.01, "{said} {fraction}");
 }
 
-/// Truth: mirror images. An unconstrained lower body below a rigid plane carries the same pressures as an upper body above it, to
-/// 1e-9 of the largest, and the opposite tangential force.
+/// Truth: mirror images. A free lower body below a rigid plane carries the same pressures as a free upper body above the plane,
+/// to 1e-9 of the largest pressure. The tangential force is opposite.
 #[test]
 fn a_lower_body_floats_as_well() {
     let rest = |side: Side, pull: f64| {
         let mut mesh = upper_mesh(wavy, 1.0);
         if side == Side::Lower {
-            // Half a turn about x keeps the mesh right-handed.
+            // Half a rotation about x preserves the orientation of the elements.
             mesh.points.iter_mut().for_each(|x| *x = [x[0], -x[1], -x[2]]);
         }
         let mut block = spec(mesh, &material(70e3, 0.33));
@@ -371,7 +377,7 @@ fn a_lower_body_floats_as_well() {
         (a.tangential_force[0] / 12.0 - 1.0).abs() < 1e-9
             && (b.tangential_force[0] / 12.0 + 1.0).abs() < 1e-9
     );
-    // Half a turn about x takes cell (ix, iy) to cell (ix, 2 - iy).
+    // Half a rotation about x maps cell (ix, iy) to cell (ix, 2 - iy).
     let n = 12;
     for cell in 0..n {
         let mirrored = cell - cell % 3 + 2 - cell % 3;
@@ -385,7 +391,7 @@ fn a_lower_body_floats_as_well() {
     }
 }
 
-/// Truth: statics. A pull lifts the body off. A load along a motion that nothing resists has no equilibrium.
+/// Truth: statics. A tensile force lifts the body off the plane. A load along a motion without any resistance has no equilibrium.
 #[test]
 fn loads_that_nothing_balances() {
     let mut lifted = spec(upper_mesh(straight, 1.0), &material(70e3, 0.33));
@@ -403,8 +409,8 @@ fn loads_that_nothing_balances() {
     assert!(error.contains("translation along y of body 2") && error.contains("[friction]"), "{error}");
 }
 
-/// Truth: prescribing the forces of a run with prescribed displacements gives the same motion to 1e-7 and the same tractions to
-/// 1e-6. The solver tolerance is 1e-11. The cells are the curved faces of a sphere cap.
+/// Truth: a run with prescribed displacements. A second run prescribes the forces of the first run. It has the same motion to
+/// 1e-7 and the same tractions to 1e-6, at a solver tolerance of 1e-11. The cells are the curved faces of a spherical cap.
 #[test]
 fn forces_on_a_curved_frame() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");

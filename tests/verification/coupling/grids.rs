@@ -1,18 +1,18 @@
-//! Hexahedral meshes of mapped boxes, and meshes of order 2 made from linear ones.
+//! Hexahedral meshes of mapped boxes, and conversion of linear meshes to order 2.
 
 use std::collections::HashMap;
 
 use orthowear::element::ElementKind;
 use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
-/// Groups of the faces at the low and high end of each coordinate.
+/// Names of the groups of faces at the low and high end of each coordinate.
 pub const SIDES: [&str; 6] = ["low0", "high0", "low1", "high1", "low2", "high2"];
 
 pub fn steps(from: f64, to: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|i| from + (to - from) * i as f64 / n as f64).collect()
 }
 
-/// The `n` + 1 points of steps from `from` to `to` that grow geometrically from the length `first`.
+/// `n` + 1 points from `from` to `to`. The `n` steps between the points grow geometrically from the length `first`.
 pub fn growing(from: f64, to: f64, first: f64, n: usize) -> Vec<f64> {
     let sum = |ratio: f64| (0..n).map(|i| ratio.powi(i as i32)).sum::<f64>();
     let (mut low, mut high) = (0.1, 10.0);
@@ -30,8 +30,8 @@ pub fn growing(from: f64, to: f64, first: f64, n: usize) -> Vec<f64> {
     points
 }
 
-/// Hexahedra on the grid of `axes`, with the groups [`SIDES`]. `place` must keep the orientation. If `closed`, the last plane of
-/// the first coordinate coincides with the first plane.
+/// Hexahedra on the grid of `axes`, with the groups [`SIDES`]. `place` maps the points and must keep the orientation of the
+/// elements. If `closed`, the last plane of the first coordinate coincides with the first plane.
 pub fn boxes(axes: &[Vec<f64>; 3], closed: bool, place: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
     let [nx, ny, nz] = [0, 1, 2].map(|k: usize| axes[k].len() - 1);
     let planes = if closed { nx } else { nx + 1 };
@@ -88,7 +88,8 @@ fn group(name: &str, dim: usize, block: usize, n: usize) -> PhysicalGroup {
     PhysicalGroup { name: name.into(), dim, tag: 10 * dim as i64 + block as i64, cells }
 }
 
-/// Replaces each element kind by the kind of order 2 that `raised` gives. New nodes lie in the middle of edges, faces and solids.
+/// Converts a mesh to order 2. `raised` returns the new kind of an element. New nodes lie in the middle of edges, faces and
+/// solids.
 pub fn raise(mesh: &Mesh, raised: impl Fn(ElementKind) -> ElementKind) -> Mesh {
     let mut points = mesh.points.clone();
     let mut known: HashMap<Vec<usize>, usize> = HashMap::new();
@@ -143,7 +144,7 @@ pub fn raise(mesh: &Mesh, raised: impl Fn(ElementKind) -> ElementKind) -> Mesh {
     Mesh { points, blocks, groups: mesh.groups.clone(), ..mesh.clone() }
 }
 
-/// The kind of order 2 with the fewest nodes.
+/// Element kind of order 2 with the fewest nodes.
 pub fn serendipity(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Hex8 => ElementKind::Hex20,
@@ -155,7 +156,7 @@ pub fn serendipity(kind: ElementKind) -> ElementKind {
     }
 }
 
-/// The kind of order 2 with nodes in the middle of quadrangles.
+/// Element kind of order 2 that also has nodes in the middle of quadrangles.
 pub fn full(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Hex8 => ElementKind::Hex27,
@@ -164,7 +165,7 @@ pub fn full(kind: ElementKind) -> ElementKind {
         other => serendipity(other),
     }
 }
-/// Splits each hexahedron into two wedges along a diagonal of the faces low2 and high2.
+/// Splits each hexahedron into two wedges along a diagonal of the faces "low2" and "high2".
 pub fn wedges(mesh: &Mesh) -> Mesh {
     let mut split = mesh.clone();
     let sets = |kind: ElementKind, name: Option<&str>| -> Vec<Vec<usize>> {

@@ -10,7 +10,7 @@ use orthowear::frame::{ContactFrame, Side};
 use orthowear::geometry::Triad;
 use orthowear::material::Stiffness;
 
-/// IM7/8551-7 with the fibre tilted and turned by these angles, degrees.
+/// IM7/8551-7 with the fibre tilted out of the surface by `tilt` and rotated about the normal by `azimuth`, degrees.
 pub fn cfrp(tilt: f64, azimuth: f64) -> Stiffness {
     im7(tilt).rotated(&Triad::horizontal(azimuth.to_radians()).0)
 }
@@ -38,7 +38,8 @@ pub fn difference(a: &[f64], b: &[f64]) -> f64 {
     largest(&apart) / largest(b)
 }
 
-/// Truth: S = S1 + S2 (docs/theory-half-space.md). The tolerance 1e-12 covers rounding of FFTs.
+/// Truth: S = S1 + S2 for the flexibility S of a pair and the flexibilities S1 and S2 of its half-spaces
+/// (docs/theory-half-space.md). The tolerance 1e-12 covers rounding of the Fourier transforms.
 #[test]
 fn a_pair_is_the_sum_of_its_halves() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -52,7 +53,9 @@ fn a_pair_is_the_sum_of_its_halves() {
     assert!(difference(&both, &sum) < 1e-12, "{:e}", difference(&both, &sum));
 }
 
-/// Truth: S = S1 + S2. Two operators are used if vanishing blocks are kept. The tolerance 1e-12 covers rounding of FFTs.
+/// Truth: S = S1 + S2 for the flexibilities of a pair and of its half-spaces. If vanishing blocks are skipped, one operator
+/// stands for both half-spaces. If they are kept, two operators are applied. The tolerance 1e-12 covers rounding of the Fourier
+/// transforms.
 #[test]
 fn one_operator_for_two_half_spaces() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -68,8 +71,8 @@ fn one_operator_for_two_half_spaces() {
     assert!(difference(&one, &two) < 1e-12);
 }
 
-/// Truth: turning frame, material and tractions together changes nothing. The tolerance is 1e-11, because the series of the Green's
-/// function is truncated at 1e-13 of its largest term.
+/// Truth: invariance. A common rotation of frame, material and tractions changes nothing. The tolerance is 1e-11, because the
+/// series of the Green's function is truncated at 1e-13 of its largest term.
 #[test]
 fn a_turned_frame_sees_the_turned_material() {
     let tractions = random(3 * 48);
@@ -82,7 +85,8 @@ fn a_turned_frame_sees_the_turned_material() {
     assert!(difference(&turned, &straight) < 1e-11, "{:e}", difference(&turned, &straight));
 }
 
-/// Truth: the FFT operator on a grid. The tolerance 1e-11 covers the accuracy of both sets of influence coefficients.
+/// Truth: the FFT operator on a grid. The tolerance 1e-11 covers the errors of the influence coefficients in the dense and FFT
+/// operators.
 #[test]
 fn dense_and_fft_agree() {
     let grid = ContactFrame::grid([1.0, 0.8], [7, 5], [0.3, 0.1], 0.4).unwrap();
@@ -96,7 +100,8 @@ fn dense_and_fft_agree() {
     assert!(apart < 1e-11, "{apart:e}");
 }
 
-/// Truth: the displacements u of both bodies make the gap u2 - u1 = S P (tractions P). The tolerance 1e-12 covers rounding.
+/// Truth: the definition of the gap. The displacements u1 and u2 of the bodies under the tractions P satisfy u2 - u1 = S P, with
+/// the flexibility S. The tolerance 1e-12 covers rounding.
 #[test]
 fn recovered_displacements_make_the_gap() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -117,8 +122,8 @@ fn recovered_displacements_make_the_gap() {
     assert!(difference(&found, &gap) < 1e-12);
 }
 
-/// Truth: for equal isotropic bodies the blocks between n and t cancel to rounding (docs/theory-half-space.md). Keeping them gives
-/// the same result to 1e-14.
+/// Truth: for equal isotropic bodies the normal-tangential blocks cancel up to rounding (docs/theory-half-space.md). Gaps with
+/// and without these blocks agree to 1e-14.
 #[test]
 fn vanishing_blocks_are_skipped() {
     let frame = ContactFrame::grid([1.0, 1.0], [6, 6], [0.0, 0.0], 0.0).unwrap();
@@ -135,7 +140,7 @@ fn vanishing_blocks_are_skipped() {
     assert!(difference(&skipped, &kept) < 1e-14);
 }
 
-/// Truth: two rigid bodies, and a half-space on a frame that is not plane, are refused.
+/// Truth: a pair of two rigid bodies is refused. A half-space on a frame that is not plane is also refused.
 #[test]
 fn impossible_pairs_are_refused() {
     let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0, 0.0], 0.0).unwrap();

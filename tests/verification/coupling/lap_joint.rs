@@ -1,5 +1,5 @@
-//! Half of a bolted double lap joint. The outer strap is a cantilever, so that the condition number of the flexibility is 1e7. The
-//! middle strap rests on its plane of symmetry.
+//! Half of a bolted double lap joint. The outer strap is a cantilever and very flexible, so the flexibility has a condition
+//! number of 1e7. The middle strap rests on its plane of symmetry.
 
 use std::collections::HashMap;
 
@@ -24,7 +24,7 @@ use orthowear::mesh::faces::outer_faces;
 /// Number of elements along the overlap, and along the rest of each strap.
 const ELEMENTS: usize = 40;
 
-/// A strap with the length 60 mm, the thickness 2 mm and the width 1 mm. It begins at (`x`, `z`), and the overlap is 0 <= x <= 20.
+/// A strap of length 60 mm, thickness 2 mm and width 1 mm. It begins at (`x`, `z`). The straps overlap for 0 <= x <= 20 mm.
 fn strap(x: f64, z: f64) -> Mesh {
     let ends = [x, if x < 0.0 { 0.0 } else { 20.0 }, x + 60.0];
     let place = |t: f64| {
@@ -56,7 +56,7 @@ fn straps() -> Model {
     straps_fixed([true; 3])
 }
 
-/// As [`straps`], with the far end of the outer strap fixed along the axes `fixed`.
+/// Like [`straps`], but the far end of the outer strap is fixed only along the axes `fixed`.
 fn straps_fixed(fixed: [bool; 3]) -> Model {
     let aluminium = Stiffness::isotropic(70e3, 0.3).expect("an admissible material");
     let mut middle = spec(strap(0.0, -2.0), &aluminium);
@@ -96,10 +96,10 @@ fn solve(model: &Model, steps: &[Step]) -> RunResult {
     run(model, steps, &SolverOptions::default(), None, &mut Silent).expect("a run")
 }
 
-/// Truth: an independent program in plane strain; brackets give the uncertainty of the last digit. The clamping force is 400.089 N.
-/// After a pull of 0.04 mm in eight increments the friction force is 63.132(7) N, the normal force 400.0619 N and the dissipation
-/// 7.47e-3(4) N mm. With elements of 0.5 mm, the forces differ by less than 0.1 % and the dissipation by less than 1 %. From the
-/// second stroke on, the hysteresis is closed. The dissipated work never decreases.
+/// Truth: an independent program in plane strain, with the uncertainty of the last digit in brackets. The clamping force is
+/// 400.089 N. After a displacement of 0.04 mm in eight increments the friction force is 63.132(7) N, the normal force 400.0619 N
+/// and the dissipation 7.47e-3(4) N mm. With elements of 0.5 mm, the forces differ by less than 0.1 % and the dissipation by less
+/// than 1 %. From the second stroke on, the hysteresis loop is closed. The dissipated work never decreases.
 #[test]
 fn clamped_straps_slip_along_their_ends() {
     let model = straps();
@@ -120,8 +120,9 @@ fn clamped_straps_slip_along_their_ends() {
     assert!(dissipated);
 }
 
-/// Truth: where all cells slip, friction is mu N, and its direction is opposite to the slip. A shift of 1 mm slides the whole
-/// overlap. In other runs, a prescribed force of 0.9999 times this friction has an equilibrium, and one of 1.0001 times has none.
+/// Truth: if all cells slip, the friction force is mu N and opposes the slip. A tangential displacement of 1 mm makes the whole
+/// overlap slip. Other runs prescribe forces. A force of 0.9999 times this friction force has an equilibrium, a force of 1.0001
+/// times has none.
 #[test]
 fn straps_slide_at_their_friction_limit() {
     let model = straps();
@@ -143,10 +144,10 @@ fn straps_slide_at_their_friction_limit() {
     assert!(beyond.warnings.iter().any(|w| w.contains("body 2 slides along -x")), "{:?}", beyond.warnings);
 }
 
-/// Runs the outer strap under the force `force` along x, in `increments`, and again at the shifts of its records. Asserts that both runs
-/// converge with the same forces.
+/// Prescribes the force `force` on the outer strap along x, in `increments`. A second run prescribes the tangential displacements
+/// of the first run. Asserts that both runs converge with the same forces.
 ///
-/// Tolerance: a millionth of the force, at residuals of at most 1e-8.
+/// The tolerance is 1e-6 of the force, at residuals of at most 1e-8.
 fn check_forces_against_shifts(model: &Model, force: f64, increments: usize) {
     let tangential = Some(Tangential::Force([force, 0.0]));
     let pulled = solve(model, &[clamp(), Step { tangential, increments, ..step("pull") }]);
@@ -162,22 +163,24 @@ fn check_forces_against_shifts(model: &Model, force: f64, increments: usize) {
     }
 }
 
-/// Truth: the same state belongs to a prescribed shift and to its friction force. The forces are 0.8 and 0.25 of the friction limit.
+/// Truth: a prescribed tangential displacement and its friction force have the same state. The forces are 0.8 and 0.25 of the
+/// friction limit.
 #[test]
 fn forces_and_shifts_give_the_same_states() {
     check_forces_against_shifts(&straps(), -96.0, 8);
     check_forces_against_shifts(&straps(), -30.0, 4);
 }
 
-/// Truth: as [`forces_and_shifts_give_the_same_states`]. The force is half the friction limit, and acts in one increment. The far end
-/// of the strap is free normal to the contact, so that the contact alone carries the strap.
+/// Truth: a prescribed tangential displacement and its friction force have the same state. The force is half the friction limit,
+/// and acts in one increment. The far end of the strap is free normal to the contact, so the contact alone carries the strap.
 #[test]
 fn a_free_end_follows_the_force() {
     check_forces_against_shifts(&straps_fixed([true, false, false]), 60.0, 1);
 }
 
-/// Truth: Newton's method converges in a few steps. Supports fix both straps along y, so that a force along y changes the tractions
-/// alone. At most 100 iterations per increment; with the local compliance along y as the entry of the matrix, they are 900 to 2000.
+/// Truth: Newton's method converges in a few steps, with at most 100 iterations per increment. Supports fix both straps along y,
+/// so a force along y changes only the tractions. The matrix has a small additional compliance along y. With the full local
+/// compliance the increments would take 900 to 2000 iterations.
 #[test]
 fn a_force_along_a_fixed_direction_takes_few_iterations() {
     let force = Some(Tangential::Force([52.0, 30.0]));

@@ -12,8 +12,8 @@ fn brick(distorted: bool, tetrahedra: bool) -> Mesh {
     Brick { width: [2.0, 1.5], z: [-1.0, 0.0], cells, contact_on_top: true, distortion, tetrahedra }.mesh()
 }
 
-/// Integrals of the shape functions N_j over all faces. 2 x 2 Gauss points are exact on quadrangles: N_j times the Jacobian has
-/// degree 2.
+/// Integrals of the shape functions N_j over all faces. On quadrangles 2 x 2 Gauss points are exact, because N_j times the
+/// Jacobian has degree 2 in each coordinate.
 fn nodal_areas(mesh: &Mesh) -> Vec<f64> {
     let mut areas = vec![0.0; mesh.points.len()];
     let at = |node: usize| nalgebra::Vector3::from(mesh.points[node]);
@@ -79,7 +79,8 @@ fn averages_reproduce_linear_fields() {
     }
 }
 
-/// Truth: on a frame made of the faces, each row of the map is the average over its face (weights of 1/4 on rectangles).
+/// Truth: on a frame whose cells are the faces, each row of the map is the average over its face. The weights are 1/4 on
+/// rectangles.
 #[test]
 fn faces_as_cells() {
     let mesh = brick(false, false);
@@ -94,8 +95,8 @@ fn faces_as_cells() {
     assert_eq!(frame.edge_cells().iter().filter(|rim| !**rim).count(), 6);
 }
 
-/// Truth: the sums of the nodal forces and of their moments equal the sums for the cell tractions. The tolerance 1e-12 covers
-/// rounding.
+/// Truth: equilibrium. The nodal forces have the same resultant and the same moment as the cell tractions. The tolerance 1e-12
+/// covers rounding.
 #[test]
 fn forces_and_moments_are_kept() {
     let mesh = brick(true, false);
@@ -120,7 +121,7 @@ fn forces_and_moments_are_kept() {
     assert!(force.amax() < 1e-12 && moment.amax() < 1e-12, "{force} {moment}");
 }
 
-/// Truth: cells that extend beyond the edge are refused. Faces that look away from the frame cover 0 % of a cell.
+/// Truth: cells that extend beyond the edge of the faces are refused. Faces that point away from the frame cover 0 % of a cell.
 #[test]
 fn a_cell_over_the_edge_is_refused() {
     let mesh = brick(false, false);

@@ -1,4 +1,4 @@
-//! Mesh frames with one cell per node.
+//! Mesh frames with one cell per node (cells of nodes).
 
 use std::collections::HashMap;
 
@@ -30,8 +30,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
     FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
 }
 
-/// Truth: the cells tile the plane contact face, 4 x 3. The cells of border nodes are the edge cells of the frame. The tolerance
-/// 1e-12 covers rounding.
+/// Truth: the cells of nodes tile the plane contact face of 4 mm x 3 mm. The cells of border nodes are the edge cells of the
+/// frame. The tolerance 1e-12 covers rounding.
 #[test]
 fn cells_tile_the_faces() {
     for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
@@ -45,10 +45,12 @@ fn cells_tile_the_faces() {
     }
 }
 
-/// Truth: the shape function of a node falls linearly to its neighbours. Along each direction of a regular mesh, the cell of a node
-/// therefore has the weight 6/8 for this node and 1/8 for each of its two neighbours. Tractions that alternate from node to node
-/// give inner nodes (6/8 - 2/8)² = 1/4 of traction times area, tractions that alternate from face to face none. The tolerance 1e-13
-/// covers rounding.
+/// Truth: the forces on nodes due to alternating tractions of cells. The shape function of a node decreases linearly to its
+/// neighbours. In each direction of a regular mesh, the weights of a cell are 6/8 for its own node and 1/8 for each of the two
+/// neighbours.
+///
+/// With tractions that alternate from node to node, the force on an inner node is (6/8 - 2/8)² = 1/4 of traction times area. With
+/// tractions that alternate from face to face, the force is zero. The tolerance 1e-13 covers rounding.
 #[test]
 fn a_checkerboard_of_nodal_cells_is_felt() {
     let mesh = mesh(false, false);
@@ -58,7 +60,7 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
         (ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap(), 0.0),
     ] {
         let index = |x: f64, side: f64| (2.0 * x / side).round() as i64;
-        // Coordinates in half sides: nodes have even numbers, centres of faces odd ones.
+        // In coordinates divided by half an element side, nodes have even numbers and centres of faces odd numbers.
         let sign = |cell: usize| {
             let x = &frame.centers[cell];
             let [i, j] = [index(x.x + 2.0, 4.0 / 6.0), index(x.y + 1.5, 3.0 / 5.0)];
@@ -70,7 +72,7 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
         let mut inner = 0;
         for (force, &node) in forces.iter().zip(map.nodes()) {
             let [x, y, _] = mesh.points[node];
-            // The cells of border nodes are halves.
+            // The cells of border nodes are only halves, so nodes next to the border are left out.
             if x.abs() < 1.2 && y.abs() < 0.6 {
                 assert!((force.abs() - share * area).abs() < 1e-13, "{force:e} for {share}");
                 inner += 1;

@@ -17,15 +17,15 @@ use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 
-/// Distortion that turns the middle of the face by 17 degrees and keeps its outline.
+/// Distortion that rotates the middle of the face by 17 degrees and keeps its outline.
 fn turned([x, y]: [f64; 2]) -> [f64; 2] {
     let angle = 17f64.to_radians() * (1.0 - x * x) * (1.0 - y * y);
     let (s, c) = angle.sin_cos();
     [c * x - s * y - x, s * x + c * y - y]
 }
 
-/// Presses blocks of steel (5 mm) and aluminium (8 mm) with 10 MPa. Returns the largest relative error of the cell pressures, and
-/// the relative error of the approach.
+/// Presses blocks of steel (5 mm) and aluminium (8 mm) together with 10 MPa. Returns the largest relative error of the cell
+/// pressures, and the relative error of the approach.
 fn worst_cell([lower, upper]: [&Mesh; 2], frame: &ContactFrame) -> (f64, f64) {
     let materials = [Stiffness::isotropic(210e3, 0.3).unwrap(), Stiffness::isotropic(70e3, 0.33).unwrap()];
     let body = |mesh: &Mesh, material: &Stiffness, side: Side| {
@@ -54,9 +54,9 @@ fn worst_cell([lower, upper]: [&Mesh; 2], frame: &ContactFrame) -> (f64, f64) {
     (worst, relative(result.records[0].approach, 0.001380952381))
 }
 
-/// Truth: catalogue `contact-patch-nonmatching` with faces of order 2. Every cell carries p = 10 MPa, and the blocks approach by p
-/// (L1/E1 + L2/E2). Nodes of zero or negative consistent weight do no harm, as no node has a contact condition. The tolerance 1e-9
-/// is the catalogue's.
+/// Truth: case `contact-patch-nonmatching` of docs/verification.md, with faces of order 2. Every cell carries p = 10 MPa. The
+/// blocks of heights L1 and L2 approach by p (L1/E1 + L2/E2). The consistent loads of some nodes are zero or negative. This has
+/// no effect, because contact conditions apply to cells and not to nodes. The tolerance 1e-9 is the tolerance of the case.
 #[test]
 fn patches_of_order_two() {
     let brick = |z: [f64; 2], n: usize, distortion: fn([f64; 2]) -> [f64; 2], tetrahedra: bool| {
@@ -91,7 +91,7 @@ fn patches_of_order_two() {
     }
 }
 
-/// Half a ring about the y axis, of hexahedra with 20 nodes on circles, one element thick.
+/// Half a ring about the y axis, one element thick. Its hexahedra have 20 nodes on circles.
 fn ring(radii: Vec<f64>, n: usize) -> Mesh {
     let polar = |[angle, r, y]: [f64; 3]| [r * angle.sin(), y, -r * angle.cos()];
     let mut mesh = raise(&boxes(&[steps(0.0, PI, n), radii, vec![0.0, 1.0]], false, |x| x), serendipity);
@@ -99,9 +99,9 @@ fn ring(radii: Vec<f64>, n: usize) -> Mesh {
     mesh
 }
 
-/// Truth: Persson's closed form (see curved_pairs.rs), here for a clearance of 0.005 R. The peak pressure agrees to 3 %. Faces of
-/// order 2 over 7.5 degrees lie within 2e-4 mm of the circle. The core of 0.1 R and the outer radius 10 R of the plate cause 1 %
-/// each. The mean over a cell causes 0.4 % of the peak.
+/// Truth: Persson's closed form (formulas at the test pin_in_hole in curved_pairs.rs), here for a clearance of 0.005 R. The peak
+/// pressure agrees to 3 %. Faces of order 2 over 7.5 degrees lie within 2e-4 mm of the circle. The core of 0.1 R and the outer
+/// radius 10 R of the plate cause errors of 1 % each. The mean over a cell differs from the peak by 0.4 %.
 #[test]
 fn pin_of_few_elements() {
     let clearance = 0.05;

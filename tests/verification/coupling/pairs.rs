@@ -1,4 +1,4 @@
-//! Pairs of meshed bodies pressed together, with the gap between their meshes.
+//! Contact models of two meshed bodies, with the gap between their meshes.
 
 use super::bricks::{spec, support};
 use crate::common::Silent;
@@ -15,7 +15,7 @@ use orthowear::laws::wear::WearLaw;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 
-/// Supports are pairs of group and fixed components.
+/// One body of a pair. `supports` lists groups and their fixed components.
 pub struct Part<'a> {
     pub mesh: &'a Mesh,
     pub contact: &'a str,
@@ -53,7 +53,7 @@ pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> 
     }
 }
 
-/// Every increment must converge.
+/// Runs the steps and asserts that every increment converges.
 pub fn solved(model: &Model, steps: &[Step]) -> RunResult {
     let result = run(model, steps, &SolverOptions::default(), None, &mut Silent).expect("a run");
     assert!(result.records.iter().all(|record| record.converged), "{:?}", result.outcome);

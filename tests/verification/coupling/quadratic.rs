@@ -15,7 +15,8 @@ fn brick(tetrahedra: bool) -> Mesh {
     Brick { width: [2.0, 1.5], z, cells, contact_on_top: true, distortion: wavy, tetrahedra }.mesh()
 }
 
-/// Integrals of the shape functions over all contact faces, exact on straight faces. Triangles are collapsed squares (Duffy).
+/// Integrals of the shape functions over all contact faces, exact on straight faces. Gauss points of a square are mapped to
+/// triangles by Duffy's transformation.
 fn nodal_areas(mesh: &Mesh) -> Vec<f64> {
     fn add<S: ShapeFunctions<N, 2>, const N: usize>(
         mesh: &Mesh,
@@ -85,7 +86,7 @@ fn weights_sum_to_the_consistent_loads() {
     }
 }
 
-/// Truth: shape functions of order 2 on straight parallelograms and triangles reproduce quadratic fields. The average of a field
+/// Truth: faces of order 2 reproduce quadratic fields, if they are straight parallelograms or triangles. The average of a field
 /// over an a x b rectangle is its value at the centre plus (a² ∂²/∂x² + b² ∂²/∂y²) / 24 of the field. The tolerance 1e-13 covers
 /// rounding.
 #[test]
@@ -122,7 +123,8 @@ fn averages_reproduce_quadratic_fields() {
     }
 }
 
-/// A block whose lower side follows a sphere of radius 50 mm, in `n` x `n` faces of the kind that `raised` gives.
+/// A block whose lower side follows a sphere of radius 50 mm. The lower side has `n` x `n` faces. `raised` returns the kind of
+/// the elements.
 fn cap(n: usize, raised: fn(ElementKind) -> ElementKind) -> Mesh {
     let across = steps(-1.5, 1.5, n);
     let axes = [across.clone(), across, growing(0.0, 2.0, 1.0, 2)];
@@ -135,9 +137,9 @@ fn cap(n: usize, raised: fn(ElementKind) -> ElementKind) -> Mesh {
     mesh
 }
 
-/// Truth: the mean height of a sphere over a cell. Faces of order 2 follow it to the fourth order of their size, faces of order 1
-/// to the second order. Halving the face size divides the error of quad9 by about 16. The bound is only 12: cells and faces do not
-/// match, and quad8 lacks x² y², which is of fourth order, too.
+/// Truth: the mean height of a sphere over a cell. The error decreases with the second power of the face size for faces of order
+/// 1, and with the fourth power for faces of order 2. Half the face size thus divides the error of quad9 by about 16. The bound
+/// is only 12, because cells and faces do not match. In addition, quad8 has no term x² y², which is also of fourth order.
 #[test]
 fn gaps_of_curved_faces() {
     let frame = ContactFrame::grid([1.1; 2], [9; 2], [0.0; 2], 0.3).unwrap();
@@ -168,9 +170,9 @@ fn gaps_of_curved_faces() {
     assert!(linear > 100.0 * quadratic, "{linear:e} {quadratic:e}");
 }
 
-/// Truth: the cells, polygons through all corner and middle nodes, tile the faces even if edges are bent in their plane. Rows of
-/// the map sum to 1 to rounding (1e-13), so that nodal forces balance cell forces. They reproduce linear fields up to an error of
-/// the order bend² / face size.
+/// Truth: cells are polygons through all corner and middle nodes of a face. They tile the faces even if edges are bent in their
+/// plane. The rows of the map sum to 1 up to rounding (1e-13), so nodal forces balance cell forces. The rows reproduce linear
+/// fields up to an error of the order bend² / face size.
 #[test]
 fn faces_with_bent_edges() {
     let mut mesh = raise(&brick(false), serendipity);
@@ -200,7 +202,7 @@ fn faces_with_bent_edges() {
     let x: Vec<f64> = map.nodes().iter().map(|&node| mesh.points[node][0]).collect();
     map.average(&x, &mut means);
     for (mean, center) in means.iter().zip(&frame.centers) {
-        // The tolerance is 4 bend² / h with the bend of 0.02 mm; h = 0.5 mm is below the shortest side of a face.
+        // The tolerance is 4 bend² / h with the bend of 0.02 mm. The length h = 0.5 mm is below the shortest side of a face.
         assert!((mean - center.x).abs() < 0.02 * 0.02 / 0.5 * 4.0, "{mean} {}", center.x);
     }
 }

@@ -1,4 +1,4 @@
-//! A rigid sphere on a meshed block: cells for which the peak pressure converges.
+//! A rigid sphere on a meshed block. The peak pressure converges on cells around nodes.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 use orthowear::mesh::Mesh;
 
-/// A block. Its patch of 3 x 3 mm under the contact has `n` x `n` equal faces.
+/// Mesh of a block. Its patch of 3 mm x 3 mm under the contact has `n` x `n` equal faces.
 fn block(n: usize) -> Mesh {
     let block = GradedBlock {
         patch_half_width: [1.5; 2],
@@ -27,7 +27,7 @@ fn block(n: usize) -> Mesh {
     block.mesh().expect("a block")
 }
 
-/// With `nodes` the frame has a cell per node, otherwise per face.
+/// Rigid sphere of R = 50 mm on the block. The frame has one cell per node if `nodes`, otherwise one cell per face.
 fn model(n: usize, nodes: bool) -> Model {
     let mesh = block(n);
     let frame = if nodes {
@@ -54,8 +54,8 @@ fn model(n: usize, nodes: bool) -> Model {
     }
 }
 
-/// Smallest eigenvalue of the symmetric part of A S_nn, scaled to a unit diagonal, with the cell areas A and the normal flexibility
-/// S_nn.
+/// Smallest eigenvalue of the symmetric part of A S_nn, scaled to a unit diagonal. A is the diagonal matrix of the cell areas and
+/// S_nn the normal flexibility.
 fn smallest_eigenvalue(model: &Model) -> f64 {
     let n = model.frame.n_cells();
     let (mut unit, mut column) = (vec![0.0; n], vec![0.0; n]);
@@ -71,9 +71,10 @@ fn smallest_eigenvalue(model: &Model) -> f64 {
     scaled.symmetric_eigenvalues().min()
 }
 
-/// Truth: Hertz's peak pressure p0 = (6 F E*^2 / (pi^3 R^2))^(1/3). F is the load on a half-space at an approach of 0.02 mm, where
-/// the contact radius is a = 1 mm. The finite size of the block causes an error of the order (a / 12 mm)^3. Tolerances: a cell's
-/// mean misses the peak by about (h / a)^2 / 8 for the cell size h (1.8, 0.4, 0.2 %). The elements add as much.
+/// Truth: Hertz's peak pressure p0 = (6 F E*² / (pi³ R²))^(1/3). F is the load on a half-space at an approach of 0.02 mm, where
+/// the contact radius is a = 1 mm. The finite size of the block causes an error of the order (a / 12 mm)³. The mean over a cell
+/// of size h differs from the peak by about (h / a)² / 8, which is 1.8, 0.4 and 0.2 % for the three meshes. The elements cause
+/// errors of the same size, so the tolerances are about twice these values.
 #[test]
 fn peak_pressure_converges_on_cells_around_nodes() {
     let modulus: f64 = 210e3 / (1.0 - 0.09);
@@ -90,9 +91,10 @@ fn peak_pressure_converges_on_cells_around_nodes() {
     }
 }
 
-/// Truth: tractions that alternate from quadrangle to quadrangle give no force to inner nodes. The smallest eigenvalue of a frame
-/// of faces is therefore an effect of its edge, and falls with every refinement. Cells around nodes keep a quarter of the force
-/// (nodes.rs), and their smallest eigenvalue stays above 0.1.
+/// Truth: tractions that alternate from quadrangle to quadrangle cause no force on inner nodes. On a frame of faces, only the
+/// edge of the frame makes the smallest eigenvalue positive. This eigenvalue therefore decreases with every refinement. With
+/// cells around nodes, alternating tractions cause a quarter of the force (nodes.rs). The smallest eigenvalue of these cells
+/// stays above 0.1.
 #[test]
 fn alternating_tractions_are_felt_by_cells_around_nodes_only() {
     let mut before = 0.01;

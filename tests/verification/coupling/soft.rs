@@ -1,4 +1,4 @@
-//! Bodies whose rigid-body modes are far softer than their surfaces.
+//! Bodies with soft supports. Their rigid motions need much smaller forces than deformations of their surfaces.
 
 use super::bricks::{Brick, spec, straight};
 use crate::common::{Silent, indent, press, steel};
@@ -14,7 +14,7 @@ use orthowear::frame::{ContactFrame, Side};
 use orthowear::laws::friction::FrictionLaw;
 use orthowear::laws::wear::WearLaw;
 
-/// A plate on a foundation that is soft compared with the plate.
+/// Flexibility of a plate on a foundation that is soft compared with the plate.
 fn plate(frame: &ContactFrame) -> CoupledBodies {
     let brick = Brick {
         width: [10.0, 1.5],
@@ -31,7 +31,7 @@ fn plate(frame: &ContactFrame) -> CoupledBodies {
     couple(&mut body, &mut RigidBody, frame, Coupling::Schur, SkipVanishing).expect("a coupled body")
 }
 
-/// Pressures p with p >= 0, g0 + S p >= 0 and p (g0 + S p) = 0, for S = `matrix` and g0 = `gap`.
+/// Pressures p with p >= 0, g0 + S p >= 0 and p (g0 + S p) = 0, by an active-set method. S is `matrix` and g0 is `gap`.
 fn active_set(matrix: &DMatrix<f64>, gap: &[f64]) -> Vec<f64> {
     let n = gap.len();
     let mut pressures = vec![0.0; n];
@@ -53,8 +53,8 @@ fn active_set(matrix: &DMatrix<f64>, gap: &[f64]) -> Vec<f64> {
     panic!("the active set does not come to rest");
 }
 
-/// Truth: the complementarity problem, solved by an active-set method. The tolerance 1e-6 of the largest pressure is the residual
-/// 1e-10 times the condition number of S_nn.
+/// Truth: the complementarity problem, solved by an active-set method. The tolerance is 1e-6 of the largest pressure. It covers
+/// the residual 1e-10 times the condition number of the normal flexibility.
 #[test]
 fn a_plate_on_a_soft_foundation() {
     let frame = ContactFrame::grid([9.8, 1.4], [26, 3], [0.0; 2], 0.0).unwrap();

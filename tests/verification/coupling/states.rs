@@ -1,4 +1,4 @@
-//! Converged histories of the block system and of the Schur complement.
+//! Load paths with friction and wear, solved with the assembled block system and with the Schur complement.
 
 use super::block::{Pair, pairs, tied};
 use super::half_spaces::difference;
@@ -9,7 +9,7 @@ use orthowear::evolution::step::Integrator;
 use orthowear::evolution::{Model, RunResult, run};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 
-/// Indentation, shift, and fretting with wear under a sphere's gap, solved to 1e-12.
+/// Runs indentation, tangential displacement and fretting with wear under a sphere of radius 50 mm, to residuals of 1e-12.
 pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> RunResult {
     let gap = InitialGap::from(GapShape::Sphere { radius: 50.0 });
     let distance = surface_distance(&gap, frame, pair[0].as_ref(), pair[1].as_ref()).expect("a gap");
@@ -30,8 +30,8 @@ pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Run
     run(&model, &steps, &options, None, &mut Silent).expect("a run")
 }
 
-/// Truth: the block system and the Schur complement are the same equations. With certificates of 1e-12 the states agree to 1e-8
-/// (docs/theory-contact.md: the condition number of S is below 1e4).
+/// Truth: the block system and the Schur complement are the same equations, so their results must agree to 1e-8. This tolerance
+/// exceeds the residual of 1e-12, because the condition number of the flexibility multiplies the residual.
 #[test]
 fn histories_agree_on_both_paths() {
     let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();

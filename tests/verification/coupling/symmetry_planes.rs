@@ -1,7 +1,7 @@
 //! Half and quarter models, cut at symmetry planes under the contact, against full models.
 //!
-//! Truth of all tests: the full model on the same mesh, whose solution is symmetric. Scenes that contradict the symmetry are
-//! refused.
+//! Truth of all tests: the full model on the same mesh. Its solution is symmetric about the planes. Scenes that contradict the
+//! symmetry must be refused.
 
 use std::fs;
 use std::path::Path;
@@ -16,14 +16,14 @@ use orthowear::geometry::Point;
 use orthowear::mesh::Mesh;
 use orthowear::simulation::build;
 
-/// Two blocks, or the part of them on one side of one or two symmetry planes.
+/// Scene of two blocks in contact: full blocks, halves (one symmetry plane) or quarters (two symmetry planes).
 #[derive(Clone)]
 struct Pair {
-    /// Number of symmetry planes: 0 (full), 1 (y = 0) or 2 (also x = 0).
+    /// Number of symmetry planes: 0 (full model), 1 (y = 0) or 2 (y = 0 and x = 0).
     planes: usize,
-    /// Whether body 1 is domed. Otherwise both bodies are flat and the gap is the gap of a sphere.
+    /// Whether the top of body 1 is a paraboloid. Otherwise both bodies are flat, and the gap is the gap of a sphere.
     domed: bool,
-    /// Numbers of elements of body 1 and body 2: along half of the width (the same in x and y), and along z.
+    /// Numbers of elements of body 1 and of body 2: along half the width in x and in y, then along z.
     cells: [[usize; 2]; 2],
     /// Half the width of body 1 along x and y. Body 2 is 1.1 times as wide.
     half_width: f64,
@@ -71,7 +71,7 @@ impl Pair {
         Self { planes, ..self.clone() }
     }
 
-    /// The contact group is "high2" of the lower body and "low2" of the upper one.
+    /// Meshes of body 1 and body 2. Their contact groups are "high2" (body 1) and "low2" (body 2).
     fn meshes(&self) -> [Mesh; 2] {
         let block = |body: usize, width: f64, z: [f64; 2]| {
             let [n, layers] = self.cells[body];
@@ -145,8 +145,8 @@ impl Pair {
     }
 }
 
-/// Largest difference between a part model and the full one, in the records and in the tractions (relative to the peak pressure).
-/// `images` part models make up the full model.
+/// Largest relative difference of records and tractions between the model `part` and the model `full`. `full` consists of
+/// `images` copies of `part`. Differences of tractions are divided by the peak pressure.
 fn difference(part: &Found, full: &Found, images: f64) -> f64 {
     let mut worst = difference_of_records(part, full, images);
     let (n, all) = (part.centers.len(), full.centers.len());
@@ -181,7 +181,8 @@ fn difference_of_records(part: &Found, full: &Found, images: f64) -> f64 {
     worst
 }
 
-/// Asserts that tractions across the planes are exactly zero (the axes of the frame lie along the planes).
+/// Asserts that the tangential traction across a symmetry plane is exactly zero in each cell at the plane. The axes of the frame
+/// are parallel to the planes.
 fn assert_nothing_across(found: &Found) {
     let n = found.centers.len();
     assert!(found.planes.iter().any(|planes| planes.contains(&true)));
@@ -211,8 +212,8 @@ fn a_rigid_partner_needs_no_plane() {
 
 const METHODS: [&str; 5] = ["auto", "newton", "cg", "bb", "uzawa"];
 
-/// Truth: the full model. The tolerance is 1e-9 at a solver tolerance of 1e-11: the residual bounds the traction error up to the
-/// condition number of the operator.
+/// Truth: the full model, to 1e-9 at a solver tolerance of 1e-11. The error of the tractions is larger than the residual by up to
+/// the condition number of the operator.
 #[test]
 fn half_and_quarter_models_are_parts_of_the_full_one() {
     for domed in [false, true] {
@@ -253,9 +254,9 @@ fn every_method_and_coupling_keeps_to_the_plane() {
     }
 }
 
-/// Truth: the full model, under forces and moments about y, the normal of the plane. The tangential force on the half model is half
-/// of the force on the full model. The tolerance is 1e-9. For cycles it is 1e-5 with cells of nodes and 1e-4 with cells of faces,
-/// because strokes are repeated only until their changes are below 1e-6.
+/// Truth: the full model, under prescribed forces and under moments about y, the normal of the plane. The half model carries half
+/// of these forces and moments. The tolerance is 1e-9 without cycles. In cycles, strokes are solved only to residuals of 1e-6.
+/// Cycles therefore agree to 1e-5 with one cell per node, and to 1e-4 with one cell per face.
 #[test]
 fn prescribed_forces_keep_to_the_plane() {
     let loads = |part: f64| {
@@ -280,8 +281,8 @@ fn prescribed_forces_keep_to_the_plane() {
             let full = Pair { domed, points, steps: steps(1.0), ..Pair::default() };
             let half = Pair { steps: steps(0.5), ..full.with_planes(1) }.run();
             let full = full.run();
-            // Tractions that alternate from face to face hardly move the bodies. After strokes repeated to 1e-6 these tractions are
-            // less accurate, so only the records are compared.
+            // Tractions that alternate in sign from face to face hardly displace the bodies. Strokes with residuals of 1e-6 leave
+            // these tractions inaccurate, so only the records are compared.
             let (found, tolerance) = if points == "faces" && case == 1 {
                 (difference_of_records(&half, &full, 2.0), 1e-4)
             } else {
@@ -300,7 +301,7 @@ fn prescribed_forces_keep_to_the_plane() {
 fn drawn(random: &mut Random) -> Pair {
     let mut modulus = || random.power(4.6, 5.4);
     let moduli = [modulus(), modulus(), modulus()];
-    // The writer cannot shuffle meshes whose number of nodes is a multiple of seven.
+    // The mesh writer refuses meshes whose number of nodes is a multiple of seven. Three or six cells would give such meshes.
     let mut cells = || [[4, 5, 7, 8][random.below(4)], 2 + random.below(2)];
     let cells = [cells(), cells()];
     let domed = random.below(2) == 1;
@@ -368,7 +369,7 @@ fn halved(line: &str) -> String {
     }
 }
 
-/// Frames of a half model that end at its symmetry plane: of nodes, of faces, and a grid.
+/// Contact frames that end at the symmetry plane of a half model: one cell per node, one cell per face, and a grid.
 const FRAMES: [&str; 3] = [
     "kind = \"mesh\"\nbody = 1\npoints = \"nodes\"",
     "kind = \"mesh\"\nbody = 1\npoints = \"faces\"",
@@ -395,8 +396,8 @@ const COULOMB: &str = "law = \"coulomb\"\nmu = 0.3";
 const SHIFT: &str = "shift = { distance = 0.003 }";
 const SYMMETRY: &str = "symmetry = [\"low1\"]";
 
-/// Truth: these contradict the symmetry: loads or motions across the plane, a friction ellipse oblique to it, a plane of one body
-/// alone, planes that move relative to each other.
+/// Truth: symmetry excludes loads and motions across the plane, and a friction ellipse oblique to the plane. It also excludes a
+/// plane of one body alone, and planes that move relative to each other.
 #[test]
 fn contradictions_are_refused() {
     let controls = [
@@ -429,7 +430,7 @@ fn contradictions_are_refused() {
     assert!(key == "body1.displaced.0" && message.contains("relative to each other"), "{key}: {message}");
 }
 
-/// Truth: loads, motions and friction that are symmetric about the plane are accepted.
+/// Truth: loads, motions and friction laws that are symmetric about the plane are accepted.
 #[test]
 fn what_is_symmetric_is_accepted() {
     let along = "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.4\nangle = 90.0";
@@ -444,9 +445,9 @@ fn what_is_symmetric_is_accepted() {
     }
 }
 
-/// Truth: other forms of the same boundary conditions give the same tractions, to 1e-9. They are supports `fixed`, zero components
-/// across the plane, and planes of both bodies that move together. An almost circular friction ellipse with its axes along the
-/// plane agrees to 1e-6.
+/// Truth: equivalent inputs give the same tractions, to 1e-9. The inputs are `fixed` supports instead of `symmetry`, explicit
+/// zeros for motions across the plane, and equal displacements of both planes. An almost circular friction ellipse with an axis
+/// along the plane agrees with Coulomb friction to 1e-6.
 #[test]
 fn planes_in_other_words() {
     let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
@@ -471,7 +472,7 @@ fn planes_in_other_words() {
         let difference = difference(&found, &expected, 1.0);
         assert!(difference < tolerance, "{difference:e}: {text}");
     }
-    // With a prescribed motion across them, fixed planes are rigid walls and not symmetry planes.
+    // If a step prescribes a motion across fixed planes, these planes are rigid walls and not symmetry planes.
     let wall = text
         .replace(SYMMETRY, "symmetry = []")
         .replace("fixed = [{", fixed)

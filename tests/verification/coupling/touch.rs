@@ -1,4 +1,4 @@
-//! First touch of meshed surfaces.
+//! First touch of meshed surfaces. Lengths are in mm.
 
 use super::grids::{boxes, full, growing, raise, serendipity, steps};
 use super::nodes::nodal_frame;
@@ -14,13 +14,14 @@ use orthowear::mesh::faces::{SurfaceFace, group_faces};
 
 const RADIUS: f64 = 50.0;
 
-/// Height of the lower half of a sphere that touches z = `lift` at `vertex`.
+/// Height at (x, y) of the lower half of a sphere of radius [`RADIUS`]. Its lowest point lies at `vertex`, at the height `lift`.
 fn sphere([x, y]: [f64; 2], vertex: [f64; 2], lift: f64) -> f64 {
     let r2 = (x - vertex[0]).powi(2) + (y - vertex[1]).powi(2);
     lift + r2 / (RADIUS + (RADIUS * RADIUS - r2).sqrt())
 }
 
-/// A block over [-1.5, 1.5]^2 with a flat top at z = 2. Its lower side has `n` x `n` faces with nodes at z = `foot`.
+/// A block over [-1.5, 1.5]^2 with a flat top at z = 2. Its lower side has `n` x `n` faces, whose nodes (x, y) lie at the height
+/// z = `foot`([x, y]). `raised` maps hexahedra to the element kind of the mesh.
 fn above(n: usize, raised: fn(ElementKind) -> ElementKind, foot: impl Fn([f64; 2]) -> f64) -> Mesh {
     let across = steps(-1.5, 1.5, n);
     let mut mesh = raise(&boxes(&[across.clone(), across, growing(0.0, 2.0, 1.0, 2)], false, |x| x), raised);
@@ -50,9 +51,9 @@ fn touch_of(frame: &ContactFrame, mesh: &Mesh) -> f64 {
     with_surface(frame, (mesh, "low2", Side::Upper), |surface| first_touch(frame, [None, Some(surface)], 0.5))
 }
 
-/// Truth: the sphere touches at its vertex, wherever this lies among nodes and cells. Flat faces with edges h stay up to 2 h^2 / 8R
-/// above the vertex. With the curvature from the neighbouring nodes the error is at most a 30th of that height. Faces of second
-/// order leave at most a 2000th (fourth order in h).
+/// Truth: a sphere first touches a plane at its vertex, for any position of the vertex among nodes and cells. Flat faces with
+/// edges h lie up to 2 h^2 / 8R above a sphere of radius R. The curvature correction from neighbouring nodes reduces this error
+/// to less than a 30th. The error of faces of order 2 is of fourth order in h, and less than a 2000th of 2 h^2 / 8R.
 #[test]
 fn a_sphere_touches_at_its_vertex() {
     for n in [10, 20] {
@@ -71,8 +72,8 @@ fn a_sphere_touches_at_its_vertex() {
     }
 }
 
-/// Truth: two roofs of plane faces, one upside down and across the other. The ridges cross at one point, where they are 0.3 apart.
-/// A crease must not be corrected as a curved surface. The distance is exact to rounding.
+/// Truth: two roofs of plane faces touch where their ridges cross, one roof upside down. Before the motion, the ridges are 0.3 mm
+/// apart at this point. A crease must get no curvature correction, so the distance is exact to rounding.
 #[test]
 fn two_ridges_touch_where_they_cross() {
     for slope in [0.05, 0.6] {
@@ -91,9 +92,9 @@ fn two_ridges_touch_where_they_cross() {
     }
 }
 
-/// Truth: a paraboloid, one face of second order, touches a plane at its vertex, wherever the vertex lies among the cells. Some
-/// cells around the nodes of this irregular mesh are not convex. Tolerance 1e-9: the search ends within 1e-5 of a cell's size, and
-/// the height varies with the square of this distance.
+/// Truth: a paraboloid first touches a plane at its vertex, for any position of the vertex in a cell. A single face of order 2
+/// represents the paraboloid exactly. The cells belong to the nodes of an irregular mesh, and some cells are not convex. The
+/// tolerance is 1e-9, because the search ends within 1e-5 of a cell's size and the height is quadratic in this distance.
 #[test]
 fn a_vertex_touches_within_any_cell_around_a_node() {
     let (n, h) = (6, 0.5);
@@ -123,7 +124,8 @@ fn a_vertex_touches_within_any_cell_around_a_node() {
     });
 }
 
-/// Points of a cell beside each corner where its outline turns back: the cross product of the edges is below -`least`.
+/// Points of a cell next to each of its reentrant corners. At a reentrant corner, the cross product of the two edges is below
+/// -`least`.
 fn beside_notches(corners: &[Point], least: f64) -> Vec<Point> {
     let m = corners.len();
     let edge = |i: usize| corners[(i + 1) % m] - corners[i % m];
@@ -144,8 +146,8 @@ fn a_bevelled_foot_is_flat() {
     assert!(gap.iter().all(|g| *g > -1e-14) && gap[40].abs() < 1e-14);
 }
 
-/// Truth: a row of faces around a cylinder, one element wide, touches at its lowest line. The error is below a 30th of the height
-/// that the flat faces cut off.
+/// Truth: a cylinder, meshed by a row of faces one element wide, touches along its lowest line. Flat faces with edges h deviate
+/// from a cylinder of radius R by h^2 / 8R. The error is below a 30th of this height.
 #[test]
 fn a_strip_of_a_cylinder() {
     for n in [14, 15] {
@@ -158,8 +160,8 @@ fn a_strip_of_a_cylinder() {
     }
 }
 
-/// Truth: the force of a sphere does not depend on the position of its nodes, to 2 % with four elements along the contact radius.
-/// First touch of the flat faces themselves would change the force by up to 6 %.
+/// Truth: the force on a sphere does not depend on the positions of its mesh nodes, to 2 % with four elements along the contact
+/// radius. Without the curvature correction of first touch, the force would change by up to 6 %.
 #[test]
 fn the_force_does_not_depend_on_where_the_nodes_lie() {
     let material = steel();

@@ -1,4 +1,4 @@
-//! Newton's method against the projected gradient alone, which solves no Newton equations.
+//! Newton's method against the projected gradient with Barzilai-Borwein steps, which solves no Newton equations.
 
 use super::block::{pairs, tied};
 use super::half_spaces::difference;
@@ -14,7 +14,8 @@ use orthowear::evolution::{Model, RunResult, run};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 use orthowear::laws::friction::FrictionLaw;
 
-/// Asserts that both methods converge, and that their tractions differ by less than 1e-6 of the peak pressure.
+/// Asserts that Newton's method and Barzilai-Borwein steps converge, and that their tractions differ by less than 1e-6 of the
+/// peak pressure.
 fn same_as_bb(name: &str, model: &Model, steps: &[Step], tolerance: f64) {
     let by = |method| {
         let options = SolverOptions { tolerance, method, ..SolverOptions::default() };
@@ -37,7 +38,8 @@ fn same_as_bb(name: &str, model: &Model, steps: &[Step], tolerance: f64) {
     }
 }
 
-/// Truth: the projected gradient with Barzilai-Borwein steps, without Newton steps, reaches the same state.
+/// Truth: the state that the projected gradient with Barzilai-Borwein steps reaches. Newton's method reaches it for every pair of
+/// bodies.
 #[test]
 fn every_pair_of_bodies_by_newton() {
     let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();
@@ -60,7 +62,7 @@ fn every_pair_of_bodies_by_newton() {
     }
 }
 
-/// Truth: the projected gradient with Barzilai-Borwein steps, under a prescribed normal force.
+/// Truth: the states that the projected gradient with Barzilai-Borwein steps reaches, under prescribed normal forces.
 #[test]
 fn forces_by_newton() {
     let model = sphere_on_frp(30.0, 1.2, 20);
@@ -69,8 +71,8 @@ fn forces_by_newton() {
     same_as_bb("frictionless", &bare, &[press(700.0), press(20.0), indent(0.01)], 1e-9);
 }
 
-/// Truth: case `str-friction-large`. The result is certified, or the run reports that it did not converge. Up to mu = 0.5,
-/// where the solution is unique, both methods converge to the same result.
+/// Truth: catalogue case `str-friction-large` (docs/verification.md). Each run has a certified result or reports that it did not
+/// converge. Up to mu = 0.5 the solution is unique, and Newton's method and Barzilai-Borwein steps reach it.
 #[test]
 fn any_coefficient_by_newton() {
     for mu in [1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {

@@ -1,4 +1,4 @@
-//! A contact of one cell, with closed forms.
+//! Contacts of a single cell against closed forms. Cases are those of the catalogue (docs/verification.md).
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use orthowear::laws::wear::WearLaw;
 use crate::common::{press, relative, shift, solve, solve_with, step};
 use crate::observed::pull;
 
-/// Flexibility S of one cell of unit area, (x, y, n).
+/// Flexibility matrix S of a single cell of unit area, in the axes x, y, n.
 struct OneCell(Matrix3<f64>);
 
 impl Flexibility for OneCell {
@@ -50,14 +50,15 @@ fn cell(flexibility: Matrix3<f64>, friction: FrictionLaw) -> Model {
     }
 }
 
-/// A block that is practically rigid along the surface, with mu1 = 0.1 at `turned` degrees from x, mu2 = 0.2 across.
+/// Model of one cell that is practically rigid in the surface. Friction has mu1 = 0.1 at `turned` degrees from x, and mu2 = 0.2
+/// perpendicular to this direction.
 fn block(turned: f64) -> Model {
     let friction = FrictionLaw::Elliptic { mu: [0.1, 0.2], angle: f64::to_radians(turned) };
     cell(Matrix3::from_diagonal(&[1e-12, 1e-12, 1.0].into()), friction)
 }
 
-/// Truth: `ellipse-sliding-direction` (Zmitrowicz 1981). A block under N = 1 that moves at an angle theta from the first axis has
-/// the listed friction force (along, across), to 1e-10.
+/// Truth: case `ellipse-sliding-direction` (Zmitrowicz 1981). A block under the normal force 1 moves at the angle theta from the
+/// first axis of the friction ellipse. `cases` lists its friction force along and across this axis, to 1e-10.
 #[test]
 fn a_block_moved_in_a_given_direction() {
     let cases = [
@@ -76,7 +77,7 @@ fn a_block_moved_in_a_given_direction() {
             for k in 0..2 {
                 assert!((found[k] - wanted[k]).abs() < 1e-10, "{turned} {theta}: {found:?} {wanted:?}");
             }
-            // The force along the motion is the effective friction coefficient times N = 1.
+            // The force along the motion equals the effective friction coefficient, because the normal force is 1.
             let along_way = sin_cos(turned + theta, found);
             let (s, c) = f64::to_radians(theta).sin_cos();
             assert!(relative(along_way, (0.1 * c).hypot(0.2 * s)) < 1e-10, "{turned} {theta}");
@@ -89,9 +90,9 @@ fn sin_cos(angle: f64, force: [f64; 2]) -> f64 {
     c * force[0] + s * force[1]
 }
 
-/// Truth: case `ellipse-critical-pull` (Zmitrowicz 1989), the largest force at 30 and 60 degrees from the first axis at which
-/// friction holds the block, to 1e-8. A block that moves along the catalogue's direction of slip has a friction force with the
-/// direction and size of the critical pull.
+/// Truth: case `ellipse-critical-pull` (Zmitrowicz 1989), to 1e-8. The critical pull is the largest force that friction balances,
+/// at 30 or 60 degrees from the first axis of the ellipse. A block that moves along the published direction of slip has a
+/// friction force with the direction and size of the critical pull.
 #[test]
 fn a_block_pulled_in_a_given_direction() {
     for (pulled, critical, slips) in [(30.0, 0.1109400392, 8.213210702), (60.0, 0.1511857892, 23.41322445)] {
@@ -119,8 +120,8 @@ fn a_block_pulled_in_a_given_direction() {
     }
 }
 
-/// Klarbring's point: a stiffness K = [[1, -1.5], [-1.5, 4]] for the displacements (u_t, u_n), with u_n into the obstacle. The
-/// model uses K⁻¹ as the flexibility, and its normal gap is -u_n.
+/// Klarbring's contact point as a model of one cell. Its stiffness for the displacements (u_t, u_n) is K = [[1, -1.5], [-1.5,
+/// 4]], with u_t tangential and u_n into the obstacle. The model has the flexibility K⁻¹ and the normal gap -u_n.
 fn klarbring(mu: f64) -> Model {
     let determinant = 4.0 - 2.25;
     let (tt, tn, nn) = (4.0 / determinant, 1.5 / determinant, 1.0 / determinant);
@@ -128,7 +129,7 @@ fn klarbring(mu: f64) -> Model {
     cell(flexibility, FrictionLaw::Coulomb { mu })
 }
 
-/// Tangential displacement and approach of the free point under the force F = (-1, 1.2): K⁻¹ F.
+/// Step that prescribes the displacement K⁻¹ F, which the point has without contact under the force F = (-1, 1.2).
 fn loaded() -> Step {
     Step {
         normal: Some(Normal::Approach(-0.3 / 1.75)),
@@ -137,14 +138,15 @@ fn loaded() -> Step {
     }
 }
 
-/// Displacement and reaction (R_t, N) of the point in a state.
+/// Final displacement (u_t, u_n) and reaction (R_t, N) of the point.
 fn point(result: &RunResult) -> [f64; 4] {
     let state = &result.state;
     [state.gap[0], -state.gap[2], state.tractions[0], state.tractions[2]]
 }
 
-/// Truth: `non-unique-single-node` (Klarbring 1990). Open, stick and slip all satisfy the laws for mu = 1. The result is one of
-/// them to 1e-9, the same on every run. For mu = 0.5 only the open state is a solution.
+/// Truth: case `non-unique-single-node` (Klarbring 1990). For mu = 1 an open, a sticking and a slipping state satisfy the contact
+/// and friction laws. The result is one of these states to 1e-9, and the same state in every run. For mu = 0.5 only the open
+/// state is a solution.
 #[test]
 fn a_point_with_three_answers() {
     let answers =
@@ -164,8 +166,8 @@ fn a_point_with_three_answers() {
     }
 }
 
-/// Truth: case `str-friction-large` for Klarbring's point, mu from 0 to 2. Above mu = 1 the run may report that it did not
-/// converge.
+/// Truth: case `str-friction-large` for Klarbring's point, with mu from 0 to 2. Converged states satisfy the contact and friction
+/// laws. Above mu = 1 the run may report that it did not converge.
 #[test]
 fn a_point_with_any_coefficient() {
     for mu in [0.0, 1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {

@@ -1,4 +1,5 @@
-//! Gross sliding: the total friction depends on the direction of slip only.
+//! Gross sliding: under a given normal force, the total friction depends only on the direction of slip. Cases are those of the
+//! catalogue (docs/verification.md).
 
 use orthowear::evolution::records::Outcome;
 use orthowear::laws::friction::FrictionLaw;
@@ -18,9 +19,10 @@ fn profile(name: &str) -> impl Fn(f64, f64) -> f64 {
     }
 }
 
-/// Truth: case `gross-slip-any-pressure`. Under P = 1000 and slip at 30 degrees from the first axis, the friction is (65.46536707,
-/// 151.1857892) under any profile, to 1e-6. At four angles it agrees with the formula of `ellipse-sliding-direction` to 1e-8 of the
-/// largest friction, 200. The motion is 1e10 mm, so that displacements of the surfaces do not turn the slip.
+/// Truth: case `gross-slip-any-pressure`. The normal force is 1000 N, and slip is at 30 degrees from the first axis of the
+/// friction ellipse. The friction is (65.46536707, 151.1857892) N under any profile, to 1e-6. At four angles it agrees with the
+/// formula of case `ellipse-sliding-direction`, to 1e-8 of the largest friction, 200 N. The displacement is 1e10 mm, so that
+/// elastic displacements do not change the direction of slip.
 #[test]
 fn total_friction_does_not_depend_on_the_profile() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");

@@ -1,4 +1,5 @@
-//! Whole states under elliptic friction: axes that do not affect each other, and the laws cell by cell.
+//! Contact states under elliptic friction: independence of the two axes, and the laws in every cell. Cases are those of the
+//! catalogue (docs/verification.md).
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::Outcome;
@@ -9,9 +10,9 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, im7, indent, press, shift, solve_with, sphere, sphere_on_frp, steel};
 use crate::observed::{audit, follow, press_and_pull, pull, radius};
 
-/// Truth: `ellipse-principal-partial-slip`. Equal bodies of nu = 0, pulled along the first axis by 0.6 mu1 P, respond as under
-/// isotropic friction with mu1, to 1e-6 for any mu2. The ratio of the radii of stick zone and contact is 0.7368062997 within one
-/// cell.
+/// Truth: case `ellipse-principal-partial-slip`. Equal bodies with nu = 0 under the normal force P are pulled along the first
+/// axis of the ellipse by 0.6 mu1 P. For any mu2 they respond as under isotropic friction with mu1, to 1e-6. The ratio of stick
+/// radius to contact radius is 0.7368062997, within one cell.
 #[test]
 fn the_other_axis_is_not_felt() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
@@ -48,9 +49,10 @@ fn the_other_axis_is_not_felt() {
     }
 }
 
-/// Truth: case `ellipse-law-residuals`. Every cell of every converged state satisfies the laws of gaps, pressures, friction
-/// ellipses, sticking inside an ellipse and non-negative dissipation. Slip lies along the inward normal of the ellipse within 0.1
-/// degrees. Residuals of 1e-8 allow 1e-6 of the peak pressure and of a cell's displacement under this pressure.
+/// Truth: case `ellipse-law-residuals`. Every cell of every converged state satisfies the contact and friction laws. Gaps,
+/// pressures and dissipation are not negative. Tractions lie in the friction ellipse, and cells inside the ellipse stick. Slip
+/// lies along the inward normal of the ellipse, within 0.1 degrees. Solver residuals of 1e-8 allow violations of 1e-6, relative
+/// to the peak pressure and to a cell's displacement under this pressure.
 #[test]
 fn every_cell_obeys_the_laws() {
     let mut models: Vec<_> = [0.0, 30.0, 60.0, 90.0].map(|tilt| sphere_on_frp(tilt, 1.2, 24)).into();
@@ -74,7 +76,7 @@ fn every_cell_obeys_the_laws() {
             assert!(found.passes(1e-6), "model {number}, {} {}: {found:?}", record.name, record.increment);
         }
     }
-    // The audit must detect one reversed traction, and one gap that is closed too far.
+    // The audit must detect one reversed traction, and the penetration of one cell.
     let (_, mut fields) = follow(&models[1], &steps[..3], &SolverOptions::default());
     let state = fields.last_mut().expect("fields");
     let n = state.gap.len() / 3;

@@ -1,5 +1,5 @@
-//! Blocks with the near field of a half-space: half-width and depth `w`, clamped base, smaller cells towards the sides and the
-//! base.
+//! Blocks of half-width and depth `w` with the near field of a half-space. The base is clamped. Cells become smaller towards the
+//! sides and the base.
 
 use orthowear::body::HybridBody;
 use orthowear::body::hybrid::HalfSpaceFit;
@@ -13,20 +13,20 @@ use crate::common::im7;
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;
 
-/// Half-width of the frame.
+/// Half-width of the contact frame, mm.
 pub const FRAME: f64 = 1.2;
 
-/// Fibres 30 degrees out of the surface.
+/// Stiffness of CFRP with fibres tilted by 30 degrees out of the surface.
 pub fn cfrp() -> Stiffness {
     im7(30.0)
 }
 
-/// Image of `t` in (0, 1) on a line of `n` cells that become `ratio` times smaller from first to last.
+/// Maps `t` in (0, 1) to a graded line of `n` cells. The first cell is `ratio` times as long as the last cell.
 fn shrinking(t: f64, n: usize, ratio: f64) -> f64 {
     if n < 2 || ratio == 1.0 {
         return t;
     }
-    // Between cell boundaries the map is linear: midpoints stay midpoints.
+    // The map is linear in each cell, so that midpoints stay midpoints.
     let q = ratio.powf(-1.0 / (n as f64 - 1.0));
     let ends = |k: f64| (1.0 - q.powf(k)) / (1.0 - q.powf(n as f64));
     let first = (t * n as f64).floor().min(n as f64 - 1.0);
@@ -34,8 +34,8 @@ fn shrinking(t: f64, n: usize, ratio: f64) -> f64 {
     ends(first) + share * (ends(first + 1.0) - ends(first))
 }
 
-/// A block under z = 0 with `n` cells along each edge. The cells in the middle of the top are `ratio` times longer than the cells
-/// at the sides and at the base.
+/// Mesh of a block below z = 0 with `n` cells along each edge. The cells in the middle of the top are `ratio` times as long as
+/// the cells at the sides and at the base.
 pub fn mesh(kind: ElementKind, w: f64, n: usize, ratio: f64) -> Mesh {
     let across = |x: f64| {
         let from_middle = 2.0 * x - 1.0;

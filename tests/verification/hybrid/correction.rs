@@ -1,4 +1,4 @@
-//! The correction matrix against an exact solution, and its convergence.
+//! Finite-element correction of the half-space, against an exact solution.
 
 use nalgebra::Vector3;
 use orthowear::bem::half_space::PointForceField;
@@ -13,7 +13,7 @@ use orthowear::material::Stiffness;
 use super::blocks::{FRAME, body, cfrp};
 use crate::common::{assert_order, steel, usual_or_finest};
 
-/// A grid on the patch, and one point beside the body.
+/// Positions of point forces: a grid on the contact patch, and one position beside the body.
 fn places() -> Vec<[f64; 2]> {
     let line: Vec<f64> = (0..4).map(|k| FRAME * f64::from(2 * k - 3) / 4.0).collect();
     let mut places: Vec<[f64; 2]> = line.iter().flat_map(|&x| line.iter().map(move |&y| [x, y])).collect();
@@ -21,8 +21,8 @@ fn places() -> Vec<[f64; 2]> {
     places
 }
 
-/// Relative errors of the correction at the points on the patch, for a force beside a body of half-width 3: evaluated by Betti's
-/// theorem, and by the displacement at the mesh nodes.
+/// Relative errors of the correction at the points on the patch, for a force beside a body of half-width 3 mm. The first
+/// correction is evaluated by Betti's theorem, the second by the displacement at the mesh nodes.
 fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> [f64; 2] {
     let spec = FeSpec { formulation: HexFormulation::Standard, ..body(kind, (3.0, cells, 1.0), stiffness) };
     let model = FeModel::new(spec).unwrap();
@@ -34,7 +34,7 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
     let direct = found.at_mesh_nodes(&model, &on_patch).unwrap();
     let (mut off, mut size) = ([0.0, 0.0], 0.0);
     for (i, place) in on_patch.points.iter().enumerate() {
-        // The field u_hs of the force is regular in the body, and the correction cancels it.
+        // The force does not act on the body. The correction therefore cancels the half-space field u_hs of the force.
         let exact = -field.at(&Vector3::new(place[0] - 5.0, place[1] - 1.0, 0.0)).value;
         for (a, b) in (0..9).map(|k| (k % 3, k / 3)) {
             let values = [found.matrix.at(3 * i + a, 48 + b), direct.at(3 * i + a, 48 + b)];
@@ -45,9 +45,9 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
     off.map(|sum| (sum / size).sqrt())
 }
 
-/// Truth: for a force on the plane of the contact beside the body, the correction is exactly -u_hs with the field u_hs of the
-/// half-space. Betti's evaluation has twice the order of the energy norm: 2 for trilinear and 4 for triquadratic elements. The
-/// displacement at mesh nodes has the orders 2 and 3.
+/// Truth: a force beside the body, in the plane of the contact, does not move the body. The correction is therefore exactly
+/// -u_hs, with the field u_hs of the half-space. Evaluated by Betti's theorem, the correction has twice the order of the energy
+/// norm: 2 for trilinear and 4 for triquadratic elements. Evaluated by the displacement at mesh nodes, it has the orders 2 and 3.
 #[test]
 fn forces_beside_the_body() {
     for stiffness in usual_or_finest(vec![cfrp()], vec![steel(), cfrp()]) {

@@ -1,4 +1,4 @@
-//! Bodies with a curved contact surface.
+//! Bodies with a curved contact surface and the near field of a half-space.
 
 use std::sync::Arc;
 
@@ -35,8 +35,8 @@ fn load(body: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     result.records[0].normal_force
 }
 
-/// Relative changes of the load that the curvatures of the top cause under the same gap, with the near field of a half-space and
-/// for condensed meshes.
+/// Relative changes of the load due to the curvatures of the top, under the same gap. The first value is computed with the near
+/// field of a half-space, the second with condensed meshes.
 fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     let frame = frame(24);
     let finite = |curvatures: [f64; 2]| {
@@ -53,23 +53,25 @@ fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     [finite(curvatures) / finite([0.0; 2]) - 1.0, meshed(curvatures) / meshed([0.0; 2]) - 1.0]
 }
 
-/// Truth: the relative change of the load on condensed meshes, -1.9e-3 on a cap of radius 50 mm. The correction of the half-space
-/// includes the curved surface beyond the contact, but the contact itself is idealised as plane. The two relative changes differ by
-/// less than 1.5e-3.
+/// Truth: the relative change of the load on condensed meshes, -1.9e-3 on a cap of radius 50 mm. The relative change with the
+/// near field of a half-space differs by less than 1.5e-3. The correction includes the curved surface beyond the contact, but
+/// takes the contact itself as plane.
 #[test]
 fn cap_of_a_sphere() {
     let [finite, meshed] = changes([1.0 / 50.0; 2]);
     assert!(finite < 0.0 && (finite - meshed).abs() < 1.5e-3, "{finite:e} {meshed:e}");
 }
 
-/// Truth: as [`cap_of_a_sphere`], for curvature along x only and about half the bound.
+/// Truth: the relative change of the load on condensed meshes, as in [`cap_of_a_sphere`]. The bound is about half as large,
+/// because the surface is curved along x only.
 #[test]
 fn back_of_a_cylinder() {
     let [finite, meshed] = changes([1.0 / 50.0, 0.0]);
     assert!(finite < 0.0 && (finite - meshed).abs() < 0.8e-3, "{finite:e} {meshed:e}");
 }
 
-/// Truth: the surface of a body continues beyond the contact group. A step beside the group is an edge.
+/// Truth: the surface of a body continues beyond the contact group. A smaller group therefore gives the same fit of the
+/// half-space. A step of the surface beside the group counts as an edge.
 #[test]
 fn surfaces_go_on_beyond_the_group() {
     let frame = ContactFrame::grid([1.9; 2], [8; 2], [0.0; 2], 0.0).unwrap();
@@ -96,8 +98,8 @@ fn surfaces_go_on_beyond_the_group() {
     assert!(why.0.contains("an edge or a support of the body"), "{}", why.0);
 }
 
-/// Truth: a frame on a plane face has no rise. On a mesh of a sphere of radius R the nodes lie (x² + y²) / 2R below the apex. The
-/// rise is then the rise of the flat faces between the nodes.
+/// Truth: a plane face under the frame has no height difference, so its `rise` is zero. On a mesh of a sphere of radius R, the
+/// nodes lie (x² + y²) / 2R below the apex. The flat faces between these nodes determine the height difference.
 #[test]
 fn small_frames_on_large_faces() {
     let site = |curvature: f64, half: f64, middle: [f64; 2]| {
@@ -107,7 +109,7 @@ fn small_frames_on_large_faces() {
     for middle in [[0.9, 0.9], [-1.1, 0.4], [0.0, 0.0]] {
         assert_eq!(site(0.0, 0.05, middle).unwrap().rise, 0.0);
     }
-    // Each of the four flat faces of 3 mm about the origin lies (|x| + |y|) 1.5 / R below the apex.
+    // Within 3 mm of the origin, the four flat faces lie (|x| + |y|) 1.5 mm / R below the apex.
     let rise = site(1.0 / 500.0, 0.1, [0.0; 2]).unwrap().rise;
     assert!((rise * 0.1 / (0.2 * 1.5 / 500.0) - 1.0).abs() < 1e-6, "{rise}");
 }

@@ -6,7 +6,7 @@ use orthowear::frame::{ContactFrame, Side};
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid};
 
-/// A bump of pressure on body 2, with a tangential traction along x where x > 0, `[3, N]`.
+/// Tractions on body 2, `[3, N]`: a paraboloid of pressure, and a tangential traction along x where x > 0.
 fn bump(frame: &ContactFrame) -> Vec<f64> {
     let n = frame.n_cells();
     let mut tractions = vec![0.0; 3 * n];
@@ -20,7 +20,7 @@ fn bump(frame: &ContactFrame) -> Vec<f64> {
 }
 
 /// Truths: the base does not move. Stresses on planes across the block carry the resultant of the tractions. The displacement of
-/// the surface is the gap that the operator gives.
+/// the surface is the negative gap that the operator gives.
 #[test]
 fn supports_and_balance() {
     let (w, n) = (3.0, 8);

@@ -1,4 +1,4 @@
-//! Correction for the curvature of a surface that flat faces approximate.
+//! Curvature correction of flat faces that approximate a curved surface.
 
 use orthowear::body::RigidBody;
 use orthowear::coupling::surface_distance;
@@ -13,10 +13,10 @@ use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;
 use orthowear::fem::HexFormulation;
 
-/// Radius of the surfaces.
+/// Radius of the surfaces, mm.
 const R: f64 = 20.0;
 
-/// Depth of a surface below its apex at (x, y).
+/// Depth below the apex of a surface, as a function of x and y.
 type Depth = fn(f64, f64) -> f64;
 
 fn sphere(x: f64, y: f64) -> f64 {
@@ -29,7 +29,7 @@ fn cylinder(x: f64, y: f64) -> f64 {
     R - (R * R - across * across).sqrt()
 }
 
-/// A block of half-width 2 with uneven cells. Its top lies `depth(x, y)` below its apex.
+/// Mesh of a block of half-width 2 mm with cells of unequal size. Its top lies `depth(x, y)` below the apex.
 fn curved(kind: ElementKind, n: usize, depth: Depth) -> Mesh {
     block(kind, [n, n, 2], [1.0; 3], |[x, y, z]| {
         let [s, t] = [2.0 * x - 1.0, 2.0 * y - 1.0];
@@ -38,7 +38,7 @@ fn curved(kind: ElementKind, n: usize, depth: Depth) -> Mesh {
     })
 }
 
-/// Largest errors of the mean heights over cells of 0.05 mm, for the flat faces and for the corrected faces.
+/// Largest errors of the mean heights over cells of 0.05 mm, for flat faces and for faces with the curvature correction.
 fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
     let frame = ContactFrame::grid([0.8; 2], [32; 2], [0.05, -0.1], 0.0).unwrap();
     let faces = group_faces(mesh, "z1").unwrap();
@@ -59,9 +59,9 @@ fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
     [largest(&surface.mean_heights), largest(&bowed)]
 }
 
-/// Truth: the exact heights of spheres and cylinders. Flat faces of width h miss the surface by h² / 8R along each direction (order
-/// 2). With the correction for curvature the heights converge with order 4, with one less where the mesh is uneven. The error is
-/// less than a tenth of the error of flat faces.
+/// Truth: the exact heights of spheres and cylinders. Flat faces of width h deviate from the surface by h² / 8R along each
+/// direction, with order 2. With the curvature correction, heights converge with order 4, or with order 3 on irregular meshes.
+/// Their error is less than a tenth of the error of flat faces.
 #[test]
 fn bowed_faces_follow_the_surface() {
     for (kind, depth) in [(Hex8, sphere as Depth), (Hex8, cylinder), (Tet4, sphere), (Tet4, cylinder)] {
@@ -73,7 +73,7 @@ fn bowed_faces_follow_the_surface() {
     }
 }
 
-/// Truth: a plane and a roof get no correction. The ridge of the roof is a crease and not a curvature.
+/// Truth: a plane and a roof get no curvature correction. The ridge of the roof is a crease and not a curvature.
 #[test]
 fn what_is_plane_stays_so() {
     let roof = |x: f64, _: f64| 0.5 * x.abs();
@@ -93,7 +93,7 @@ fn what_is_plane_stays_so() {
     }
 }
 
-/// Truth: the gap of the exact sphere. The error is below a twentieth of the height by which the flat faces miss the sphere.
+/// Truth: the gap of the exact sphere. The error is below a twentieth of the largest deviation of the flat faces from the sphere.
 #[test]
 fn the_gap_of_a_half_space_under_a_mesh() {
     let frame = ContactFrame::grid([0.8; 2], [32; 2], [0.0; 2], 0.0).unwrap();

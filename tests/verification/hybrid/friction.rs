@@ -14,7 +14,7 @@ use crate::common::{Silent, fretting, frp_friction, frp_wear, indent, shift, usu
 use crate::fem_bodies::{clamp, spec};
 use crate::structured::GradedBlock;
 
-/// Normal force, tangential force along x and along y after indentation and shift, and wear volume after the cycles.
+/// Normal force and tangential forces along x and y after the tangential displacement, and wear volume after the fretting cycles.
 fn history(body: &mut dyn ElasticBody, frame: &ContactFrame) -> [f64; 4] {
     let mut model = sphere_on(body, Side::Lower, frame);
     (model.friction, model.wear) = (frp_friction(30.0), frp_wear(30.0));
@@ -26,8 +26,8 @@ fn history(body: &mut dyn ElasticBody, frame: &ContactFrame) -> [f64; 4] {
     [moved.normal_force, moved.tangential_force[0], moved.tangential_force[1], worn]
 }
 
-/// Truth: the forces and the wear volume of the body with the near field of a half-space, which have an error of a few thousandths.
-/// The condensed meshes must converge to these results, to 3 % on the finer mesh.
+/// Truth: forces and wear volume with the near field of a half-space. Their errors are a few thousandths. Condensed meshes must
+/// converge to these results, to 3 % on the finer mesh.
 #[test]
 fn indentation_shift_and_wear() {
     let condensed = |cells: usize, patch: usize| {

@@ -35,7 +35,7 @@ pub fn sphere_on(body: &mut dyn ElasticBody, side: Side, frame: &ContactFrame) -
     }
 }
 
-/// Load at an approach of 0.02 mm without friction, and number of unknowns.
+/// Load, N, at an approach of 0.02 mm without friction, and number of unknowns of the finite elements.
 fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> (f64, usize) {
     let frame = frame(64);
     let mut body = hybrid(body(kind, (w, n, ratio), stiffness), "z1", Side::Lower, &frame);
@@ -46,8 +46,8 @@ fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffne
     (result.records[0].normal_force, body.n_free())
 }
 
-/// Truth: loads of an independent program, which combines a half-space with a far field of 14³ hex27 elements. Their error is 1e-4
-/// for steel and 1e-3 for CFRP. The frame of 64 x 64 cells adds an error of 1e-4.
+/// Truth: loads from an independent program, which combines a half-space with a far field of 14³ hex27 elements. The error of
+/// these loads is 1e-4 for steel and 1e-3 for CFRP. The frame of 64 x 64 cells adds an error of 1e-4.
 #[test]
 fn loads_of_blocks() {
     let (steel, cfrp) = (steel(), cfrp());

@@ -1,4 +1,4 @@
-//! The operator on the frame: invariants, windows, both sides, layers.
+//! Operator of bodies with the near field of a half-space: invariants, windows, both sides of the frame, layers.
 
 use std::sync::Arc;
 
@@ -42,8 +42,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     difference / largest(&mut b.iter().map(|b| b.abs()))
 }
 
-/// Truths: with the operator S and the cell areas A, A S is symmetric. Direct sums and the diagonal blocks agree with products. A
-/// window has the rows and columns of its cells.
+/// Truths: A S is symmetric, with the operator S and the diagonal matrix A of the cell areas. Direct sums and diagonal blocks
+/// agree with products S p. The operator of a window has the rows and columns of the cells in the window.
 #[test]
 fn products_windows_and_entries() {
     let frame = frame(24);
@@ -83,8 +83,9 @@ fn products_windows_and_entries() {
     assert!(apart(&product(&*window, &inside), &wanted) < 1e-12);
 }
 
-/// Truth: turning body, material and tractions by 180 degrees about x changes nothing. The same tractions along y and z on the
-/// other side of the frame therefore cause the same gaps. Tractions and gaps along x change sign.
+/// Truth: if body, material and tractions rotate by 180 degrees about x, the solution rotates, too. The rotation also turns body
+/// 1 into body 2, whose tractions have the opposite sign. Tractions and gaps along y and z therefore keep their sign, but
+/// tractions and gaps along x change sign.
 #[test]
 fn either_side_of_the_frame() {
     let frame = frame(16);
@@ -98,8 +99,8 @@ fn either_side_of_the_frame() {
     let below = flexibility(lower, Side::Lower, &frame);
     let above = hybrid(upper, "z1", Side::Upper, &frame).take_flexibility(SkipVanishing).unwrap().unwrap();
     let tractions = random(3 * n);
-    // Cell (ix, iy) becomes (ix, 15 - iy), and components along y and z change sign. For body 1, traction and displacement have
-    // signs opposite to those of body 2, which cancels.
+    // By the rotation, cell (ix, iy) becomes (ix, 15 - iy), and components along y and z change sign. The change from body 1 to
+    // body 2 reverses both tractions and gaps. These two signs cancel, because the operator is linear.
     let mirrored = |values: &[f64]| -> Vec<f64> {
         let at = |k: usize| {
             let (c, ix, iy) = (k / n, k % n / 16, k % 16);
@@ -113,8 +114,8 @@ fn either_side_of_the_frame() {
     assert!(apart(&found, &wanted) < 1e-9, "{}", apart(&found, &wanted));
 }
 
-/// Truth: one operator of the summed Green's function (`SkipVanishing`) and the sum of both operators (`Keep`) give the same
-/// product.
+/// Truth: the operator of the summed Green's function (`SkipVanishing`) and the sum of the operators of the two bodies (`Keep`)
+/// give the same product.
 #[test]
 fn two_bodies() {
     let frame = frame(16);
@@ -139,7 +140,7 @@ fn two_bodies() {
     assert!(coupled.flexibility.grid().is_some() && coupled.skipped.len() == 1);
 }
 
-/// Plies from the top down, each given by the depth of its lower face and its stiffness.
+/// Layup of plies, listed from the top down. A ply has the depth of its lower face and a stiffness.
 fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     let mut upper = 1.0;
     let placed = |(depth, stiffness): &(f64, &Stiffness)| {
@@ -162,9 +163,8 @@ fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     RegionMaterial::Layup(all)
 }
 
-/// Truths: a body of layers of one material acts like a body of that material. Under uniform pressure a layer of 1.2 mm on a base
-/// ten times softer moves as on the condensed mesh, to 2 %. Finer meshes agree better, because the volume term contains the error
-/// of the half-space.
+/// Truths: layers of one material act like a homogeneous body. Under uniform pressure, a layer of 1.2 mm on a base ten times
+/// softer moves as on the condensed mesh, to 2 %. Finer meshes agree better.
 #[test]
 fn layers() {
     let (hard, soft) = (steel(), Stiffness::isotropic(21e3, 0.3).unwrap());

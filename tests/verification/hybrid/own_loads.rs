@@ -1,4 +1,4 @@
-//! Displacement of the surface under the frame due to loads, prescribed displacements and weight of the body.
+//! Displacement under the frame due to the loads, the prescribed displacements and the weight of a body.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 use orthowear::bem::half_space::CrossBlocks::Keep;
@@ -17,7 +17,7 @@ use crate::common::{assert_order, steel};
 use crate::fem_bodies::{ALL, clamp, spec};
 use crate::fem_meshes::{boundary_nodes, prescribe};
 
-/// Displacement at the cells of the frame, mm, by the loads at amplitude 1.
+/// Displacement at the cells of the frame, mm, due to the loads of the body at amplitude 1.
 fn surface(spec: FeSpec, frame: &ContactFrame) -> Vec<Point> {
     let body = hybrid(spec, "z1", Side::Lower, frame);
     let gap = &body.loads()[0].gap;
@@ -39,8 +39,8 @@ fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
     mesh.groups.push(PhysicalGroup { name: name.into(), dim: 2, tag, cells });
 }
 
-/// Largest error of the displacement under the frame in uniform stress, divided by the half-width 3 and the norm of the
-/// displacement gradient. The base moves with a strain and a rotation.
+/// Largest error of the displacement under the frame for a block in uniform stress. The error is divided by the half-width 3 mm
+/// and by the norm of the displacement gradient. The base moves with the strain of this stress and with a rotation.
 fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     let frame = frame(12);
     let stress = Vector6::new(120.0, -80.0, -60.0, 25.0, -30.0, 40.0);
@@ -60,7 +60,7 @@ fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     off(&surface(spec, &frame), &frame, |x| shift + gradient * x) / (3.0 * gradient.norm())
 }
 
-/// Truth: the displacement of a block in uniform stress, to the accuracy of the quadrature.
+/// Truth: the displacement of a block in uniform stress, to 2e-4, the accuracy of the quadrature.
 #[test]
 fn uniform_stress() {
     for stiffness in [steel(), cfrp()] {
@@ -72,7 +72,7 @@ fn uniform_stress() {
 }
 
 /// Truth: a rigid motion of the support moves the surface rigidly, to rounding. A soft foundation on a side does not hinder a
-/// translation of the support.
+/// translation of the support, a stiff foundation does.
 #[test]
 fn rigid_motions() {
     let frame = frame(8);
@@ -96,8 +96,8 @@ fn rigid_motions() {
     assert!(held < 0.009, "{held}");
 }
 
-/// Truth: a column of half-width and height w between smooth walls under a weight g per volume moves by u = g (z^2 - w^2) / 2M,
-/// with the modulus M of uniaxial strain. On meshes of first order the estimated error covers the remaining error.
+/// Truth: the weight g per volume moves the top of a column of height w by -g w^2 / 2M. The column stands between smooth walls,
+/// and M is the modulus of uniaxial strain. On meshes of first-order elements, the error does not exceed the estimated error.
 #[test]
 fn weight() {
     let frame = frame(8);
@@ -120,7 +120,8 @@ fn weight() {
     }
 }
 
-/// Relative error under the frame of a body whose boundaries move as in a half-space under a point force beside the body.
+/// Relative error of the displacement under the frame. The boundary nodes of the body are displaced as in a half-space under a
+/// point force beside the body.
 fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> f64 {
     let frame = frame(8);
     let mut mesh = mesh(kind, 3.0, cells, 1.0);
@@ -138,8 +139,8 @@ fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &P
     off(&found, &frame, exact) / frame.centers.iter().map(|x| exact(x).norm()).fold(0.0, f64::max)
 }
 
-/// Truth: the field of a force beside the body. Errors have the orders of the strain energy, twice the orders of the displacement
-/// gradient.
+/// Truth: the displacement field of a point force beside the body. On finer meshes, errors decrease with the order of the strain
+/// energy, twice the order of the displacement gradient.
 #[test]
 fn moved_boundaries() {
     let (steel, cfrp) = (steel(), cfrp());
@@ -153,8 +154,8 @@ fn moved_boundaries() {
     assert!(errors[2] < 1e-2, "{errors:?}");
 }
 
-/// Truth: the gap that the flexibility on a larger frame gives for tractions on a pad. For the small frame, these tractions are
-/// loads on a group of faces under and beside the frame.
+/// Truth: the gap due to tractions on a pad, computed by the flexibility of a large frame. For the small frame, the same
+/// tractions are loads on a group of faces under and beside the frame.
 #[test]
 fn pads_beside_the_frame() {
     let large = ContactFrame::grid([1.5, 1.0], [24, 16], [0.25, 0.0], 0.0).unwrap();
@@ -172,7 +173,7 @@ fn pads_beside_the_frame() {
         let n = large.n_cells();
         let mut tractions = vec![0.0; 3 * n];
         for (cell, _) in large.centers.iter().enumerate().filter(|(_, x)| pad(x)) {
-            // Tractions of the frame act on body 2.
+            // Tractions of a frame act on body 2, so that loads on body 1 have the opposite sign.
             (0..3).for_each(|c| tractions[c * n + cell] = -traction[c]);
         }
         let mut gap = vec![0.0; 3 * n];
@@ -186,8 +187,8 @@ fn pads_beside_the_frame() {
     }
 }
 
-/// Truth: the same body with ten elements of second order along each edge. The estimated error exceeds the error of a coarse mesh
-/// by a factor of 1 to 8.
+/// Truth: the displacement of the same body with ten elements of order 2 along each edge. The estimated error of a coarse mesh is
+/// 1 to 8 times its actual error.
 #[test]
 fn pressed_from_the_side() {
     let frame = frame(6);
@@ -220,7 +221,7 @@ fn pressed_from_the_side() {
     assert!(errors[0] / errors[1] > 3.0, "{errors:?}");
 }
 
-/// Displacement of body 1 at `x`, the negative gap, by parabolas between the centres of the cells.
+/// Displacement of body 1 at `x`: the negative of `gap`, interpolated by parabolas between cell centres.
 fn interpolated(gap: &[f64], frame: &ContactFrame, x: &Point) -> Point {
     let grid = frame.grid.unwrap();
     let n = frame.n_cells();

@@ -26,8 +26,8 @@ PostProcessing.SaveMesh = MESH;
 Save View[0] "view.msh";
 "#;
 
-/// Truth: the script gives (0.75, 0.75, 0.75) to each element of a cube of 2 x 2 x 2: 8 solids, 24 outer faces, 24 edges and 8
-/// points.
+/// Truth: the script gives (0.75, 0.75, 0.75) to each of the 64 elements of a cube of 2 x 2 x 2 solids. The elements are 8
+/// solids, 24 outer faces, 24 edges and 8 points.
 #[test]
 fn what_gmsh_writes_of_a_view_is_read() {
     for (version, binary, with_mesh) in
@@ -68,7 +68,7 @@ for name, kind in (("a", "gmsh22"), ("b", "gmsh")):
     meshio.write(name + ".msh", mesh, file_format=kind, binary=True)
 "#;
 
-/// Truth: the field that is read equals the array given to meshio, to the last bit, from both versions.
+/// Truth: the array given to meshio. The field that is read is equal to the last bit, in both file versions.
 #[test]
 fn cell_data_that_meshio_writes_is_read() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -96,7 +96,7 @@ fn damaged_fields_are_refused() {
         gmsh::read_fields(&path).map_err(|error| error.to_string())
     };
     let whole = format!("{head}{sound}{}", sound.replace("7 1 0 0", "7 5 5 5"));
-    // The user gets one warning, however many time steps there are.
+    // Of several time steps, only the first is read. One warning covers all others.
     let (fields, warnings) = read(&format!("{whole}{}", &whole[head.len()..])).expect("sound");
     assert_eq!((fields.len(), &fields[0].values[..]), (1, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0][..]));
     assert!(warnings.len() == 1 && warnings[0].contains("\"f\" has several time steps"), "{warnings:?}");

@@ -12,14 +12,15 @@ use orthowear::mesh::{Mesh, gmsh};
 
 use super::tools;
 
-/// Numbers of cells by kind, of points, and of cells by group.
+/// Numbers of cells of each kind, of cells of each group, and of points.
 pub fn counts(mesh: &Mesh) -> BTreeMap<String, usize> {
     let kinds = mesh.blocks.iter().map(|b| (b.kind.name().to_string(), b.n_cells()));
     let groups = mesh.groups.iter().map(|g| (format!("{} of dimension {}", g.name, g.dim), g.cells.len()));
     kinds.chain(groups).chain([("points".to_string(), mesh.n_points())]).collect()
 }
 
-/// Asserts that each group has the same points in both meshes, to 1e-12. Text of 16 digits moves a coordinate of 12 mm by 1e-15.
+/// Asserts that each group has the same points in both meshes, to 1e-12 mm. Text of 16 digits changes a coordinate of 12 mm by
+/// 1e-15 mm.
 pub fn assert_same_group_points(a: &Mesh, b: &Mesh) {
     for group in &a.groups {
         let points = |mesh: &Mesh| -> Vec<[f64; 3]> {
@@ -54,8 +55,9 @@ Physical Curve(77) = {1};
 Physical Point("p", 5) = {1};
 "#;
 
-/// Truth: counted by hand. A unit cube of 2 x 2 x 2 elements has 27 (order 2: 125) points, 8 solids and 4 faces in "contact face".
-/// It has 8 faces in "both" and 2 lines in the unnamed group 77. The free point at (5, 5, 5) is in no element.
+/// Truth: counts by hand. A unit cube of 2 x 2 x 2 elements has 27 points (order 2: 125), 8 solids and 4 faces in "contact face".
+/// The group "both" has 8 faces, and the unnamed group 77 has 2 lines. The point at (5, 5, 5) is in no element and is not
+/// counted.
 #[test]
 fn every_format_that_gmsh_writes_gives_the_same_mesh() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -86,7 +88,7 @@ fn every_format_that_gmsh_writes_gives_the_same_mesh() {
     }
 }
 
-/// Truth: the meshes that the installed gmsh makes of the .geo scripts, in each format.
+/// Truth: the meshes that the installed gmsh makes from the .geo scripts, in each format.
 #[test]
 fn committed_meshes_are_what_the_scripts_make() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -118,9 +120,9 @@ fn committed_meshes_are_what_the_scripts_make() {
     assert!(bytes <= 3_200_000, "{bytes} bytes in meshes/");
 }
 
-/// Truth: the dimensions in the scripts. The lower nodes of the cap lie on the sphere of R = 50 mm about (0, 0, 50) to 1e-12 of R.
-/// The exact volume of the cap is 24² x 12 less ∬ (R - √(R² - x² - y²)) dx dy = 560.6 mm³. The facets of cells of h <= 4.5 mm cut
-/// off more: on average a height of at most 2 h²/12R.
+/// Truth: the dimensions in the scripts. The lower nodes of the cap lie on the sphere of radius R = 50 mm about (0, 0, 50), to
+/// 1e-12 of R. The exact volume of the cap is 24² x 12 less ∬ (R - √(R² - x² - y²)) dx dy = 560.6 mm³. Plane faces of cells with
+/// edges h <= 4.5 mm reduce the volume further. On average their height deviates by at most 2 h²/12R.
 #[test]
 fn committed_meshes_have_the_dimensions_they_should() {
     let read = |name: &str| gmsh::read(&tools::root().join("meshes").join(name)).expect("a committed mesh");
@@ -156,7 +158,7 @@ fn covers_the_skin(mesh: &Mesh, groups: &[&str]) {
     assert_eq!(covered, outer_faces(mesh).len(), "{}", mesh.source);
 }
 
-/// Integral over [-12, 12] by Simpson's rule.
+/// Integral of `f` over [-12, 12] by Simpson's rule.
 fn simpson(f: impl Fn(f64) -> f64) -> f64 {
     let n = 100;
     let h = 24.0 / n as f64;

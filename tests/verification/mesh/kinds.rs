@@ -60,7 +60,7 @@ fn mean(points: impl IntoIterator<Item = [f64; 3]>) -> [f64; 3] {
     sum.map(|s| s / n)
 }
 
-/// Reference nodes without centres.
+/// Corners and mid-edge nodes of the reference element, without nodes at the centres of faces and of the element.
 fn corner_and_edge_nodes(kind: ElementKind) -> Vec<[f64; 3]> {
     let mut x = reference_corners(kind);
     for [a, b] in edges(kind) {
@@ -106,8 +106,9 @@ fn type_numbers_have_the_node_counts_of_the_gmsh_manual() {
     assert!((20..140).chain([0]).all(|code| ElementKind::from_gmsh_code(code).is_none()));
 }
 
-/// Truth: geometry. The normal of each face points away from the middle of the solid. The middle nodes of a face lie on its edges,
-/// in the order of its corners. The faces of a closed, consistently oriented surface run along every edge once in each direction.
+/// Truth: geometry. The normal of each face points away from the middle of the solid. The mid-edge nodes of a face follow the
+/// order of its corners. In a closed, consistently oriented surface, the two faces at an edge run along the edge in opposite
+/// directions.
 #[test]
 fn faces_close_the_solid_with_outward_normals() {
     for kind in solids() {
@@ -131,8 +132,8 @@ fn faces_close_the_solid_with_outward_normals() {
     }
 }
 
-/// Truth: VTK's order of middle nodes (VTK user's guide, quadratic cells): on the edges of the first face, on the edges of an
-/// opposite face, then on the other edges.
+/// Truth: VTK's order of mid-edge nodes (VTK user's guide, quadratic cells). The edges of the first face come first, then the
+/// edges of an opposite face, then the other edges.
 #[test]
 fn vtk_order_puts_middle_nodes_on_vtk_s_edges() {
     let vtk_edges = |kind| match kind {
@@ -203,8 +204,8 @@ for line in open(sys.argv[1]):
     assert numpy.linalg.det(fit[:3]) > 0, f"cell type {code}: turned inside out"
 "#;
 
-/// Truth: in VTK's node order, our reference nodes are an affine image of VTK's own parametric coordinates. Pyramids of order 2 are
-/// excepted, because VTK's coordinates of their upper edges are not affine.
+/// Truth: in VTK's node order, the reference nodes of this program are an affine image of VTK's parametric coordinates. Pyramids
+/// of order 2 are excluded, because VTK's coordinates of their upper edges are not affine.
 #[test]
 fn vtk_itself_finds_the_nodes_in_its_order() {
     let dir = tempfile::tempdir().expect("a temporary folder");

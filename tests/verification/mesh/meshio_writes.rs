@@ -37,8 +37,8 @@ fn import(dir: &Path, arguments: &[&str]) -> Mesh {
     gmsh::read(&dir.join(arguments[1])).expect("an imported mesh")
 }
 
-/// Truth: the mesh given to meshio. Points are equal to the last bit (meshio's text has 17 digits). Groups are equal except in
-/// version 4.1.
+/// Truth: the mesh given to meshio. Points are equal to the last bit, because meshio's text has 17 digits. Groups are equal
+/// except in version 4.1.
 #[test]
 fn what_meshio_writes_comes_back_equal() {
     for solids in [BlockElements::Hex8, BlockElements::Tet4] {
@@ -47,7 +47,7 @@ fn what_meshio_writes_comes_back_equal() {
         let mut mesh = block.mesh().expect("a block");
         mesh.groups.retain(|group| !group.cells.is_empty());
         let dir = tempfile::tempdir().expect("a temporary folder");
-        // meshio requires $MeshFormat first, and no empty data at the end.
+        // meshio requires $MeshFormat as the first section, and no empty data section at the end.
         let bytes = write(&mesh, VARIANTS[0]);
         let at = |section: &[u8]| {
             bytes.windows(section.len()).position(|word| word == section).expect("a section")
@@ -71,7 +71,8 @@ fn what_meshio_writes_comes_back_equal() {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         read.push(("mesh.vtu".to_string(), import(dir.path(), &arguments)));
         for (name, read) in read {
-            // Without entities, meshio's version 4.1 keeps neither groups nor surfaces.
+            // The given file of version 2.2 has no entities. Without entities, meshio's files of version 4.1 have neither groups
+            // nor surfaces.
             if !name.starts_with("41") {
                 assert_eq!(counts(&read), counts(&mesh), "{name}");
                 assert_same_group_points(&read, &mesh);
@@ -109,7 +110,7 @@ fn meshio_keeps_the_groups_of_a_gmsh_file() {
             let read = gmsh::read(&dir.path().join(name)).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(counts(&read), counts(&given), "{name}");
             assert_same_group_points(&read, &given);
-            // Faces match their solids, so the middle nodes of order 2 are in gmsh's order.
+            // Each face of order 2 matches its solid only if the mid-edge nodes are in gmsh's order.
             assert_eq!(group_faces(&read, "contact").expect("outer faces").len(), 6, "{name}");
         }
     }
@@ -118,7 +119,7 @@ fn meshio_keeps_the_groups_of_a_gmsh_file() {
 const INP: &str = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n\
                    *ELEMENT, TYPE=C3D8, ELSET=BODY\n1, 1, 2, 3, 4, 5, 6, 7, 8\n*NSET, NSET=TOP\n5, 6, 7, 8\n";
 
-/// Truth: the text of an Abaqus file describes a unit cube.
+/// Truth: the text of the Abaqus file, which describes a unit cube with a node set on its top.
 #[test]
 fn node_sets_become_groups_of_faces() {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -133,8 +134,8 @@ fn node_sets_become_groups_of_faces() {
     assert_eq!(mesh.group("BODY").expect("the element set").dim, 3);
 }
 
-/// Truth: a cube of side 2 with middle nodes on its edges, made by hand. Its node set is in a file that the deck includes, and
-/// becomes the top face. The import omits the *SURFACE of the deck.
+/// Truth: a cube of side 2 with mid-edge nodes, made by hand. The input deck includes a file with a node set, which becomes the
+/// top face. The import omits the *SURFACE of the deck.
 #[test]
 fn decks_of_order_2_that_include_others() {
     let corners = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]];

@@ -1,4 +1,4 @@
-//! Quality checks and the built-in mesher against geometry.
+//! Checks of mesh quality and the built-in mesher, against elementary geometry.
 
 use approx::assert_relative_eq;
 use nalgebra::Vector3;
@@ -89,8 +89,8 @@ fn gradings_are_geometric_from_the_wanted_first_cell() {
     assert!(x.iter().zip(x.iter().rev()).all(|(a, b)| a == &-b), "symmetric to the last bit");
 }
 
-/// Truth: geometry. Moving a corner through the opposite face folds a hexahedron. Swapping its two quads turns it inside out. A
-/// corner on the line between its neighbours collapses a tetrahedron.
+/// Truth: geometry. A corner moved through the opposite face folds a hexahedron. Swapping the lower and the upper face turns a
+/// hexahedron inside out. A corner on the line between two other corners collapses a tetrahedron.
 #[test]
 fn inverted_and_collapsed_elements_are_named() {
     let cube = GradedBlock::uniform([1.0, 1.0], 2.0, [2, 2, 2]).mesh().expect("a block");
@@ -152,8 +152,8 @@ fn unmerged_nodes_are_counted() {
     assert!(check(&thrice).expect_err("overlap").to_string().contains("share one face"));
 }
 
-/// Truth: V = 1/3 ∮ x·n dS by hand. A hexahedron over a unit square gains 1/4 if one corner of its top is raised by 1 (mean of
-/// bilinear z).
+/// Truth: volumes V = 1/3 ∮ x·n dS, computed by hand. If a top corner of a unit cube is raised by 1, the volume increases by 1/4,
+/// the mean of the bilinear height.
 #[test]
 fn volumes_of_all_shapes() {
     let one = |kind: ElementKind, points: Vec<[f64; 3]>| {
@@ -173,7 +173,8 @@ fn volumes_of_all_shapes() {
     assert_relative_eq!(one(ElementKind::Hex8, hex), 1.25, max_relative = 1e-14);
 }
 
-/// Truth: an element of a surface group must be a face of the boundary surface, once. A reversed face gets an outward normal.
+/// Truth: each element of a surface group must be a face of the outer surface, and no face may occur twice. A reversed face gets
+/// an outward normal.
 #[test]
 fn faces_that_are_not_on_the_outside_are_refused() {
     let mesh = GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 2]).mesh().expect("a block");
@@ -226,8 +227,8 @@ fn structured_blocks_refuse_what_cannot_be_meshed() {
     refused(&GradedBlock { patch_cells: [1 << 19, 1 << 19], ..block }, "2^32");
 }
 
-/// Truth: displacements on a quadrilateral face are bilinear, on two triangles linear with a kink. They differ in the middle of the
-/// face. A pyramid fits a quadrilateral face of a hexahedron. Elements of order 2 do not fit elements of order 1.
+/// Truth: displacements are bilinear on a quadrilateral face, but piecewise linear on two triangles. The two fields differ in the
+/// middle of the face. A pyramid fits a quadrilateral face of a hexahedron. Elements of order 2 do not fit elements of order 1.
 #[test]
 fn faces_of_neighbours_that_do_not_fit_are_counted() {
     let mut points: Vec<[f64; 3]> = [0.0, 1.0]
@@ -259,7 +260,7 @@ fn faces_of_neighbours_that_do_not_fit_are_counted() {
             .iter()
             .map(|x| [0.5 * (x[0] + 1.0), 0.5 * (x[1] + 1.0), 0.5 * (x[2] + 1.0) + 1.0]),
     );
-    // The lower corners are the upper corners of the cube below.
+    // The lower corners of the hex20 are the upper corners of the hex8 below.
     let nodes: Vec<usize> = (4..8).chain(8 + 4..8 + 20).collect();
     let mixed = Mesh {
         points: all,

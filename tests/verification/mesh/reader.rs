@@ -1,4 +1,4 @@
-//! The reader on small files: variants, refusals, and damage.
+//! Reader of .msh files, on small files: variants of the format, refusals, and damage.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,8 +9,8 @@ use super::writer::{VARIANTS, Variant, groups_of_cells, write};
 
 use crate::structured::{BlockElements, GradedBlock};
 
-/// Kind, coordinates of the nodes and tags of the groups of each cell, by its number in the file. The order of cells and nodes in
-/// the file does not matter.
+/// Content of a mesh, independent of the order of cells and nodes in the file. For each cell number it has the kind, the
+/// coordinates of the nodes as bits, and the tags of the groups of the cell.
 type Content = BTreeMap<u64, (ElementKind, Vec<[u64; 3]>, BTreeSet<i64>)>;
 
 fn content(mesh: &Mesh) -> Content {
@@ -28,7 +28,8 @@ fn names(mesh: &Mesh) -> BTreeSet<(String, usize, i64)> {
     mesh.groups.iter().map(|g| (g.name.clone(), g.dim, g.tag)).collect()
 }
 
-/// A block with a cell in two groups and a cell in none, and with a point, a line and groups of them.
+/// Mesh of a block with one cell in two groups and one cell in no group. It also has a point element and a line element, each in
+/// a group.
 fn rich_block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     let block = GradedBlock { solids, distortion: 0.05, ..GradedBlock::uniform([0.7, 1.0], 1.3, cells) };
     let mut mesh = block.mesh().expect("a block");
@@ -61,7 +62,7 @@ fn every_variant_is_read_back_to_the_last_bit() {
     }
 }
 
-/// Truth: only a file without its optional sections may be read as the whole mesh.
+/// Truth: a truncated file must be refused. If it only lacks the optional sections at its end, the whole mesh may be read.
 #[test]
 fn a_file_cut_off_anywhere_is_refused() {
     let mesh = rich_block(BlockElements::Hex8, [1, 1, 1]);
@@ -134,7 +135,7 @@ const V4: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \
                   0 0 0 1\n1 0 0 0 1 1 1 1 1 0\n$EndEntities\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n\
                   0 0 1\n$EndNodes\n$Elements\n1 1 7 7\n3 1 4 1\n7 1 2 3 4\n$EndElements\n";
 
-/// Truth: the text of the file. The free node 9 is omitted, and a byte-order mark is skipped.
+/// Truth: the text of the file. Node 9, which no element uses, is omitted, and a byte-order mark is skipped.
 #[test]
 fn small_files_mean_what_they_say() {
     for text in [V2.to_string(), V4.to_string(), format!("\u{feff}{V2}"), format!("\n\n{V4}\n\n")] {
@@ -155,7 +156,7 @@ fn small_files_mean_what_they_say() {
 #[test]
 fn refusals_say_where_what_and_how_to_mend() {
     let cases: &[(&str, &str, &str, &[&str])] = &[
-        // Version 2.2: text to replace, replacement, words of the message.
+        // Version 2.2. Each case has the text of a file, the text to replace, its replacement, and words of the message.
         (V2, "2.2 0 8", "4 0 8", &["line 2", "version \"4\"", "4.1 or 2.2", "-format msh41"]),
         (V2, "2.2 0 8", "4.0 0 8", &["version \"4.0\""]),
         (V2, "2.2 0 8", "2.2 2 8", &["file type \"2\"", "0 (ASCII)"]),
@@ -238,7 +239,7 @@ fn refusals_say_where_what_and_how_to_mend() {
     assert!(error.contains("no/such/file.msh") && error.contains("cannot be read"), "{error}");
 }
 
-/// Truth: the first coordinate of the second node is not a number.
+/// Truth: the position of the first coordinate of the second node, which the test replaces by NaN.
 #[test]
 fn binary_messages_give_the_byte() {
     let variant = Variant { v4: false, binary: true, swapped: false, size: 8, crlf: false };

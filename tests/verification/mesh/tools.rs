@@ -1,5 +1,5 @@
-//! Programs that tests compare with: gmsh, and Python with meshio. If one is absent, the test reports it and passes, unless
-//! ORTHOWEAR_REQUIRE_TOOLS=1 makes absence a failure.
+//! Runs the programs that tests compare with: gmsh, and Python with meshio. If a program is absent, the test reports this and
+//! passes. With ORTHOWEAR_REQUIRE_TOOLS=1 the test fails.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -20,7 +20,7 @@ pub fn run(command: &mut Command) {
     assert!(output.status.success(), "{command:?} failed:\n{}", String::from_utf8_lossy(&text));
 }
 
-/// `false` if gmsh is absent.
+/// Runs gmsh in `directory`. Returns `false` if gmsh is absent.
 pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     if Command::new("gmsh").arg("--version").output().is_err() {
         absent("gmsh");
@@ -30,7 +30,8 @@ pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     true
 }
 
-/// $ORTHOWEAR_PYTHON or the project's .venv, with meshio. `false` if it is absent.
+/// Runs Python with meshio in `directory`: $ORTHOWEAR_PYTHON or the project's .venv. Returns `false` if Python or meshio is
+/// absent.
 pub fn python(arguments: &[&str], directory: &Path) -> bool {
     let program =
         std::env::var_os("ORTHOWEAR_PYTHON").map_or_else(|| root().join(".venv/bin/python"), PathBuf::from);

@@ -1,4 +1,4 @@
-//! Volumes of bodies of every element kind, written as VTU and read back by VTK and meshio.
+//! Volumes of solid elements of every kind, written as VTU and read back by VTK and meshio.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -29,11 +29,11 @@ fn cell_volume(kind: ElementKind, nodes: &[[f64; 3]]) -> f64 {
     rule.into_iter().map(volume).sum()
 }
 
-/// A line for each cell: its VTK type and volume.
+/// Text with a line for each cell: its VTK type and its volume.
 fn described(mesh: &Mesh) -> String {
     let mut lines = String::new();
     for cell in mesh.volume_cells() {
-        // VTK has no pyramid of 14 nodes.
+        // VTK has no pyramid of 14 nodes. Such a pyramid is written without its last node.
         let kind = match mesh.kind(cell) {
             ElementKind::Pyramid14 => ElementKind::Pyramid13,
             kind => kind,
@@ -45,9 +45,9 @@ fn described(mesh: &Mesh) -> String {
     lines
 }
 
-/// Truth: VTK's own shape functions give the same volume as ours on curved cells of every kind. A misplaced node would change the
-/// volume. The tolerance 1e-9 covers rounding of central differences. VTK's own filter of cell sizes cuts curved cells into a few
-/// straight ones and agrees to 20 %.
+/// Truth: on curved cells of every kind, VTK's shape functions give the same volume as the shape functions of this program. A
+/// misplaced node would change the volume. The tolerance 1e-9 covers rounding of central differences. VTK's filter of cell sizes
+/// divides curved cells into a few straight cells and agrees to 20 %.
 #[test]
 fn volumes_read_back_by_vtk_and_meshio() {
     let dir = tempfile::tempdir().expect("a temporary folder");

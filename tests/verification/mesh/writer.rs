@@ -10,6 +10,7 @@ pub struct Variant {
     pub v4: bool,
     /// Binary, otherwise text.
     pub binary: bool,
+    /// Opposite byte order (binary files only).
     pub swapped: bool,
     /// Bytes of a `size_t` in 4.1.
     pub size: usize,
@@ -70,7 +71,7 @@ impl Out {
     }
 }
 
-/// Scattered node numbers, as after merging and deleting in gmsh.
+/// Number of node `i` in a file with `n` nodes: not consecutive, as after merging and deleting in gmsh.
 fn node_tag(i: usize, n: usize) -> u64 {
     1 + 1009 * ((i * 7 + 3) % n) as u64
 }
@@ -135,8 +136,8 @@ fn write_v2(mesh: &Mesh, out: &mut Out) {
     out.text(&format!("\n$EndNodes\n$Elements\n{}\n", records.len()));
     for (cell, tag, group) in records {
         let code = i64::from(mesh.kind(cell).gmsh_code());
-        // Text: number, type, number of tags, tags. Binary: a block with type, number of elements (1), number of tags, then number
-        // and tags.
+        // In a text file, an element has its number, type, number of tags, and tags. In a binary file, it is a block of one
+        // element: type, number of elements (1), number of tags, then the number and tags of the element.
         let head = if out.variant.binary { [code, 1, 2, tag as i64] } else { [tag as i64, code, 2, group] };
         head.into_iter().for_each(|value| out.int(value));
         if out.variant.binary {
@@ -150,7 +151,7 @@ fn write_v2(mesh: &Mesh, out: &mut Out) {
 }
 
 fn write_v4(mesh: &Mesh, out: &mut Out) {
-    // An entity for each block of cells and each set of groups.
+    // An entity contains the cells of one block that belong to the same groups.
     let groups = groups_of_cells(mesh);
     let mut entities = BTreeMap::<(usize, usize, BTreeSet<i64>), Vec<CellRef>>::new();
     for cell in (0..=3).flat_map(|dim| mesh.cells(dim)) {
@@ -164,7 +165,7 @@ fn write_v4(mesh: &Mesh, out: &mut Out) {
         out.int(i as i64 + 10);
         (0..if *dim == 0 { 3 } else { 6 }).for_each(|_| out.real(0.5));
         out.size(set.len() as u64);
-        // Negative tags reverse the entity in the group.
+        // A negative tag reverses the orientation of the entity in the group.
         set.iter().for_each(|&tag| out.int(-tag));
         if *dim > 0 {
             out.size(2);
@@ -175,7 +176,7 @@ fn write_v4(mesh: &Mesh, out: &mut Out) {
     }
     let n = mesh.n_points();
     out.text("\n$EndEntities\n$Nodes\n");
-    // Two blocks, the first parametric.
+    // The nodes form two blocks. The first block has parametric coordinates.
     [2, n as u64, 1, 1009 * n as u64].into_iter().for_each(|value| out.size(value));
     out.end();
     let (first, second) = (0..n / 2, n / 2..n);

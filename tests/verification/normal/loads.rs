@@ -1,4 +1,5 @@
-//! Surface displacements under uniform pressure and shear: closed forms on discs and rectangles.
+//! Surface displacements under uniform pressure and shear, against closed forms on discs and rectangles. Cases are those of the
+//! catalogue (docs/verification.md).
 
 use std::f64::consts::PI;
 
@@ -18,11 +19,11 @@ fn green(stiffness: &Stiffness) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, Side::Lower).expect("a converged Green's function")
 }
 
-/// Integral of the Green's function over a disc of radius `a`, for displacements at `target`. The error of a regular polygon is a
-/// series in the square of the angle of a side. Two steps of Richardson extrapolation remove the first two terms.
+/// Displacements at `target` due to unit tractions on a disc of radius `a`. Regular polygons approximate the disc. Their error is
+/// a series in the square of the angle of a side. Two steps of Richardson extrapolation remove the first two terms.
 fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
     let [coarse, fine, finest] = [500, 1000, 2000].map(|sides| {
-        // Targets on the axis are in a symmetric position.
+        // With these angles, targets on the x axis lie on an axis of symmetry of the polygon.
         let angle = |k: usize| 2.0 * PI * (k as f64 + 0.5) / sides as f64;
         let corners: Vec<[f64; 2]> = (0..sides).map(|k| [a * angle(k).cos(), a * angle(k).sin()]).collect();
         polygon::integrate(green, &corners, target)
@@ -31,8 +32,8 @@ fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
     (twice * 16.0 - once) / 15.0
 }
 
-/// Truth: `load-uniform-disc`, displacement under a pressure on a disc (Johnson 1985, 3.4). The tolerance is 1e-9, because values
-/// have 10 digits and extrapolated polygons are accurate to 1e-11.
+/// Truth: case `load-uniform-disc`, the displacement under a uniform pressure on a disc (Johnson 1985, 3.4). The tolerance is
+/// 1e-9, because published values have 10 digits and extrapolated polygons are accurate to 1e-11.
 #[test]
 fn displacement_under_a_disc() {
     let green = green(&steel());
@@ -40,14 +41,15 @@ fn displacement_under_a_disc() {
         let found = 100.0 * disc(&green, 2.0, [x, 0.0])[(2, 2)];
         assert!(relative(found, published) < 1e-9, "{x}: {found} {published}");
     }
-    // For a target on the edge, the polygons converge only as h² ln h.
+    // For a target on the edge, the error of polygons with sides h decreases only as h² ln h.
     let edge = 100.0 * disc(&green, 2.0, [2.0, 0.0])[(2, 2)];
     assert!(relative(edge, 0.001103474272) < 1e-5, "{edge}");
 }
 
-/// Truth: `load-uniform-disc`, the mean displacement 16 p a / (3 pi E*) of a disc of cells, to the catalogue's 5e-3. In case
-/// `aniso-uniform-disc` the centre moves by p a <H33>, to 1e-8 on the exact disc and to 1e-3 on cells. <H33> is the mean over
-/// directions of 2 pi r times the displacement under a unit force.
+/// Truth: case `load-uniform-disc`, the mean displacement 16 p a / (3 pi E*) of a disc of radius a under the pressure p. A disc
+/// of cells agrees to 5e-3, as in the catalogue. In case `aniso-uniform-disc` the centre moves by p a <H33>, to 1e-8 on the exact
+/// disc and to 1e-3 on cells. <H33> is the mean over all directions of 2 pi r u, with the normal displacement u at the distance r
+/// from a unit force.
 #[test]
 fn discs_of_cells_and_of_cfrp() {
     let (a, n) = (2.0, 200);
@@ -75,7 +77,8 @@ fn discs_of_cells_and_of_cfrp() {
     assert!(relative(10.0 * center, published) < 1e-3, "{center}");
 }
 
-/// (u_x, u_y) at a corner of an a x b rectangle under unit shear along x (Cerruti, integrated; Johnson 1985, 3.6).
+/// Displacements (u_x, u_y) at a corner of an a x b rectangle under unit shear traction along x (Cerruti's solution, integrated;
+/// Johnson 1985, 3.6).
 fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
     let k1 = a * (b / a).asinh() + b * (a / b).asinh();
     let k2 = b * (a / b).asinh();
@@ -83,7 +86,7 @@ fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
     [((1.0 - NU) * k1 + NU * k2) / (2.0 * PI * SHEAR), NU * k3 / (2.0 * PI * SHEAR)]
 }
 
-/// Truth: `load-tangential-rectangle`: [`cerruti_corner`], to 1e-12 of the displacement along the traction.
+/// Truth: case `load-tangential-rectangle`: [`cerruti_corner`], to 1e-12 of the displacement along the traction.
 #[test]
 fn shear_on_rectangles_is_cerruti() {
     let green = green(&steel());
@@ -102,16 +105,16 @@ fn shear_on_rectangles_is_cerruti() {
         assert!(relative(middle[(0, 0)], center) < 1e-12, "{a} x {b}");
         let rectangle = integrator.rectangle([a, b], [0.0, 0.0]);
         assert!(relative(rectangle[(0, 0)], center) < 1e-12, "{a} x {b}");
-        // A traction along y acts as one along x with exchanged sides.
+        // A traction along y on an a x b rectangle acts as a traction along x on a b x a rectangle.
         assert!(relative(rectangle[(1, 1)], 4.0 * cerruti_corner(b / 2.0, a / 2.0)[0]) < 1e-12, "{a} x {b}");
         assert!(rectangle[(1, 0)].abs() < 1e-14 * center);
     }
 }
 
-/// Truth: `load-tangential-rectangle` at a distance r along the force Q, from the second moments of a square of side L. Cerruti's
-/// kernel (1 - nu) / s + nu x² / s³ at the distance s has the Laplacian (1 - 2 nu) / r³. Hence u_x = Q / (2 pi G r) (1 + (1 - 2 nu)
-/// L² / (24 r²)). The next term is of order (L / r)⁴. Tolerance 1e-10 at r = 1e3 and 1e6 sides, where the edge formula has lost
-/// digits.
+/// Truth: case `load-tangential-rectangle`, at a distance r along the force Q on a square of side L. Cerruti's kernel is (1 - nu)
+/// / s + nu x² / s³ at the distance s. On the line of the force, its Laplacian is (1 - 2 nu) / r³. The second moments of the
+/// square therefore give u_x = Q / (2 pi G r) (1 + (1 - 2 nu) L² / (24 r²)). The next term is of order (L / r)⁴. The tolerance is
+/// 1e-10 at r = 1e3 and 1e6 sides, where cancellation makes the closed form for edges inaccurate.
 #[test]
 fn shear_far_away_does_not_cancel() {
     let integrator = PatchIntegrator::new(&green(&steel()));
@@ -122,9 +125,10 @@ fn shear_far_away_does_not_cancel() {
     }
 }
 
-/// Truth: `hertz-circular`, without a contact solution. Hertz's pressure moves the surface by delta - r² / 2R inside. Outside the
-/// displacement is p0 / (2 a E*) ((2a² - r²) asin(a / r) + a sqrt(r² - a²)). Tolerance 1e-3 of delta, the catalogue's, and 2e-3
-/// within a cell of the edge, where a constant pressure approximates a square root.
+/// Truth: case `hertz-circular`, without a contact solution. Inside the contact radius a, Hertz's pressure of peak p0 moves the
+/// surface by delta - r² / 2R. Outside, the displacement is p0 / (2 a E*) ((2a² - r²) asin(a / r) + a sqrt(r² - a²)). The
+/// tolerance is 1e-3 of delta, as in the catalogue. Within a cell of the edge it is 2e-3, because a constant pressure
+/// approximates a square root.
 #[test]
 fn hertz_pressure_gives_hertz_displacement() {
     let (a, delta, p0, radius, modulus) = (0.3191252, 0.01018409, 4688.341, 10.0, 210e3 / 0.91);

@@ -1,4 +1,4 @@
-//! Scaling laws and dimensional analysis of Hertz contact.
+//! Scaling laws and dimensional analysis of Hertz contact. Cases are those of the catalogue (docs/verification.md).
 
 use orthowear::evolution::records::Outcome;
 
@@ -14,8 +14,9 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     covariance / logs.iter().map(|(x, _)| (x - mx).powi(2)).sum::<f64>()
 }
 
-/// Truth: `hertz-scaling-law`. The load is P ~ delta^(3/2) for the approach delta, the contact radius a ~ P^(1/3). The first slope
-/// is 1.500 +- 0.01 as in the catalogue. The second slope is 1/3 +- 0.02, because the smallest contact radius is 6 cells.
+/// Truth: case `hertz-scaling-law`. The load P grows as delta^(3/2) with the approach delta, and the contact radius as P^(1/3).
+/// In logarithmic scales, the first slope is 1.500 +- 0.01, as in the catalogue. The second slope is 1/3 +- 0.02. Its tolerance
+/// is larger, because the smallest contact radius is only 6 cells.
 #[test]
 fn force_grows_with_the_power_three_halves() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
@@ -31,12 +32,13 @@ fn force_grows_with_the_power_three_halves() {
     assert!((slope(&radii) - 1.0 / 3.0).abs() < 0.02, "{}", slope(&radii));
 }
 
-/// Truth: `hertz-scaling-law` and `str-units-scale`. The same contact in other units has the same dimensionless solution, to 1e-9
-/// in the same number of iterations. The solution is also the same for twice the size under four times the force, and for a million
-/// times the stiffness and force.
+/// Truth: cases `hertz-scaling-law` and `str-units-scale`. The same contact in other units has the same dimensionless solution,
+/// to 1e-9 and in the same number of iterations. The dimensionless solution also stays the same for twice the size under four
+/// times the force, and for a million times the stiffness and force.
 #[test]
 fn units_and_sizes_leave_dimensionless_answers_alone() {
-    // Unit of length in mm and unit of stress in MPa.
+    // `length` is the unit of length in mm, and `stress` the unit of stress in MPa. `size` multiplies all lengths, `stiff` the
+    // modulus.
     let run = |length: f64, stress: f64, (size, stiff): (f64, f64)| {
         let steel = Stiffness::isotropic(210e3 * stiff / stress, 0.3).expect("steel");
         let unit = size / length;

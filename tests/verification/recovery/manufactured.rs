@@ -10,14 +10,14 @@ use orthowear::material::Stiffness;
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;
 
-/// Strain energy of the solution for an isotropic material with E = 1 and ν = 0.3.
+/// Strain energy of the manufactured solution for an isotropic material with E = 1 and ν = 0.3.
 pub const ENERGY: f64 = 1.304876;
 
 fn material() -> Stiffness {
     Stiffness::isotropic(1.0, 0.3).unwrap()
 }
 
-/// Stress of the solution in Voigt order.
+/// Stress of the manufactured solution in Voigt order.
 pub fn stress(x: [f64; 3]) -> [f64; 6] {
     let s = x.map(|c| (PI * c).sin());
     let c = x.map(|c| PI * (PI * c).cos());

@@ -23,8 +23,9 @@ fn largest_difference(found: &[[f64; 6]], wanted: impl Fn(usize) -> Vector6<f64>
     found.iter().enumerate().map(|(i, s)| (Vector6::from(*s) - wanted(i)).amax()).fold(0.0, f64::max)
 }
 
-/// Truth: the strain of a quadratic field is exact at the centre of a trilinear parallelepiped (Barlow 1976), and the patch
-/// polynomials reproduce linear fields. The tolerance covers rounding of stresses of 1e3.
+/// Truth: the strain of a quadratic displacement field is exact at the centre of a trilinear parallelepiped (Barlow 1976). The
+/// patch polynomials reproduce linear fields, so that the recovered stress is exact at every node. The tolerance covers rounding
+/// of stresses of 1e3.
 #[test]
 fn linear_stress_is_exact_at_every_node() {
     let shear = |[x, y, z]: [f64; 3]| [x + 0.3 * y, y + 0.2 * z, 0.7 * z - 0.1 * x];
@@ -41,8 +42,9 @@ fn linear_stress_is_exact_at_every_node() {
     }
 }
 
-/// Truth: the strain of a cubic field is exact at the 2 x 2 x 2 Gauss points of a second-order parallelepiped (Barlow 1976). The
-/// patch polynomials reproduce quadratic fields. The tolerance covers rounding of stresses of 1e3.
+/// Truth: the strain of a cubic displacement field is exact at the 2 x 2 x 2 Gauss points of a second-order parallelepiped
+/// (Barlow 1976). The patch polynomials reproduce quadratic fields, so that the recovered stress is exact at every node. The
+/// tolerance covers rounding of stresses of 1e3.
 #[test]
 fn quadratic_stress_is_exact_at_every_node() {
     let shear = |[x, y, z]: [f64; 3]| [x + 0.3 * y, y + 0.2 * z, 0.7 * z - 0.1 * x];
@@ -67,7 +69,7 @@ fn quadratic_stress_is_exact_at_every_node() {
     }
 }
 
-/// Truth: a linear stress is exact on each side of an interface between two materials.
+/// Truth: recovery reproduces a linear stress exactly on each side of an interface between two materials.
 #[test]
 fn stress_jumps_between_materials() {
     let mut mesh = block(Hex8, [3, 3, 6], [1.0, 1.0, 2.0], |x| x);
@@ -95,8 +97,8 @@ fn stress_jumps_between_materials() {
     }
 }
 
-/// Truth: under a uniform strain each ply has its own stress, C(angle) : strain, also if plies of one material turn by 10 degrees.
-/// The tolerance covers rounding.
+/// Truth: under a uniform strain, each ply has its own stress C(angle) : strain. This also holds if plies of one material differ
+/// by only 10 degrees in their angle. The tolerance covers rounding.
 #[test]
 fn stress_jumps_between_plies_that_turn_little() {
     let placed = |ply: usize| {
@@ -126,7 +128,8 @@ fn stress_jumps_between_plies_that_turn_little() {
     }
 }
 
-/// Truth: constant stress is exact on any mesh, also where patches are singular. The tolerance covers rounding.
+/// Truth: recovery reproduces a constant stress exactly on any mesh, even if the least-squares fit of a patch is singular. The
+/// tolerance covers rounding.
 #[test]
 fn constant_stress_survives_degenerate_patches() {
     let c = isotropic();
@@ -148,8 +151,9 @@ fn constant_stress_survives_degenerate_patches() {
     }
 }
 
-/// Truth: pure bending of a bar with one element across its height has a linear stress. Enhanced elements represent it exactly at
-/// their integration points, which the recovery fits without inner vertices. The tolerance covers rounding.
+/// Truth: pure bending of a bar has a linear stress. One layer of enhanced elements represents this stress exactly at the
+/// integration points. The recovery fits the stress at these points, although the mesh has no inner vertices. The tolerance
+/// covers rounding.
 #[test]
 fn one_layer_keeps_its_bending_stress() {
     let c = Stiffness::isotropic(1000.0, 0.0).unwrap();
@@ -187,7 +191,8 @@ fn nodal_errors(
 }
 
 /// Truth: for elements of degree p the root-mean-square nodal error of the recovered stress has order p + 1, inside and on the
-/// boundary (Zienkiewicz and Zhu 1992). Between two meshes the order may be 0.3 too low, and 0.4 too low for tet10 on the boundary.
+/// boundary (Zienkiewicz and Zhu 1992). The order measured on two meshes may be 0.3 too low. For tet10 on the boundary it may be
+/// 0.4 too low.
 #[test]
 fn nodal_stress_superconverges() {
     let straight: fn([f64; 3]) -> [f64; 3] = |x| x;

@@ -15,20 +15,21 @@ use orthowear::output::vtu::{ArrayValues, DataArray, UnstructuredGrid};
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;
 
-/// Cells along the contact radius of 1.
+/// Elements along the contact radius, which is 1.
 const FINE: usize = 8;
-/// Number of uniform cells from the centre to 1.5 radii.
+/// Number of elements of uniform size from the centre to 1.5 radii.
 const UNIFORM: usize = 3 * FINE / 2;
-/// Number of growing cells from 1.5 to ten radii.
+/// Number of elements of growing size from 1.5 to ten radii.
 const GROWING: usize = 7;
 
+/// Coordinate of mesh line `i`, counted from the centre.
 fn line(i: f64) -> f64 {
     let h = 1.0 / FINE as f64;
     let beyond = i - UNIFORM as f64;
     if beyond <= 0.0 {
         return h * i;
     }
-    // Growth ratio for which the last line is at 10.
+    // Bisection for the growth ratio that puts the last line at 10.
     let length = |q: f64, n: f64| h * q * (q.powf(n) - 1.0) / (q - 1.0);
     let (mut low, mut high) = (1.001, 5.0);
     for _ in 0..80 {
@@ -38,8 +39,9 @@ fn line(i: f64) -> f64 {
     1.5 + length(low, beyond)
 }
 
-/// Contact surface with the recovered stress of a quarter (x, y >= 0) of a block of ten contact radii, ν = 0.3. `traction(r)` acts
-/// on body 2 (x, y, n) in the unit circle. `planes` are the components fixed on x = 0 and y = 0.
+/// Contact surface with recovered stress of a quarter (x, y >= 0) of a block, ν = 0.3. The block measures ten contact radii from
+/// the centre. `traction(r)` is the traction on body 2 (x, y, n) at the radius r in the unit circle. `planes` are the components
+/// fixed on the planes x = 0 and y = 0.
 fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> UnstructuredGrid {
     let n = UNIFORM + GROWING;
     let size = [n as f64; 3];
@@ -68,7 +70,7 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     surface_grid(&output, &frame, &FrameMesh::new(&frame), &field, &cells).unwrap()
 }
 
-/// Mean traction of a cell from 8 x 8 points. The traction is zero outside the unit circle.
+/// Mean traction of a cell from 8 x 8 sampling points. The traction is zero outside the unit circle.
 fn cell_mean(center: [f64; 2], traction: &impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
     let h = 1.5 / (2 * UNIFORM) as f64;
     let mut mean = [0.0; 3];
@@ -82,7 +84,7 @@ fn cell_mean(center: [f64; 2], traction: &impl Fn(f64) -> [f64; 3]) -> [f64; 3] 
     mean
 }
 
-/// Components xx, yy, zz and the tangential stress at the node nearest to (x, 0, 0).
+/// Stress components xx, yy, zz and the array "sigma_tangential" at the node nearest to (x, 0, 0).
 fn at(grid: &UnstructuredGrid, x: f64) -> [f64; 4] {
     let distance = |p: &[f64; 3]| (p[0] - x).hypot(p[1]).hypot(p[2]);
     let order = |a: &usize, b: &usize| distance(&grid.points[*a]).total_cmp(&distance(&grid.points[*b]));
@@ -96,7 +98,8 @@ fn at(grid: &UnstructuredGrid, x: f64) -> [f64; 4] {
     [stress[6 * node], stress[6 * node + 1], stress[6 * node + 2], reals("sigma_tangential")[node]]
 }
 
-/// Stress on the surface "z1" of a slab of 3 x 2 x 1, which can expand freely in its plane. `change` adds loads.
+/// Stresses at the nodes of the surface "z1" of a slab of 3 x 2 x 1. The slab can expand freely in its plane. `change` adds loads
+/// to the slab.
 fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     let lengths = [3.0, 2.0, 1.0];
     let mesh = block(Hex20, [3, 2, 2], lengths, |x| x);
@@ -120,9 +123,10 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     field.contact.iter().map(|point| point.stress(&[0.0; 3])).collect()
 }
 
-/// Truth: equilibrium without contact. A pressure p gives σ_zz = -p, a traction (0, 0, t) gives σ_zz = t. A slab of height L and
-/// modulus E is on a foundation k, and its opposite face moves by w towards the foundation. It carries σ_zz = -w / (1/k + L/E).
-/// Exact to rounding: the elements represent linear displacements, and the factorisation loses at most six digits.
+/// Truth: equilibrium without contact. On the face, a pressure p gives σ_zz = -p, and a traction (0, 0, t) gives σ_zz = t. In the
+/// last two cases the face rests on a foundation of stiffness k, and the opposite face moves by w towards the foundation. A slab
+/// of height L and modulus E then carries σ_zz = -w / (1/k + L/E). The stresses are exact to rounding, because the elements
+/// represent linear displacements. The factorisation loses at most six digits.
 #[test]
 fn loads_on_contact_faces_are_in_their_stress() {
     let pressed = |spec: &mut FeSpec| spec.pressures.push(("z1".into(), 2.5));
@@ -151,17 +155,19 @@ fn loads_on_contact_faces_are_in_their_stress() {
     }
 }
 
-/// Truth: Hertz' pressure p0 = 1 on the unit circle. At the centre σ_xx = -(1 + 2ν)/2. Outside there is the radial tension (1 -
-/// 2ν)/(3 r²), which begins at the edge (Johnson 1985, eqs. 3.42-3.45). Tolerances: a block of ten radii deforms differently from a
-/// half-space, by some 1e-2. The strain at a node is the mean of the adjacent elements, which smooths the kink of the stress at the
-/// edge. The peak is found one element, h = 1/8, outside the edge. It is smaller by 1 - 1/(1 + h)², a fifth.
+/// Truth: Hertz' pressure with p0 = 1 on the unit circle (Johnson 1985, eqs. 3.42-3.45). At the centre σ_xx = -(1 + 2ν)/2.
+/// Outside the circle there is the radial tension (1 - 2ν)/(3 r²), which is largest at the edge.
+///
+/// Tolerances: a block of ten radii deforms differently from a half-space, which changes the stress by some 1e-2. The strain at a
+/// node is the mean of the adjacent elements, which smooths the kink of the stress at the edge. The recovered stress therefore
+/// has its peak one element, h = 1/8, outside the edge. There the tension is smaller by the fraction 1 - 1/(1 + h)², a fifth.
 #[test]
 fn hertz_radial_tension_beside_the_edge() {
     let grid = quarter([[true, false, false], [false, true, false]], |r| [0.0, 0.0, (1.0 - r * r).sqrt()]);
     let (centre, edge) = (at(&grid, 0.0), [1.0, 1.125, 1.25, 1.5].map(|x| at(&grid, x)));
     println!("centre {centre:.4?}, edge and beyond {edge:.4?}");
     assert!((centre[0] + 0.8).abs() < 0.02 && (centre[1] - centre[0]).abs() < 0.01);
-    // Cells at the centre have the mean pressure 1 - r²/2 with r up to a sixteenth.
+    // The pressure near the centre is 1 - r²/2, and the cells at the centre extend to x = y = 1/16.
     assert!((centre[2] + 1.0).abs() < 0.005);
     for (found, r) in edge[1..].iter().zip([1.125f64, 1.25]) {
         let exact = 0.4 / (3.0 * r * r);
@@ -170,14 +176,16 @@ fn hertz_radial_tension_beside_the_edge() {
     }
 }
 
-/// Truth: full sliding with q = p (friction coefficient 1, to which the stress is proportional). Inside the contact the stress
-/// along the sliding direction is ∓π (4 + ν) x / 8 (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31). It is antisymmetric, and a
-/// quarter of the block suffices. Tolerances: 1 % up to two elements inside the edge. The peak is found within one element, h =
-/// 1/8, of the edge, and smoothed to the value one element inside, 1 - h. It is lowered by another 5 %, because the adjacent
-/// element cannot represent the kink of the strain.
+/// Truth: full sliding with the traction q = p, which is a friction coefficient of 1. (The stress is proportional to the
+/// coefficient.) Inside the contact, the stress along the sliding direction is ∓π (4 + ν) x / 8 (Hamilton and Goodman 1966;
+/// Johnson 1985, eq. 7.31). This stress is antisymmetric in x, so a quarter of the block suffices.
+///
+/// Tolerances: 1 % up to two elements inside the edge. Recovery smooths the stress at the edge. The recovered peak lies within
+/// one element, h = 1/8, of the edge. Relative to the exact peak, the exact stress one element inside the edge is 1 - h. The
+/// recovered peak is at least 0.95 (1 - h), because the element at the edge cannot represent the kink of the strain.
 #[test]
 fn sliding_stress_at_the_trailing_edge() {
-    // Tractions on body 2 oppose its motion along +x.
+    // The tractions act on body 2 and oppose its motion along +x.
     let grid = quarter([[false, true, true], [false, true, false]], |r| [-(1.0 - r * r).sqrt(), 0.0, 0.0]);
     let exact = -PI * 4.3 / 8.0;
     let found: Vec<f64> = (0..=12).map(|i| at(&grid, i as f64 / 8.0)[0]).collect();

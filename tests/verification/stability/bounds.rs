@@ -1,4 +1,4 @@
-//! Noise in the gap, and the smallest doubles.
+//! Noise in the gap, and loads as small as the smallest floating-point numbers. docs/verification.md lists the named cases.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::Outcome;
@@ -12,8 +12,8 @@ use crate::observed::{audit, follow, pull};
 
 const APPROACH: f64 = 0.02;
 
-/// Truth: the force decreases if the gap grows anywhere, because the pressure under a flat punch is positive everywhere. With noise
-/// up to e the force lies between the forces at approaches smaller and larger by e, to 1e-7.
+/// Truth: a larger gap in any cell reduces the force, because a flat punch on the same contact area has positive pressure
+/// everywhere. Noise of at most e changes the force at most as much as a change of the approach by e, to 1e-7.
 #[test]
 fn noise_in_the_gap() {
     for share in [0.0, f64::EPSILON, 1e-12, 1e-9, 1e-6, 1e-3] {
@@ -44,8 +44,8 @@ fn noise_in_the_gap() {
     }
 }
 
-/// Truth: case `str-zero-load`. Converged states carry the force to 1e-10 and shear within the friction limit (1e-7). Pressures
-/// whose squares underflow are refused.
+/// Truth: case `str-zero-load`. Converged states carry the prescribed force to 1e-10. Their tangential force stays within the
+/// friction limit, to 1e-7. Loads are refused if the squares of the pressures underflow.
 #[test]
 fn the_smallest_doubles() {
     let model = sphere_on_frp(30.0, 1.2, 12);

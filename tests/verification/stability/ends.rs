@@ -1,10 +1,12 @@
-//! Sweeps with a required outcome and few further known results.
+//! Sweeps in which each run has a required outcome, and few further results are known. docs/verification.md lists the named
+//! cases. The audit checks the contact and friction conditions of a state in each cell.
 
 use super::{End, Verdict, ended, iterations, of, runs, sweeps};
 use crate::common::{relative, usual_or_finest};
 use orthowear::evolution::records::Divergence;
 
-/// Truth: case `str-modulus-ratio`, E1 / E2 from 1 to 1e4. All runs take less than five times as many iterations as the ratio 1.
+/// Truth: case `str-modulus-ratio`, E1 / E2 from 1 to 1e4. Every run takes less than five times as many iterations as the run
+/// with E1 / E2 = 1.
 #[test]
 fn modulus_ratios() {
     let cases = sweeps::modulus_ratio();
@@ -17,9 +19,9 @@ fn modulus_ratios() {
     }
 }
 
-/// Truth: case `str-friction-large`. Without friction tangential tractions are exactly zero. Coefficients of 1e-100 and 1e-12 give
-/// the same force to 1e-7. Circles up to mu = 1 (0.5 on finite elements) and ellipses with axes up to 0.5 converge. Larger
-/// coefficients pass the audit or give a reason.
+/// Truth: case `str-friction-large`. Without friction, tangential tractions are exactly zero. Coefficients of 1e-100 and 1e-12
+/// give the normal force without friction, to 1e-7. Runs converge for coefficients of isotropic friction up to 1 (0.5 on finite
+/// elements) and of elliptic friction up to 0.5. Runs with larger coefficients pass the audit or report a reason.
 #[test]
 fn coefficients_of_friction() {
     let cases = sweeps::coefficients();
@@ -39,8 +41,8 @@ fn coefficients_of_friction() {
     }
 }
 
-/// Truth: case `str-aspect-ratio`. Flat elements and cells of a grid are certified up to 1000, slender elements up to 10. More
-/// slender elements may stop at the iteration limit.
+/// Truth: case `str-aspect-ratio`. Runs with flat elements or elongated grid cells pass the audit for aspect ratios up to 1000.
+/// Runs with slender elements pass the audit up to 10. Beyond 10 they may stop at the iteration limit.
 #[test]
 fn aspect_ratios() {
     for case in sweeps::aspect_ratios() {
@@ -50,15 +52,15 @@ fn aspect_ratios() {
     }
 }
 
-/// Truth: frames of 1 x 1 to 2048 x 2 cells are certified like any other. A frame without cells is refused.
+/// Truth: runs on frames of 1 x 1 to 2048 x 2 cells pass the audit. A frame without cells is refused.
 #[test]
 fn frames_of_few_cells() {
     sweeps::frames().iter().for_each(|case| drop(ended(case)));
 }
 
-/// Truth: case `str-zero-load`. Without prescribed loads all results are exactly zero. Forces down to 1e-99 are carried to 1e-10
-/// (normal) and 1e-7 of the normal force (tangential). Displacements down to 1e-99 change no force by more than 1e-6. The smallest
-/// double is refused.
+/// Truth: case `str-zero-load`. Without prescribed loads all results are exactly zero. Runs reach prescribed forces down to
+/// 1e-99: normal forces to 1e-10, tangential forces to 1e-7 of the normal force. Displacements down to 1e-99 change no force by
+/// more than 1e-6 of the normal force. Prescribed values of 5e-324, the smallest double, are refused.
 #[test]
 fn nothing_and_next_to_nothing() {
     let cases = sweeps::nothing();
@@ -94,8 +96,8 @@ fn nothing_and_next_to_nothing() {
     }
 }
 
-/// Truth: 60 random scenes (every third one without `--thorough`) are certified or give a reason: gross sliding, lost contact with
-/// zero normal force, or, in one of ten at most, the iteration limit.
+/// Truth: 60 random scenes (every third one without `--thorough`) pass the audit or report a reason. Allowed reasons are gross
+/// sliding, lost contact with zero normal force, and, in at most one of ten scenes, the iteration limit.
 #[test]
 fn drawn_scenes() {
     let cases: Vec<_> = sweeps::drawn().into_iter().step_by(usual_or_finest(3, 1)).collect();

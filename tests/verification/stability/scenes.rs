@@ -6,7 +6,7 @@ use super::writer::{VARIANTS, write};
 
 use crate::structured::{BlockElements, GradedBlock};
 
-/// Material keys of the CFRP IM7/8551-7 with nu23 = 0.369.
+/// Scene keys of the material CFRP IM7/8551-7, with nu23 = 0.369.
 pub const CFRP: &str = "model = \"orthotropic\"\nE1 = 167230.0\nE2 = 9544.0\nE3 = 9544.0\nG12 = 5292.0\nG13 = 5292.0\nG23 = 3483.0\n\
                         nu12 = 0.272\nnu13 = 0.272\nnu23 = 0.369";
 
@@ -23,7 +23,8 @@ pub struct SceneText {
 }
 
 impl SceneText {
-    /// A rigid sphere of radius 10, pressed and displaced obliquely under Coulomb friction, mu = 0.3.
+    /// A rigid sphere of radius 10 on a half-space with Coulomb friction, mu = 0.3. The sphere is pressed, then displaced at 30
+    /// degrees to x.
     pub fn half_space(material: &str) -> Self {
         Self {
             material: material.to_owned(),
@@ -55,7 +56,7 @@ pub fn isotropic(nu: f64) -> String {
     format!("model = \"isotropic\"\nE = 210e3\nnu = {nu:?}")
 }
 
-/// Material keys of case `str-modulus-ratio`: E1 = `ratio` E2, E2 = 10 GPa.
+/// Scene keys of the material of case `str-modulus-ratio`: E1 = `ratio` E2, E2 = 10 GPa.
 pub fn with_ratio(ratio: f64) -> String {
     let e2 = 10e3;
     let (e1, g12, g23) = (e2 * ratio, e2 / 2.0, e2 / 2.6);
@@ -69,12 +70,12 @@ pub fn half_space(more: &str) -> String {
     format!("kind = \"half-space\"\n{more}")
 }
 
-/// Fibre direction, degrees.
+/// Scene key of the fibre direction. Angles are in degrees.
 pub fn fibre(tilt: f64, azimuth: f64) -> String {
     format!("fibre = {{ tilt = {tilt:?}, azimuth = {azimuth:?} }}")
 }
 
-/// Keys of a finite-element body that is clamped at its base.
+/// Scene keys of a finite-element body that is clamped at its base.
 pub fn finite_elements(more: &str) -> String {
     format!(
         "kind = \"fe\"\nmesh = \"block.msh\"\ncontact = \"contact\"\nfixed = [{{ group = \"base\" }}]\nnear_field = \"mesh\"\n{more}"
@@ -85,7 +86,7 @@ pub fn sphere(radius: f64) -> String {
     format!("kind = \"sphere\"\nradius = {radius:?}")
 }
 
-/// A cylinder along x.
+/// Scene keys of the gap under a cylinder along x.
 pub fn cylinder(radius: f64) -> String {
     format!("kind = \"cylinder\"\nradius = {radius:?}\nangle = 0.0")
 }
@@ -113,8 +114,8 @@ pub fn forced(force: f64, pull: f64) -> String {
     )
 }
 
-/// A mesh file with a block 12 x 12 x 6 times `unit`. The contact patch 2.4 x 2.4 has 12 x 12 hexahedra. All lengths along y are
-/// divided by `slender`, the height of the uppermost elements by `flat`.
+/// Contents of a mesh file with a block 12 x 12 x 6 times `unit`. The contact patch of 2.4 x 2.4 times `unit` has 12 x 12
+/// hexahedra. `slender` divides all lengths along y. `flat` divides the height of the uppermost elements.
 pub fn block(unit: f64, slender: f64, flat: f64) -> Vec<u8> {
     block_of(BlockElements::Hex8, [unit, slender, flat])
 }

@@ -1,6 +1,6 @@
-//! Case `str-penalty-choice`. There is no penalty, and step sizes follow from the operator. The compliances of single cells play
-//! the part of the normal and tangential penalty parameters r_n and r_t. They scale the natural residual, local steps, and the
-//! criteria for contact, stick and slip.
+//! Case `str-penalty-choice` of docs/verification.md: step sizes of the solvers. The solvers use no penalty parameters r_n and
+//! r_t. Instead, the operator gives the compliances of single cells. These compliances scale the natural residual, local steps,
+//! and the criteria for contact, stick and slip.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use orthowear::flexibility::per_cell::PerCell;
 
 use crate::common::{indent, shift, solve_with, sphere_on_frp};
 
-/// An operator that gives compliances of cells wrong by the factors `normal` and `tangential`.
+/// An operator whose diagonal blocks, the compliances of cells, are wrong by the factors `normal` and `tangential`.
 struct Misjudged {
     operator: Arc<dyn Flexibility>,
     normal: f64,
@@ -39,10 +39,10 @@ impl Flexibility for Misjudged {
     }
 }
 
-/// Truth: case `str-penalty-choice`. With r_n and r_t up to a thousand times too large or too small, the solution is the same
-/// (tractions to 1e-6 of the largest pressure), or the run reports no convergence. The library's own choice takes at most three
-/// times the operator applications of the best choice. Too large compliances reduce the residual by their factor, so the tolerance
-/// is reduced by this factor, too.
+/// Truth: case `str-penalty-choice`. Compliances of cells up to a thousand times too large or too small give the same solution,
+/// or the run reports no convergence. Tractions agree to 1e-6 of the largest pressure. The correct compliances take at most three
+/// times the operator applications of the best choice. Compliances that are too large reduce the residual by their factor, so the
+/// tolerance is reduced by this factor, too.
 #[test]
 fn step_sizes_a_thousand_times_off() {
     for method in [Method::Newton, Method::BarzilaiBorwein] {

@@ -1,4 +1,5 @@
-//! Sweeps over difficult values of a parameter, with a scene for each value.
+//! Sweeps over difficult values of a parameter, with a scene for each value. docs/verification.md lists the named cases. The
+//! audit checks the contact and friction conditions of a state in each cell.
 
 use super::random::Random;
 use super::scenes::{
@@ -8,11 +9,12 @@ use super::scenes::{
 
 use crate::structured::BlockElements;
 
+/// Required end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// Converged with a certificate.
+    /// The run converges, and its states pass the audit.
     Certified,
-    /// Certified, or not converged with a reason.
+    /// As `Certified`, or the run reports a reason for no convergence.
     Honest,
     Refused,
 }
@@ -43,7 +45,7 @@ impl Case {
     }
 }
 
-/// Case `str-modulus-ratio`.
+/// Case `str-modulus-ratio`: E1 / E2 from 1 to 1e4.
 pub fn modulus_ratio() -> Vec<Case> {
     let mesh = block(1.0, 1.0, 1.0);
     let ratios = [1.0, 10.0, 100.0, 1e3, 1e4];
@@ -58,7 +60,7 @@ pub fn modulus_ratio() -> Vec<Case> {
 
 pub const POISSON: [f64; 5] = [0.3, 0.45, 0.49, 0.499, 0.4999];
 
-/// Case `str-near-incompressible`.
+/// Case `str-near-incompressible`: Poisson's ratios up to 0.4999, on a half-space and for four kinds of elements.
 pub fn poisson() -> Vec<Case> {
     let mesh = block(1.0, 1.0, 1.0);
     let half_spaces =
@@ -80,13 +82,13 @@ pub fn poisson() -> Vec<Case> {
     half_spaces.chain(blocks).chain(tetrahedra).chain(beyond).collect()
 }
 
-/// The fibre lies at `tilt` and `azimuth`, degrees.
+/// Scene with a fibre at `tilt` and `azimuth` (degrees) and a friction law that depends on the fibre direction.
 pub fn tilted(tilt: f64, azimuth: f64) -> SceneText {
     let scene = SceneText::half_space(CFRP);
     SceneText { body1: half_space(&fibre(tilt, azimuth)), friction: FRP.to_owned(), ..scene }
 }
 
-/// Case `str-near-degenerate-roots`: fibres at and near angles where Stroh's roots coincide, and at random angles.
+/// Case `str-near-degenerate-roots`: fibres at and near angles where Stroh's eigenvalues coincide, and at random angles.
 pub fn tilts() -> Vec<Case> {
     let tilts =
         [0.0, 1e-12, -1e-12, 1e-6, 30.0, 45.0, 60.0, -30.0, -45.0, 89.999_999, 90.0 - 1e-12, 90.0, -90.0];
@@ -105,7 +107,7 @@ pub fn tilts() -> Vec<Case> {
     cases.chain(beyond).collect()
 }
 
-/// Case `str-friction-large`.
+/// Case `str-friction-large`: isotropic and elliptic friction with coefficients up to 2.
 pub fn coefficients() -> Vec<Case> {
     let mesh = block(1.0, 1.0, 1.0);
     let scene = |friction: String| SceneText { friction, ..tilted(30.0, 0.0) };
@@ -131,13 +133,13 @@ pub fn coefficients() -> Vec<Case> {
     cases
 }
 
-/// Case `str-aspect-ratio`.
+/// Case `str-aspect-ratio`: elements and grid cells with aspect ratios up to 1000.
 pub fn aspect_ratios() -> Vec<Case> {
     let mut cases = Vec::new();
     for ratio in [1.0, 10.0, 100.0, 1000.0] {
         let scene = SceneText::block(CFRP, &fibre(30.0, 0.0));
         cases.push(Case::new("aspect ratio, flat elements", ratio, &scene).on(&block(1.0, 1.0, ratio)));
-        // Body, frame and cells are thinner along y by this ratio, under a roller along y.
+        // `ratio` divides the lengths of body, frame and cells along y. The upper body is a cylinder along y.
         let slender = SceneText {
             half_width: [1.2, 1.2 / ratio],
             gap: "kind = \"cylinder\"\nradius = 10.0\nangle = 90.0".to_owned(),
@@ -180,7 +182,7 @@ pub fn nothing() -> Vec<Case> {
         cases.push(Case::new("approach, shift", &text, &scene(moved(value, value, 0.0))));
         cases.push(Case::new("shift", &text, &scene(moved(0.02, value, 0.0))));
     }
-    // The smallest double is below the limit.
+    // The smallest double is below the smallest number that a scene may contain, 1e-100.
     let least = 5e-324;
     let value = format!("{least:?}");
     cases.push(Case::new("force, pull", &value, &scene(forced(least, least))).ends(End::Refused));
@@ -190,7 +192,7 @@ pub fn nothing() -> Vec<Case> {
     cases
 }
 
-/// The scene with all lengths multiplied by `length` and all stresses by `stress`.
+/// A scene with all lengths multiplied by `length` and all stresses by `stress`.
 pub fn scaled(length: f64, stress: f64, meshed: bool) -> Case {
     let moduli = [167_230.0, 9544.0, 5292.0, 3483.0].map(|modulus| modulus * stress);
     let [e1, e2, g12, g23] = moduli;
@@ -207,7 +209,7 @@ pub fn scaled(length: f64, stress: f64, meshed: bool) -> Case {
         gap: sphere(10.0 * length),
         friction: FRP.to_owned(),
         steps: moved(0.02 * length, 0.004 * length, 30.0) + &forced(300.0 * unit, 60.0 * unit),
-        // The residual stays below the resolution of the comparison, 1e-9.
+        // The solution must be more accurate than the comparison, whose tolerance is 1e-9.
         solver: "tolerance = 1e-11".to_owned(),
         ..SceneText::half_space(&material)
     };
@@ -223,7 +225,7 @@ pub fn scaled(length: f64, stress: f64, meshed: bool) -> Case {
 pub const SCALES: [[f64; 2]; 8] =
     [[1.0, 1.0], [1e-3, 1e6], [1e3, 1.0], [1e6, 1e-3], [1e-9, 1.0], [1e9, 1e-9], [1.0, 1e9], [1e-9, 1e9]];
 
-/// Case `str-units-scale`.
+/// Case `str-units-scale`: one contact in several units of length and stress.
 pub fn units() -> Vec<Case> {
     let half_spaces = SCALES.iter().map(|&[length, stress]| scaled(length, stress, false));
     half_spaces.chain(SCALES.iter().map(|&[length, stress]| scaled(length, stress, true))).collect()
@@ -234,7 +236,8 @@ pub fn drawn() -> Vec<Case> {
     (0..60).map(|k| draw(&mut random, k)).collect()
 }
 
-/// The ratio of the friction coefficients is at most 32: at 1000 many ellipses do not converge within the iteration limit.
+/// Random scene number `k`. The ratio of the friction coefficients is at most 32. For a ratio of 1000, many runs do not converge
+/// within the iteration limit.
 fn draw(random: &mut Random, k: usize) -> Case {
     let length = random.power(-6.0, 6.0);
     let e2 = random.power(0.0, 6.0);

@@ -1,4 +1,4 @@
-//! Runs a scene and classifies the outcome. Converged states are audited from their fields alone.
+//! Runs a scene and classifies the outcome. The audit of a converged state uses only the fields of this state.
 
 use std::fs;
 use std::sync::atomic::AtomicBool;
@@ -15,7 +15,7 @@ use super::audit::audit;
 pub enum Verdict {
     /// All steps converged and passed the audit.
     Certified(Run),
-    /// The run reports a reason for no convergence. Its converged steps passed the audit.
+    /// The run did not converge and reports a reason. Its converged steps passed the audit.
     NotConverged(Divergence, Run),
     Refused(String),
 }
@@ -23,7 +23,7 @@ pub enum Verdict {
 pub struct Run {
     pub records: Vec<IncrementRecord>,
     pub warnings: Vec<String>,
-    /// Tractions of the last state, `[3, N]`: all x, then all y, then all normal components.
+    /// Tractions of the last state, `[3, N]`: the x components of all cells, then all y, then all normal components.
     pub tractions: Vec<f64>,
 }
 
@@ -85,7 +85,7 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
     }
 }
 
-/// Asserts that a record and its state are finite, also in steps that did not converge.
+/// Asserts that a record and its state have finite numbers, even in steps that did not converge.
 fn finite(name: &str, record: &IncrementRecord, state: &FrameState) {
     // JSON writes non-finite numbers as null.
     let json = serde_json::to_string(record).expect("a record has a form");
@@ -113,7 +113,7 @@ fn check(name: &str, (model, tolerance): (&Model, f64), record: &IncrementRecord
     for i in 0..n {
         let terms = [model.initial_gap[2 * n + i], -record.approach, elastic[2 * n + i]];
         size = terms.iter().fold(size, |size, term| size.max(term.abs()));
-        // The flexibility of meshed bodies need not exist outside the contact.
+        // The flexibility of meshed bodies may be unknown outside the contact.
         if pressure[i] > 0.0 {
             defect = defect.max((terms.iter().sum::<f64>() - state.gap[2 * n + i]).abs());
         }
@@ -121,7 +121,7 @@ fn check(name: &str, (model, tolerance): (&Model, f64), record: &IncrementRecord
         residual = residual.max((pressure[i] - star).abs() / p_max);
     }
     assert!(defect <= 1e-11 * size, "{place}: the gap is not that of the tractions: {defect:e} of {size:e}");
-    // Gaps much larger than the displacements leave rounding.
+    // Rounding errors of gaps that are much larger than the elastic displacements.
     let unit = blocks[0][(2, 2)];
     let rounding = 1e-13 * size / (unit * p_max);
     assert!(residual <= 1.01 * tolerance + rounding, "{place}: residual {residual:e}");

@@ -1,4 +1,4 @@
-//! Bending: constant moment with quadratic displacements, clamped cantilever, column under its weight.
+//! Bending: constant moment with quadratic displacements, clamped cantilever. Also a column under its weight.
 
 use orthowear::element::ElementKind::{self, Hex8, Hex20, Hex27, Tet10, Wedge6, Wedge15, Wedge18};
 use orthowear::fem::{CondensedBody, FeModel, FeSpec, HexFormulation, StressRecovery};
@@ -16,12 +16,12 @@ fn solve(spec: FeSpec) -> CondensedBody {
 const RADIUS: f64 = 1000.0;
 const NU: f64 = 0.3;
 
-/// Displacement for sigma_xx = E z / R with the bending radius R (Timoshenko and Goodier).
+/// Displacement in pure bending, sigma_xx = E z / R with the bending radius R (Timoshenko and Goodier).
 fn bent([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x * z / RADIUS, -NU * y * z / RADIUS, -(x * x + NU * (z * z - y * y)) / (2.0 * RADIUS)]
 }
 
-/// The catalogue's bar 0..10 x -1..1 x -1..1.
+/// The bar 0..10 x -1..1 x -1..1.
 fn bar(kind: ElementKind) -> Mesh {
     block(kind, [4, 2, 2], [10.0, 2.0, 2.0], |[x, y, z]| [x, y - 1.0, z - 1.0])
 }
@@ -46,7 +46,7 @@ fn solve_bent(mut mesh: Mesh, formulation: HexFormulation) -> CondensedBody {
     solve(spec(mesh, isotropic(), formulation, supports))
 }
 
-/// Asserts exact displacements, energy 1.4 and, at the nodes, sigma_xx = E z / R as the only stress.
+/// Asserts exact displacements, the energy 1.4, and nodal stresses with the only component sigma_xx = E z / R.
 fn assert_bent(mesh: Mesh) {
     let body = solve_bent(mesh, HexFormulation::Enhanced);
     let (model, u) = (body.model(), body.contact_free_displacement());
@@ -63,9 +63,9 @@ fn assert_bent(mesh: Mesh) {
     assert!(error < 1e-9 * 210.0, "stress {error:e}");
 }
 
-/// Truth: pure bending has quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (Timoshenko and Goodier).
-/// Every second-order element with straight edges represents them on parallelepipeds. Tetrahedra represent them on any shape, and
-/// so do hexahedra and wedges of 27 and 18 nodes. Tolerance: the catalogue's 1e-9.
+/// Truth: pure bending has quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (Timoshenko and Goodier). On
+/// parallelepipeds, every second-order element with straight edges represents these displacements. Tetrahedra, hexahedra of 27
+/// nodes and wedges of 18 nodes represent them on any shape with straight edges. Tolerance: 1e-9.
 #[test]
 fn pure_bending_is_exact_for_elements_of_second_order() {
     assert!((bent([10.0, 0.0, 0.0])[2] + 0.05).abs() < 1e-15);
@@ -73,7 +73,7 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
         println!("{}", kind.name());
         assert_bent(bar(kind));
         let skewed = |[x, y, z]: [f64; 3]| [x, y - 1.0 + 0.1 * (x - 5.0), z - 1.0 + 0.2 * (y - 1.0)];
-        // The energy 1.4 holds only for the original box.
+        // The energy of the skewed bar is not 1.4, so that only displacements are compared.
         let body = solve_bent(block(kind, [3, 2, 2], [10.0, 2.0, 2.0], skewed), HexFormulation::Enhanced);
         let exact: Vec<[f64; 3]> = body.model().mesh().points.iter().map(|&x| bent(x)).collect();
         assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
@@ -83,10 +83,11 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
     }
 }
 
-/// Truth: the trilinear element with exact displacement at all nodes of boxes h_x x h_y x h_z locks. Its parasitic strains are (x -
-/// x_m)/R in gamma_xz, -nu (y - y_m)/R in gamma_yz and nu (z - z_m)/R in eps_zz for the box centre (x_m, y_m, z_m). Their energy in
-/// the volume V is V/(24 R²) [(lambda + 2 mu) nu² h_z² + mu (h_x² + nu² h_y²)]. The enhanced modes contain just these strains and
-/// give the exact energy 1.4 (Taylor, Beresford and Wilson 1976). The tolerance covers rounding.
+/// Truth: a trilinear element of size h_x x h_y x h_z locks in pure bending. With exact displacements at its nodes it has
+/// parasitic strains: (x - x_m)/R in gamma_xz, -nu (y - y_m)/R in gamma_yz and nu (z - z_m)/R in eps_zz, for the centre (x_m,
+/// y_m, z_m). lambda and mu are Lamé's constants. The parasitic energy in the volume V is V/(24 R²) [(lambda + 2 mu) nu² h_z² +
+/// mu (h_x² + nu² h_y²)]. The enhanced modes contain just these strains, so that enhanced elements have the exact energy 1.4
+/// (Taylor, Beresford and Wilson 1976). The tolerance covers rounding.
 #[test]
 fn pure_bending_of_hexahedra_locks_as_it_must() {
     let (lambda, mu) = (210e3 * NU / ((1.0 + NU) * (1.0 - 2.0 * NU)), 210e3 / (2.0 * (1.0 + NU)));
@@ -101,13 +102,13 @@ fn pure_bending_of_hexahedra_locks_as_it_must() {
         let energy = model.strain_energy(&u).unwrap();
         assert!((energy / wanted - 1.0).abs() < 1e-12, "{}: {energy}", formulation.name());
     }
-    // With a prescribed boundary the enhanced element is exact at the inner nodes, too.
+    // With exact displacements prescribed on the boundary, enhanced elements are exact at the inner nodes, too.
     let body = solve_bent(bar(Hex8), HexFormulation::Enhanced);
     let exact: Vec<[f64; 3]> = body.model().mesh().points.iter().map(|&x| bent(x)).collect();
     assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
 }
 
-/// End deflection of the cantilever with `n` cells across and 10 n along. Checks the reactions.
+/// End deflection of the cantilever with `n` cells across and 10 n cells along its length. Also checks the reactions.
 fn cantilever(kind: ElementKind, n: usize) -> f64 {
     let mesh = block(kind, [10 * n, n, n], [100.0, 10.0, 10.0], |x| x);
     let end = mesh.points.iter().position(|x| *x == [100.0, 5.0, 5.0]).unwrap();
@@ -119,15 +120,15 @@ fn cantilever(kind: ElementKind, n: usize) -> f64 {
     let sum = |f: &dyn Fn(&[f64; 3], &[f64; 3]) -> f64| -> f64 {
         reactions.iter().zip(&body.model().mesh().points).map(|(r, x)| f(r, x)).sum()
     };
-    // Rounding: the last bits of displacements (1e-16 x 2 mm) times the axial stiffness of an element (1e7 N/mm).
+    // The tolerance covers rounding of the displacements (1e-16 x 2 mm), times the axial stiffness of an element (1e7 N/mm).
     assert!((sum(&|r, _| r[2]) + 1000.0).abs() < 1e-9 * 1000.0);
     assert!((sum(&|r, x| r[0] * x[2]).abs() / 1e5 - 1.0).abs() < 1e-9);
     u[end][2]
 }
 
-/// Truth: the end deflection of the clamped cantilever is 1.9066 ± 0.0002 mm (three-dimensional solution). Tolerances on 4 x 4 x 40
-/// cells: the catalogue's 0.3 %, and 1 % from the 1.919333 mm of a Timoshenko beam. Displacement methods converge from below,
-/// monotonically on nested meshes. For 27 nodes the catalogue gives 1.9050, to half its last digit.
+/// Truth: the end deflection of the clamped cantilever is 1.9066 ± 0.0002 mm (three-dimensional solution). On 4 x 4 x 40 cells it
+/// agrees to 0.3 %, and to 1 % with the 1.919333 mm of a Timoshenko beam. Displacement methods converge from below, monotonically
+/// on nested meshes. Hexahedra of 27 nodes give the known value 1.9050 for this mesh, to half of the last digit.
 #[test]
 fn cantilever_of_second_order() {
     for kind in [Hex20, Hex27, Tet10, Wedge15] {
@@ -142,9 +143,9 @@ fn cantilever_of_second_order() {
     }
 }
 
-/// Truth: for nu = 0 a column of height L moves by w = -rho g (L z - z²/2) / E under its weight. Second-order elements represent
-/// this field. Extruded linear elements (hexahedra, wedges) are exact at their nodes. Tolerance: the catalogue's 1e-10, 1e-12 for
-/// the reactions.
+/// Truth: a column of height L has the weight rho g per volume. For nu = 0 its displacement is w = -rho g (L z - z²/2) / E.
+/// Second-order elements represent this field. Extruded linear elements (hexahedra, wedges) are exact at their nodes. Tolerances:
+/// 1e-10, and 1e-12 for the reactions.
 #[test]
 fn column_under_its_weight() {
     let exact_at_nodes = |kind: ElementKind| degree(kind) == 2 || matches!(kind, Hex8 | Wedge6);

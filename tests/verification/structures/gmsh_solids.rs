@@ -28,7 +28,7 @@ Physical Curve("arc") = {2};
 Physical Volume("body") = Volume{:};
 "#;
 
-/// The quarter with the expected element kinds. `None` without gmsh.
+/// Mesh of the quarter cylinder, with the element kinds `kinds`. `None` if gmsh is missing.
 fn quarter(order: &str, incomplete: &str, kinds: &[ElementKind]) -> Option<Mesh> {
     let dir = tempfile::tempdir().expect("a temporary folder");
     fs::write(dir.path().join("quarter.geo"), QUARTER).expect("a written file");
@@ -45,7 +45,8 @@ fn quarter(order: &str, incomplete: &str, kinds: &[ElementKind]) -> Option<Mesh>
     Some(mesh)
 }
 
-/// Solves the quarter under the pressure 7 on its whole surface. The normal stresses are -7 everywhere, and reactions vanish.
+/// Solves the quarter cylinder under the pressure 7 on its whole surface. Asserts that the normal stresses are -7 everywhere and
+/// the reactions vanish.
 fn assert_hydrostatic(mut mesh: Mesh) {
     for face in outer_faces(&mesh) {
         let name = format!("skin {}", face.kind.name());
@@ -81,9 +82,9 @@ fn assert_hydrostatic(mut mesh: Mesh) {
     assert!(largest_difference(&reactions, &vec![[0.0; 3]; reactions.len()]) < 1e-9);
 }
 
-/// Truth: our elements use gmsh's node order. The volume is 2 pi. Constant strain passes the patch test on the curved mixed mesh.
-/// The tolerance of the volume is twice the loss by chords or parabolas instead of arcs. Other tolerances cover rounding of a mesh
-/// of some thousand unknowns.
+/// Truth: elements of this library use gmsh's node order. The volume of the quarter cylinder is 2 pi, and constant strain passes
+/// the patch test on the curved mixed mesh. Chords or parabolas replace the arcs of the outline. The tolerance of the volume is
+/// twice the volume that this replacement loses. Other tolerances cover rounding, for some thousand unknowns.
 #[test]
 fn every_solid_that_gmsh_writes_is_solved() {
     let strain = [0.001, 0.0005, -0.0003, 0.0004, -0.0002, 0.0005];
@@ -95,7 +96,8 @@ fn every_solid_that_gmsh_writes_is_solved() {
         let Some(mesh) = quarter(order, incomplete, &kinds) else { return };
         let pieces = mesh.group("arc").expect("the arc").cells.len();
         let quality = check(&mesh).expect("a sound mesh");
-        // A chord loses angle²/6 of the sector of an arc, a parabola through its middle loses angle⁴/480.
+        // A chord loses the fraction angle²/6 of the sector of its arc. A parabola through the middle of the arc loses
+        // angle⁴/480.
         let angle = FRAC_PI_2 / pieces as f64;
         let lost = if order == "2" { angle.powi(4) / 480.0 } else { angle.powi(2) / 6.0 };
         let error = quality.volume / (2.0 * PI) - 1.0;

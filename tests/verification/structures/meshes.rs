@@ -1,4 +1,4 @@
-//! Meshes of the structural tests: elements between given corners, joined blocks, the seven hexahedra cut into other elements.
+//! Meshes of the structural tests: elements with given corners, joined blocks, and the seven hexahedra of MacNeal and Harder.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ fn values<S: ShapeFunctions<N, 3>, const N: usize>(xi: [f64; 3]) -> Vec<f64> {
     S::values(xi).to_vec()
 }
 
-/// Points at the same position (to 1e-9) have the same number.
+/// Numbers points. Points at the same position (to 1e-9) have the same number.
 #[derive(Default)]
 struct Places {
     known: HashMap<[i64; 3], usize>,
@@ -29,7 +29,7 @@ impl Places {
     }
 }
 
-/// Elements of `kind` in the volume group "body", with coincident nodes merged.
+/// Mesh of elements of `kind` with the given corners, in the volume group "body". Coincident nodes are merged.
 pub fn between_corners(kind: ElementKind, cells: &[Vec<[f64; 3]>]) -> Mesh {
     let mut places = Places::default();
     let mut nodes = Vec::new();
@@ -45,7 +45,7 @@ pub fn between_corners(kind: ElementKind, cells: &[Vec<[f64; 3]>]) -> Mesh {
     mesh
 }
 
-/// Coincident nodes are merged, and groups of the same name are united.
+/// Joins meshes to one mesh. Coincident nodes are merged, and groups of the same name are united.
 pub fn joined(meshes: &[Mesh]) -> Mesh {
     let mut places = Places::default();
     let mut groups: Vec<(ElementKind, String, Vec<usize>)> = Vec::new();
@@ -65,7 +65,7 @@ pub fn joined(meshes: &[Mesh]) -> Mesh {
     mesh
 }
 
-/// The six pyramids between the faces of a hexahedron and the mean of its corners.
+/// The six pyramids of a hexahedron. Each has a face of the hexahedron as base and the mean of the eight corners as tip.
 fn pyramids(hexahedron: &[usize], points: &mut Vec<[f64; 3]>) -> Vec<Vec<usize>> {
     let mean = |d: usize| hexahedron.iter().map(|&node| points[node][d]).sum::<f64>() / 8.0;
     points.push(std::array::from_fn(mean));
@@ -75,7 +75,7 @@ fn pyramids(hexahedron: &[usize], points: &mut Vec<[f64; 3]>) -> Vec<Vec<usize>>
     Hex8.local_faces().iter().map(|(_, face)| pyramid(face)).collect()
 }
 
-/// The two tetrahedra of a pyramid. The diagonal of the base starts at the corner with the smallest number.
+/// The two tetrahedra of a pyramid. The diagonal that divides the base starts at the corner with the smallest node number.
 fn tetrahedra(pyramid: &[usize]) -> [Vec<usize>; 2] {
     let least = (0..4).min_by_key(|&i| pyramid[i]).unwrap();
     let base = |step: usize| pyramid[(least + step) % 4];
@@ -83,8 +83,8 @@ fn tetrahedra(pyramid: &[usize]) -> [Vec<usize>; 2] {
     [vec![a, b, c, pyramid[4]], vec![a, c, d, pyramid[4]]]
 }
 
-/// Two wedges for each of the seven hexahedra. The inner hexahedron and its neighbours below and above are cut along a diagonal of
-/// their lower and upper faces. The other four are cut along the diagonals from the lower inner nodes to the upper outer nodes.
+/// Two wedges for each of the seven hexahedra. Three hexahedra, the inner one and its neighbours below and above, are cut along a
+/// diagonal of their lower and upper faces. The other four are cut along diagonals from lower inner nodes to upper outer nodes.
 fn wedges_of_the_seven() -> Vec<Vec<usize>> {
     let inner = [8, 9, 10, 11, 12, 13, 14, 15];
     let mut hexahedra = vec![inner.to_vec()];
@@ -118,11 +118,11 @@ pub fn seven_hexahedra(kind: ElementKind) -> Mesh {
     between_corners(kind, &corners)
 }
 
-/// A quarter of the plate of NAFEMS LE1 and LE10, between the ellipses x²/2² + y²/1² = 1 ("x0") and x²/3.25² + y²/2.75² = 1 ("x1").
-/// The quarter ends on the axes y = 0 ("y0") and x = 0 ("y1").
+/// A quarter of the plate of NAFEMS LE1 and LE10. It lies between the ellipses x²/2² + y²/1² = 1 ("x0") and x²/3.25² + y²/2.75² =
+/// 1 ("x1"). The quarter ends on the axes y = 0 ("y0") and x = 0 ("y1").
 pub fn ellipses(kind: ElementKind, cells: [usize; 3], thickness: f64) -> Mesh {
     block(kind, cells, [1.0, 1.0, thickness], |[s, t, z]| {
-        // The cosine of a right angle is not zero in floating point, but the axis has to be a plane.
+        // Nodes on the axis x = 0 need a cosine of exactly zero, but the floating-point cosine of a right angle is not zero.
         let (sin, cos) = if t == 1.0 { (1.0, 0.0) } else { (t * std::f64::consts::FRAC_PI_2).sin_cos() };
         [(2.0 + 1.25 * s) * cos, (1.0 + 1.75 * s) * sin, z]
     })

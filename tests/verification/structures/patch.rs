@@ -10,10 +10,10 @@ use crate::fem::patch_test;
 use crate::fem_bodies::ELEMENTS;
 use crate::fem_meshes::linear;
 
-/// Truth: constant strain on the seven distorted hexahedra, whole or cut into other elements. Stresses are 2000 and 400, inner
-/// displacements exact, and reactions balance (MacNeal and Harder 1985). The tolerance 1e-12 covers rounding, while the catalogue
-/// asks for 1e-10. One of the published hexahedra is folded at its inner corner, where its Jacobian is -1.58e-3. The mesh check
-/// therefore runs only on tetrahedra and pyramids.
+/// Truth: constant strain on the seven distorted hexahedra, whole or cut into other elements (MacNeal and Harder 1985). Normal
+/// stresses are 2000, shear stresses 400. Displacements of inner nodes are exact, and reactions balance. The tolerance 1e-12
+/// covers rounding. One of the published hexahedra is inverted at its inner corner, where the Jacobian determinant is -1.58e-3.
+/// The mesh check therefore runs only on tetrahedra and pyramids.
 #[test]
 fn seven_distorted_hexahedra_in_every_element() {
     let strain = [1e-3; 6];

@@ -8,8 +8,8 @@ use super::meshes::ellipses;
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::prescribe;
 
-/// Truth: sigma_yy = -5.38 MPa at D = (2, 0, 0.6) of the thick elliptic plate (NAFEMS 1990). The outer face is fixed along x and y,
-/// and along z on its middle line. Tolerance: the catalogue's 2 % for the recovered stress at this corner, on 8 x 12 x 4 elements.
+/// Truth: sigma_yy = -5.38 MPa at D = (2, 0, 0.6) of the thick elliptic plate (NAFEMS 1990). The outer face is fixed along x and
+/// y. On the middle line of this face, z is fixed, too. Tolerance: 2 % for the recovered stress at D, on 8 x 12 x 4 elements.
 #[test]
 fn nafems_le10() {
     for kind in [Hex20, Hex27] {

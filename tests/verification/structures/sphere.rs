@@ -18,17 +18,17 @@ const PRESSURE: f64 = 100.0;
 /// Lamé's factor p a³ / (b³ - a³) for the pressure p and the radii a = 1, b = 2.
 const SCALE: f64 = PRESSURE / 7.0;
 
-/// Radial displacement (Lamé 1852), a = 1, b = 2.
+/// Radial displacement at the radius r (Lamé 1852), for the radii a = 1 and b = 2.
 fn radial(r: f64) -> f64 {
     SCALE / E * ((1.0 - 2.0 * NU) * r + (1.0 + NU) * 8.0 / (2.0 * r * r))
 }
 
-/// An eighth of the sphere: three blocks of n x n x n cells over the three squares at a cube's corner. Groups are "z0" inside, "z1"
-/// outside, "x0" and "y0" on the planes of symmetry.
+/// An eighth of the sphere, of three blocks with n x n x n cells. Projected onto the sphere, the three squares that meet at a
+/// corner of a cube give the blocks. Groups are "z0" inside, "z1" outside, "x0" and "y0" on the planes of symmetry.
 fn eighth(kind: ElementKind, n: usize) -> Mesh {
     let part = |turn: usize| {
         let onto_sphere = |[s, t, layer]: [f64; 3]| {
-            // The tangent puts the cells at equal angles. Blocks share edges, where the slope has to be exactly 1.
+            // The tangent gives all cells the same angle. On edges shared by two blocks, the slope must be exactly 1.
             let slope = |c: f64| if c == 1.0 { 1.0 } else { (c * std::f64::consts::FRAC_PI_4).tan() };
             let direction = [slope(s), slope(t), 1.0];
             let r = (1.0 + layer) / direction.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -64,10 +64,10 @@ fn l2_error<S: ShapeFunctions<N, 3>, const N: usize>(mesh: &Mesh, u: &[[f64; 3]]
     (error.sqrt(), norm.sqrt())
 }
 
-/// Relative errors: of the displacement in L2, of displacement and of hoop stress at the inner and outer sphere.
+/// Relative errors of the displacement in the L2 norm, the inner and outer displacement, and the inner and outer hoop stress.
 fn errors(kind: ElementKind, n: usize) -> [f64; 5] {
     let mut mesh = eighth(kind, n);
-    // Each plane of symmetry is a side of two of the blocks.
+    // Sides of two blocks lie on each plane of symmetry.
     let supports = [0, 1, 2].map(|k| {
         let nodes = (0..mesh.n_points()).filter(|&node| mesh.points[node][k].abs() < 1e-12).collect();
         let group = format!("plane {k}");
@@ -81,7 +81,7 @@ fn errors(kind: ElementKind, n: usize) -> [f64; 5] {
     let mesh = model.mesh();
     let (error, norm) = by_kind!(kind, l2_error(mesh, u));
     let stress = StressRecovery::new(model).unwrap().stress(model, u).unwrap();
-    // On the x axis sigma_yy is the hoop stress.
+    // On the x axis, sigma_yy is the hoop stress.
     let on_axis = |r: f64| {
         let place = |x: &[f64; 3]| (x[0] - r).abs() + x[1].abs() + x[2].abs() < 1e-9;
         mesh.points.iter().position(place).expect("a node on the axis")
@@ -96,10 +96,10 @@ fn errors(kind: ElementKind, n: usize) -> [f64; 5] {
     ]
 }
 
-/// Truth: Lamé's solution (1852). The inner and outer displacements are u_a = 3.809524e-4 and u_b = 1.428571e-4, the hoop stresses
-/// 71.42857 and 21.42857 (catalogue lame-thick-sphere). For elements of degree p the L2 error of u has order p + 1 on curved
-/// boundaries. On the finer pair of meshes the order may be 0.2 too low. On the finest mesh, displacements of second-order elements
-/// agree to 0.5 % and hoop stresses to 3 %.
+/// Truth: case `lame-thick-sphere` of docs/verification.md, Lamé's solution (1852). The inner and outer displacements are u_a =
+/// 3.809524e-4 and u_b = 1.428571e-4, the hoop stresses 71.42857 and 21.42857. For elements of degree p, the L2 error of u has
+/// order p + 1 on curved boundaries. The order measured on the finer pair of meshes may be 0.2 too low. On the finest mesh,
+/// displacements of second-order elements agree to 0.5 % and hoop stresses to 3 %.
 #[test]
 fn thick_sphere_under_inner_pressure() {
     assert!((radial(1.0) - 0.000380952381).abs() < 1e-13 && (radial(2.0) - 0.0001428571429).abs() < 1e-13);

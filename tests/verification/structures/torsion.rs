@@ -7,8 +7,8 @@ use orthowear::material::Stiffness;
 use crate::fem_bodies::spec;
 use crate::fem_meshes::{block, prescribe};
 
-/// Torque of a bar with unit shear modulus, side and twist per length, and largest shear at the middle of a side. Both ends rotate
-/// in their planes and are free to warp, as in Saint-Venant's solution.
+/// Torque, and largest shear stress at the middle of a side, of a bar with unit shear modulus, side and twist per length. Both
+/// ends rotate in their planes and can warp freely, as in Saint-Venant's solution.
 fn twisted(kind: ElementKind, n: usize) -> (f64, f64) {
     let length = 0.25;
     let centred = |[x, y, z]: [f64; 3]| [x - 0.5, y - 0.5, z];
@@ -41,9 +41,9 @@ fn twisted(kind: ElementKind, n: usize) -> (f64, f64) {
     (torque, stress[3].hypot(stress[4]))
 }
 
-/// Truth: a bar of side s has the torque T = 0.1405770 G theta' s⁴ for the twist theta' per length. The largest shear is 0.6753145
-/// G theta' s at the middle of the sides (catalogue torsion-square-bar; Saint-Venant 1855). Tolerance: the catalogue's 0.5 % of the
-/// torque at 16 x 16 elements of second order.
+/// Truth: case `torsion-square-bar` of docs/verification.md (Saint-Venant 1855). A bar of side s has the torque T = 0.1405770 G
+/// theta' s⁴ for the twist theta' per length. The largest shear stress is 0.6753145 G theta' s, at the middle of the sides. The
+/// tolerance is 0.5 %. Linear elements need to meet it only for the torque.
 #[test]
 fn torsion_of_a_square_bar() {
     for (kind, n) in [(Hex20, 16), (Hex20, 8), (Hex27, 8), (Wedge15, 8), (Tet10, 8), (Hex8, 16)] {

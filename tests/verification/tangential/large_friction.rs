@@ -1,4 +1,5 @@
-//! Friction coefficients from 0 to 2: a certified solution or an explicit failure.
+//! Friction coefficients from 0 to 2 (case `str-friction-large` of docs/verification.md). Each run converges to a state that
+//! passes the audit, or reports why it does not converge.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::Outcome;
@@ -16,7 +17,7 @@ use crate::observed::{audit, follow, pull};
 
 const COEFFICIENTS: [f64; 7] = [0.0, 1e-12, 0.1, 0.5, 1.0, 1.5, 2.0];
 
-/// Audits every converged state. A run that does not converge has to give a reason.
+/// Solves the steps and audits every converged state. A run need not converge.
 fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
     let unit = model.flexibility.diagonal_blocks()[0][(2, 2)];
     let ellipse = (mu > 0.0).then_some(FrictionEllipse { mu: [mu; 2], angle: 0.0 });
@@ -37,9 +38,10 @@ fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
     result
 }
 
-/// Truth: `str-friction-large`. Contact and friction laws hold cell by cell in every converged state (1e-6). With mu = 0 the force
-/// is the frictionless force to 1e-10 (mu = 1e-12: to 1e-7). The cases are Spence's indentation, and tilted fibres under a
-/// displacement, where coupling is strongest. Up to mu = 1 both cases converge.
+/// Truth: in every converged state, contact and friction laws hold in each cell, to 1e-6. mu = 0 gives the normal force without
+/// friction to 1e-10, mu = 1e-12 to 1e-7. The first model is Spence's indentation by a rigid sphere. The second model has tilted
+/// fibres, on which a tangential displacement causes the strongest coupling of normal and tangential displacements. Up to mu = 1
+/// both models converge.
 #[test]
 fn any_coefficient_is_certified_or_refused() {
     let steel = steel();
@@ -54,7 +56,7 @@ fn any_coefficient_is_certified_or_refused() {
         assert!(mu > 1.0 || result.outcome == Outcome::Converged, "mu {mu}: {:?}", result.outcome);
         if mu <= 1e-12 {
             let found = result.records[4].normal_force;
-            // The smallest positive mu uses another solver than mu = 0, with a residual of 1e-8.
+            // The solver for mu = 1e-12 is not the solver for mu = 0, and has a residual of 1e-8.
             let tolerance = if mu == 0.0 { 1e-10 } else { 1e-7 };
             assert!(relative(found, wanted) < tolerance, "mu {mu}: {found} {wanted}");
         }
@@ -71,8 +73,8 @@ fn any_coefficient_is_certified_or_refused() {
     }
 }
 
-/// Truth: `str-friction-large` on Cattaneo and Mindlin's spheres, nu = 0. Without coupling there is a solution for every mu. The
-/// displacement for Q = 0.3 mu P agrees to 5e-3 at 40 cells per diameter.
+/// Truth: Cattaneo's and Mindlin's spheres, nu = 0. Without coupling of normal and tangential displacements, there is a solution
+/// for every mu. The displacement for Q = 0.3 mu P agrees to 5e-3 at 40 cells per diameter.
 #[test]
 fn uncoupled_bodies_have_an_answer_for_every_coefficient() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
@@ -92,8 +94,8 @@ fn uncoupled_bodies_have_an_answer_for_every_coefficient() {
     }
 }
 
-/// Truth: `str-friction-large` on a finite-element block of CFRP with tilted fibres. The laws hold cell by cell in every converged
-/// state (1e-6). mu = 0 gives the frictionless force to 1e-10, mu = 1e-12 to 1e-7. Up to mu = 0.5 all runs converge.
+/// Truth: a finite-element block of CFRP with tilted fibres. In every converged state, contact and friction laws hold in each
+/// cell, to 1e-6. mu = 0 gives the normal force without friction to 1e-10, mu = 1e-12 to 1e-7. Up to mu = 0.5 all runs converge.
 #[test]
 fn any_coefficient_on_finite_elements() {
     let frame = ContactFrame::grid([1.2; 2], [12; 2], [0.0; 2], 0.0).expect("a grid");

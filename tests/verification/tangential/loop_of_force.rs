@@ -1,4 +1,5 @@
-//! Hysteresis under a cyclic tangential force or displacement (Mindlin and Deresiewicz 1953).
+//! Hysteresis under a cyclic tangential force or displacement (Mindlin and Deresiewicz 1953; case `mindlin-deresiewicz-loop` of
+//! docs/verification.md).
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::{FrameState, Outcome};
@@ -12,10 +13,10 @@ use crate::observed::{follow, pull};
 
 const LOAD: f64 = 1000.0;
 const MU: f64 = 0.3;
-/// Increments per quarter of a loop, as in the catalogue.
+/// Increments per quarter of a loop.
 const QUARTER: usize = 40;
 
-/// Contact radius, displacement D0 at full sliding and tangential compliance S = 2 (2 - nu) / G.
+/// Contact radius, displacement D0 at the onset of full sliding, and tangential compliance S = 2 (2 - nu) / G.
 fn scales(nu: f64) -> (f64, f64, f64) {
     let reduced = 210e3 / (1.0 - nu * nu) / 2.0;
     let a = (3.0 * LOAD * 10.0 / (4.0 * reduced)).cbrt();
@@ -30,7 +31,7 @@ fn spheres(nu: f64) -> Model {
     model
 }
 
-/// Presses, goes to `to(1)` in a quarter of a loop, then `loops` times to `to(-1)` and back.
+/// Presses the spheres and applies `to(1)` in a quarter of a loop. Then goes `loops` times to `to(-1)` and back to `to(1)`.
 fn loops(model: &Model, to: &dyn Fn(f64) -> Step, loops: usize) -> (RunResult, Vec<FrameState>) {
     let mut steps = vec![press(LOAD), Step { increments: QUARTER, ..to(1.0) }];
     for _ in 0..loops {
@@ -42,7 +43,7 @@ fn loops(model: &Model, to: &dyn Fn(f64) -> Step, loops: usize) -> (RunResult, V
     (result, fields)
 }
 
-/// Area of the loop of force and displacement, by the trapezoidal rule.
+/// Area of the loop of force over displacement between the records `from` and `to`, by the trapezoidal rule.
 fn area(result: &RunResult, from: usize, to: usize) -> f64 {
     (from..to)
         .map(|k| (&result.records[k], &result.records[k + 1]))
@@ -61,7 +62,7 @@ fn dissipated(model: &Model, fields: &[FrameState], from: usize, to: usize) -> f
     (from..to).map(increment).sum()
 }
 
-/// Energy W of the catalogue, dissipated in a cycle of the tangential force ±Q* with z = Q* / (mu P).
+/// Energy dissipated in a cycle of the tangential force ±Q* with z = Q* / (mu P).
 fn dissipation(nu: f64, z: f64) -> f64 {
     let (a, _, compliance) = scales(nu);
     9.0 * (MU * LOAD).powi(2) / (10.0 * a)
@@ -69,9 +70,9 @@ fn dissipation(nu: f64, z: f64) -> f64 {
         * (1.0 - (1.0 - z).powf(5.0 / 3.0) - 5.0 * z / 6.0 * (1.0 + (1.0 - z).powf(2.0 / 3.0)))
 }
 
-/// Truth: `mindlin-deresiewicz-loop`, exact for nu = 0, under a force up to 0.6 mu P. The dissipation of a cycle, the largest
-/// displacement and the displacement at Q = 0 on the way back agree to 1e-2. The second loop equals the first one to 1e-6. The work
-/// of tractions on slip equals the area of the loop to 1e-6.
+/// Truth: the solution is exact for nu = 0, here under a force up to 0.6 mu P. The dissipation of a cycle, the largest
+/// displacement and the displacement at Q = 0 on the way back agree to 1e-2. The second loop equals the first one to 1e-6. The
+/// work of tractions on slip equals the area of the loop to 1e-6.
 #[test]
 fn loops_under_a_force() {
     let model = spheres(0.0);
@@ -91,12 +92,12 @@ fn loops_under_a_force() {
     for k in 0..=cycle {
         let (first, second) =
             (result.records[start + k].shift[0], result.records[start + cycle + k].shift[0]);
-        // The first loop closes at the end of the virgin curve.
+        // The first loop ends where the initial loading ended, so both loops are the same.
         assert!((first - second).abs() < 1e-6 * largest, "{k}: {first} {second}");
     }
 }
 
-/// Truth: case `mindlin-deresiewicz-loop` under a displacement between ±D0, at the onset of full sliding (z = 1), to 1e-2.
+/// Truth: the dissipation under a displacement between ±D0, at the onset of full sliding (z = 1), to 1e-2.
 #[test]
 fn loops_to_the_verge_of_sliding() {
     let model = spheres(0.0);
@@ -111,7 +112,7 @@ fn loops_to_the_verge_of_sliding() {
     assert!(relative(result.records[start].tangential_force[0], MU * LOAD) < 1e-2);
 }
 
-/// Truth: the catalogue's values for nu = 0.3, to 3 %. The classical solution neglects slip across the force.
+/// Truth: values of the classical solution for nu = 0.3, to 3 %. The classical solution neglects slip perpendicular to the force.
 #[test]
 fn loops_with_lateral_contraction() {
     let model = spheres(0.3);
@@ -122,7 +123,7 @@ fn loops_with_lateral_contraction() {
     assert!(relative(result.records[start].shift[0], 0.002692017759) < 3e-2);
 }
 
-/// Truth: the catalogue's values for nu = 0.3 under a displacement between ±D0 (z = 1), to 3 %.
+/// Truth: values of the classical solution for nu = 0.3 under a displacement between ±D0 (z = 1), to 3 %.
 #[test]
 fn loops_to_the_verge_of_sliding_with_lateral_contraction() {
     let model = spheres(0.3);
@@ -134,7 +135,7 @@ fn loops_to_the_verge_of_sliding_with_lateral_contraction() {
     let work = area(&result, start, start + cycle);
     assert!(relative(work, 1.413391) < 3e-2, "{work}");
     assert!(relative(result.records[start].tangential_force[0], MU * LOAD) < 3e-2);
-    // The force vanishes at D0 - 2 D0 (1 - 2^(-2/3)), between two increments of D0 / 40.
+    // On the way back the force is zero at the displacement D0 - 2 D0 (1 - 2^(-2/3)), which lies between two increments.
     let back = &result.records[start..=start + 2 * QUARTER];
     let crossing = back.windows(2).find(|pair| pair[1].tangential_force[0] <= 0.0).expect("the force turns");
     let [(x0, q0), (x1, q1)] = [0, 1].map(|k| (crossing[k].shift[0], crossing[k].tangential_force[0]));

@@ -1,4 +1,5 @@
-//! Partial slip with exact solutions: proportional loading, and indenters other than spheres.
+//! Partial slip with exact solutions: proportional loading, and indenters other than spheres. docs/verification.md lists the
+//! named cases.
 
 use orthowear::evolution::records::Outcome;
 use orthowear::evolution::step::Step;
@@ -8,10 +9,10 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, press, relative, solve, sphere};
 use crate::observed::{press_and_pull, pull, radius};
 
-/// Truth: `oblique-proportional-loading` (Mindlin and Deresiewicz 1953). Q = q0 P with q0 = 0.2 grows with P from zero. Only the
-/// outermost ring of cells, whose gaps close in the increment, slips. For nu = 0 the tractions are q0 p (2e-2 of the peak). With
-/// 100 increments the ratio of displacement to approach is q0 (2 - nu) / (2 (1 - nu)) to 5e-3. New cells are dragged in the
-/// increment of their closure, so 25 increments more than double the error.
+/// Truth: case `oblique-proportional-loading` (Mindlin and Deresiewicz 1953). The tangential force Q = q0 P with q0 = 0.2 grows
+/// with P from zero. Only the outermost ring of cells slips, because the gaps of these cells close during the increment. For nu =
+/// 0 the tangential tractions are q0 p, to 2e-2 of the peak pressure. With 100 increments the ratio of displacement to approach
+/// is q0 (2 - nu) / (2 (1 - nu)), to 5e-3. With 25 increments the error is more than twice as large, because wider rings slip.
 #[test]
 fn forces_of_constant_direction_below_the_cone_do_not_slip() {
     for nu in [0.0, 0.3] {
@@ -44,15 +45,16 @@ fn forces_of_constant_direction_below_the_cone_do_not_slip() {
     }
 }
 
-/// Truth: `jaeger-ciavarella-cone` (Jaeger 1998; Ciavarella 1998). Equal bodies of nu = 0 with a conical gap of 5 degrees carry Q =
-/// 0.5 mu P. Stick radius c and contact radius a obey c / a = sqrt(1 - Q / mu P) within one cell. With the approach delta the
-/// displacement D obeys D G* / (mu delta E*) = 1 - c / a to 1e-2.
+/// Truth: case `jaeger-ciavarella-cone` (Jaeger 1998; Ciavarella 1998). Equal bodies of nu = 0 with a conical gap of 5 degrees
+/// carry Q = 0.5 mu P. Stick radius c and contact radius a obey c / a = sqrt(1 - Q / mu P) within one cell. The approach delta
+/// and the displacement D obey D G* / (mu delta E*) = 1 - c / a, to 1e-2.
 #[test]
 fn cone_in_partial_slip() {
     let material = Stiffness::isotropic(210e3, 0.0).expect("admissible");
     let (reduced, shear) = (105e3, 105e3);
     let slope = 5f64.to_radians().tan();
-    // Sneddon: P = (pi/2) E* a² tan b, delta = (pi/2) a tan b for the slope angle b. 1/G* = 2 (2 - nu) / (4 G).
+    // Sneddon's solution for the slope angle b: P = (pi/2) E* a² tan b, delta = (pi/2) a tan b. Equal bodies have 1/G* = 2 (2 -
+    // nu) / (4 G).
     let a = 1.0;
     let load = 0.5 * std::f64::consts::PI * reduced * a * a * slope;
     let (cells, half_width, mu) = (64, 1.15, 0.3);

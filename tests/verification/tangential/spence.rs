@@ -8,8 +8,9 @@ use orthowear::material::Stiffness;
 use crate::common::{half_spaces, indent, relative, solve, sphere, step};
 use crate::observed::radius;
 
-/// Rows from the catalogue (`spence-self-similar`): nu, mu, c/a (ratio of stick to contact radius), kappa (ratio of the forces of a
-/// flat punch with and without friction) and DR. A sphere of radius R at the approach delta has a² = R delta / DR.
+/// Known values of case `spence-self-similar` (docs/verification.md): nu, mu, c/a, kappa and DR. c/a is the ratio of stick radius
+/// to contact radius. kappa is the ratio of the forces of a flat punch with and without friction. DR = R delta / a² for a sphere
+/// of radius R at the approach delta.
 const CASES: [[f64; 5]; 4] = [
     [0.3, 0.2, 0.69828, 1.01927, 1.01487],
     [0.25, 0.2, 0.57556, 1.02328, 1.01782],
@@ -17,8 +18,8 @@ const CASES: [[f64; 5]; 4] = [
     [0.3, 0.3, 0.89596, 1.0243, 1.01948],
 ];
 
-/// Truth: a flat punch keeps its contact area, and a single increment is the whole history. c / a agrees to one cell. kappa agrees
-/// to 3e-3, because the edge error is the same on the same cells and cancels.
+/// Truth: a flat punch keeps its contact area, so a single increment gives the same state as many increments. c / a agrees within
+/// one cell. kappa agrees to 3e-3, because the errors at the edge are equal with and without friction and cancel.
 #[test]
 fn flat_punch() {
     for [nu, mu, ratio, kappa, _] in CASES {
@@ -42,8 +43,8 @@ fn flat_punch() {
     }
 }
 
-/// Truth: a sphere pressed in increments. c / a agrees to one cell of 36 along the contact. The force is kappa DR (4/3) E* a³ / R
-/// with a² = R delta / DR, to 3e-3. Half the approach has the same c / a.
+/// Truth: a sphere pressed in increments. c / a agrees within one cell. Some 36 cells lie along the contact diameter. The force
+/// is kappa DR (4/3) E* a³ / R with a² = R delta / DR, to 3e-3. At half of the approach, c / a is the same.
 #[test]
 fn sphere_in_increments() {
     for [nu, mu, ratio, kappa, dr] in CASES {

@@ -1,4 +1,5 @@
-//! Symmetries of frictional contact: signs, axes, position, order of the bodies.
+//! Symmetries of frictional contact: signs, axes, position, order of the bodies (case `shear-reversal-symmetry` of
+//! docs/verification.md).
 
 use std::sync::Arc;
 
@@ -23,7 +24,7 @@ fn run(model: &Model, force: [f64; 2]) -> RunResult {
     result
 }
 
-/// Two unlike bodies: normal and tangential displacements are coupled.
+/// Two bodies of different materials, in which normal and tangential displacements are coupled.
 fn pair(lower: &Stiffness, upper: &Stiffness) -> Model {
     let mut model = half_spaces(lower, Some(upper), (0.6, CELLS), sphere(10.0));
     model.friction = FrictionLaw::Coulomb { mu: 0.3 };
@@ -38,8 +39,8 @@ fn last(result: &RunResult) -> &IncrementRecord {
     result.records.last().expect("records")
 }
 
-/// Largest difference of two states, relative to the largest pressure. Cell i is mapped to `image(i)`, its tangential traction by
-/// `q`.
+/// Largest difference of two states, relative to the largest pressure. `image` maps cells of state `a` to cells of state `b`, and
+/// `q` maps tangential tractions.
 fn apart(
     a: &RunResult,
     b: &RunResult,
@@ -59,8 +60,8 @@ fn apart(
         .fold(0.0, f64::max)
 }
 
-/// Truth: `shear-reversal-symmetry` for unlike bodies under Q = 0.6 mu P. Tolerance: the catalogue's 1e-6 of the peak pressure for
-/// iterative solvers.
+/// Truth: a force reversed or rotated by 90 degrees gives the reversed or rotated state. The bodies have different materials, Q =
+/// 0.6 mu P. Tolerance: 1e-6 of the peak pressure.
 #[test]
 fn forces_turned_and_reversed() {
     let model = pair(&steel(), &aluminium());
@@ -70,15 +71,15 @@ fn forces_turned_and_reversed() {
     let (row, column) = (|i: usize| i / CELLS, |i: usize| i % CELLS);
     let mirrored = |i: usize| (CELLS - 1 - row(i)) * CELLS + column(i);
     assert!(apart(&along, &back, mirrored, |[x, y]| [-x, y]) < 1e-6);
-    // (x, y) is mapped to (-y, x).
+    // The rotation maps (x, y) to (-y, x).
     let turned = |i: usize| (CELLS - 1 - column(i)) * CELLS + row(i);
     assert!(apart(&along, &across, turned, |[x, y]| [-y, x]) < 1e-6);
     assert!((last(&along).shift[0] + last(&back).shift[0]).abs() < 1e-6 * last(&along).shift[0]);
     assert!((last(&along).shift[0] - last(&across).shift[1]).abs() < 1e-6 * last(&along).shift[0]);
 }
 
-/// Truth: `shear-reversal-symmetry`, the same contact upside down. A rotation by 180 degrees about y changes the signs of x and the
-/// normal. Forces on body 1 become forces on body 2, with mirrored tractions.
+/// Truth: the same contact upside down. A rotation by 180 degrees about y changes the signs of x and of the normal. Afterwards,
+/// forces on body 1 are forces on body 2. Tractions (qx, qy) at (x, y) therefore become (qx, -qy) at (-x, y).
 #[test]
 fn bodies_exchanged() {
     let upright = run(&pair(&steel(), &aluminium()), [180.0, 0.0]);
@@ -86,11 +87,11 @@ fn bodies_exchanged() {
     let mirrored = |i: usize| (CELLS - 1 - i / CELLS) * CELLS + i % CELLS;
     assert!(apart(&upright, &exchanged, mirrored, |q| [q[0], -q[1]]) < 1e-6);
     assert!((last(&upright).shift[0] - last(&exchanged).shift[0]).abs() < 1e-6 * last(&upright).shift[0]);
-    // The state must not be its own mirror image, or the test would prove nothing.
+    // The test proves nothing if the state is its own mirror image.
     assert!(apart(&upright, &upright, mirrored, |q| [q[0], -q[1]]) > 1e-4);
 }
 
-/// Truth: `shear-reversal-symmetry`. A common translation of frame and gap changes nothing, to 1e-9 for the rounding of the gap.
+/// Truth: a common translation of frame and gap does not change the state. The tolerance 1e-9 covers the rounding of the gap.
 #[test]
 fn another_place() {
     let here = pair(&steel(), &aluminium());

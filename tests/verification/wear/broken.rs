@@ -1,4 +1,4 @@
-//! Fretting steps that are interrupted after their last jump.
+//! Fretting steps that are interrupted after their last jump, and resumed.
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::{ErrorKind, Result};
@@ -9,7 +9,7 @@ use orthowear::evolution::step::{Integrator, Step};
 
 use crate::common::{Silent, fretting, frp_wear, indent, shift, sphere_on_frp};
 
-/// Interrupts the run at the first progress message after `after` entries.
+/// Observer that interrupts the run at the first progress message after `after` entries.
 struct Breaking {
     loops: bool,
     entries: usize,
@@ -44,8 +44,8 @@ impl Observer for Breaking {
     }
 }
 
-/// Truth: a resumed run equals the uninterrupted run, bit by bit, after an interruption in the fretting loop or on the way back to
-/// the centre.
+/// Truth: the uninterrupted run. The resumed run equals the uninterrupted run, bit by bit. The interruption comes during the
+/// computation of the loop of force over displacement, or on the way back to the centre of the stroke.
 #[test]
 fn runs_broken_off_after_the_last_jump() {
     let mut model = sphere_on_frp(30.0, 1.5, 16);
@@ -71,7 +71,7 @@ fn runs_broken_off_after_the_last_jump() {
         assert_eq!(end.records.len(), whole.records.len());
         assert_eq!(end.fretting_loops.len(), whole.fretting_loops.len());
         if steps.len() == 2 {
-            // A run resumed after its last step has no further entry.
+            // Without a further step, the resumed run adds no entry, and its fields are not compared.
             continue;
         }
         let bits = |field: &[f64]| field.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
@@ -95,7 +95,8 @@ impl Observer for First {
     }
 }
 
-/// Truth: a checkpoint with completed increments is refused for a fretting step, one with completed cycles for a monotone step.
+/// Truth: a checkpoint within a step is refused if this step has become another kind of step. A checkpoint with completed
+/// increments is refused for a fretting step. A checkpoint with completed cycles is refused for a step of increments.
 #[test]
 fn checkpoints_within_a_step_of_another_kind_are_refused() {
     let mut model = sphere_on_frp(30.0, 1.5, 12);

@@ -1,4 +1,4 @@
-//! Jumps with lengths from their estimated error, and their limits.
+//! Jump lengths that follow from estimated errors, and limits on jump lengths.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::RunResult;
@@ -21,8 +21,8 @@ fn reference_scene(tilt: f64, cells: usize, cycles: Step) -> RunResult {
     solve(&model, &[indent(0.02), cycles])
 }
 
-/// Truth: an independent program with incremental slip and one increment per stroke. Volume, load and largest depth after 100 000
-/// cycles agree to 2e-3 at the default tolerance, with at most 40 contact solves.
+/// Truth: an independent program with incremental slip and one increment per stroke. Wear volume, load and largest wear depth
+/// after 100 000 cycles agree to 2e-3 at the default tolerance. The run takes at most 40 contact solutions.
 #[test]
 fn default_tolerance_meets_the_reference() {
     let data = reference();
@@ -51,8 +51,8 @@ fn mean_square(a: &[f64], b: &[f64]) -> f64 {
     (worn.iter().sum::<f64>() / worn.len() as f64).sqrt()
 }
 
-/// Truth: a run with 96 jumps. The root-mean-square error is below the tolerance times the largest depth. Its estimate is within a
-/// factor of 5.
+/// Truth: a run with 96 jumps. The root-mean-square error of the wear depth is below the tolerance times the largest wear depth.
+/// The ratio of estimated to actual error is between 0.2 and 5.
 #[test]
 fn estimates_are_near_the_errors() {
     for tilt in [0.0, 90.0] {
@@ -69,7 +69,8 @@ fn estimates_are_near_the_errors() {
     }
 }
 
-/// Truth: implicit jumps complete all cycles. Explicit jumps stay below the critical length.
+/// Truth: implicit jumps together complete all cycles, in whole numbers of cycles. Explicit jumps do not exceed the critical
+/// length.
 #[test]
 fn jumps_fill_the_cycles() {
     let run = reference_scene(0.0, 16, controlled(1e-2));
@@ -85,7 +86,7 @@ fn jumps_fill_the_cycles() {
     assert!(jumps.iter().all(|jump| jump.length <= critical), "{jumps:?}");
 }
 
-/// Truth: contacts are solved to 1e-8 only, so a tolerance of wear of 1e-12 gives a warning.
+/// Truth: contact problems are solved to residuals of 1e-8. A wear tolerance of 1e-12 is out of reach and gives a warning.
 #[test]
 fn tolerances_finer_than_contacts_are_solved() {
     for (tolerance, warned) in [(1e-12, true), (1e-2, false)] {
@@ -100,9 +101,9 @@ fn tolerances_finer_than_contacts_are_solved() {
     }
 }
 
-/// Truth: docs/theory-wear.md. Jumps longer than 2 λ_min(S_nn) / D are refused, with the normal flexibility S_nn and the wear D per
-/// pressure and cycle. For D = 1.6e-10 mm/MPa this limit is 39 500 cycles. (The actual D is smaller by the elastic part of the
-/// stroke.)
+/// Truth: explicit jumps of more than 2 λ_min(S_nn) / D cycles are refused (docs/theory-wear.md). S_nn is the normal flexibility,
+/// D is the wear depth per pressure and cycle. For D = 1.6e-10 mm/MPa this limit is 39 500 cycles. The actual D is smaller by the
+/// elastic part of the stroke, and the actual limit is larger.
 #[test]
 fn explicit_jumps_have_a_critical_length() {
     let explicit = |count: u64, jumps: usize| fretting(count, 0.08, jumps, Integrator::Explicit);
@@ -123,8 +124,8 @@ fn explicit_jumps_have_a_critical_length() {
     assert!(error.to_string().contains("Take 3 jumps"), "{error}");
 }
 
-/// Truth: an independent program. 4 increments per stroke instead of 1 reduce the initial wear rate by less than 1e-4 at tilt 0, by
-/// about 0.3 % at tilt 90.
+/// Truth: an independent program. 4 increments per stroke reduce the initial wear rate compared with 1 increment. At tilt 0 the
+/// reduction is less than 1e-4, at tilt 90 about 0.3 %.
 #[test]
 fn strokes_in_several_increments() {
     for (tilt, range) in [(0.0, -1e-4..1e-4), (90.0, -0.0045..-0.0020)] {

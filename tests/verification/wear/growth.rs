@@ -1,4 +1,4 @@
-//! Runs whose contact reaches the edge of the frame continue on a larger frame.
+//! Runs whose contact reaches the edge of the frame and which continue on a larger frame.
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
@@ -16,8 +16,8 @@ fn places(model: &Model, larger: &Model) -> Vec<usize> {
     model.frame.grid.expect("a grid").indices_in(&larger.frame.grid.expect("a grid"))
 }
 
-/// Continues on the next model each time the contact reaches the edge of the frame. Returns the result and the number of models
-/// used.
+/// Runs the steps on the first model. Each time the contact reaches the edge of the frame, the run continues on the next model.
+/// Returns the result and the number of models used.
 fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     let options = SolverOptions::default();
     let mut result = solve(&models[0], steps);
@@ -32,9 +32,10 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     (result, taken)
 }
 
-/// Truth: `wear-sphere-elastic` gives contact radius, approach, and pressure and depth at the centre, at the dimensionless sliding
-/// distances τ = 1 and 10. The initial half-width of the frame is 1.35 times the unworn contact radius a0. The contact reaches the
-/// edge once before τ = 1 (a / a0 = 1.408), twice before τ = 10 (2.31).
+/// Truth: case `wear-sphere-elastic` of docs/verification.md. It gives contact radius a, approach, and pressure and wear depth at
+/// the centre, at the dimensionless sliding distances τ = 1 and 10. The initial half-width of the frame is 1.35 times the unworn
+/// contact radius a0. The contact reaches the edge of a frame once before τ = 1 (a / a0 = 1.408). Before τ = 10 (a / a0 = 2.31)
+/// it does so twice.
 #[test]
 fn elastic_sphere() {
     let (radius, e_star) = (100.0, 1e5);
@@ -64,7 +65,8 @@ fn elastic_sphere() {
     }
 }
 
-/// The steps are an indentation, fretting until the contact outgrows the small frame, and a tangential displacement along y.
+/// Models on a small and a large frame, and steps. The steps are an indentation, fretting until the contact outgrows the small
+/// frame, and a tangential displacement along y.
 fn fretted(amplitude: f64, cycles: u64) -> ([Model; 2], [Step; 3]) {
     let models = [(1.2, 16), (1.8, 24)].map(|(half_width, cells)| {
         let mut model = sphere_on_frp(30.0, half_width, cells);
@@ -81,14 +83,15 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0_f64, |apart, (a, b)| apart.max((a - b).abs())) / largest
 }
 
-/// Tolerance of the strokes that determine the stick zone. It limits the accuracy of fields in partial slip.
+/// Relative tolerance of fields in partial slip. The stick zone follows from strokes, whose accuracy limits the accuracy of these
+/// fields.
 const STROKES: f64 = 1e-6;
 
-/// Truth: a run continued on the large frame equals the run on this frame from the start, jump by jump. Resultants and worn volume
-/// agree to 1e-7, fields in gross slip to 1e-7 and in partial slip to the tolerance of strokes.
+/// Truth: a run on the large frame from the start. The run continued on this frame has the same jumps. Forces, contact area,
+/// dissipation and wear volume agree to 1e-7. Fields agree to 1e-7 in gross slip and to [`STROKES`] in partial slip.
 #[test]
 fn as_on_the_large_frame_from_the_start() {
-    // In the last case the contact reaches the edge in the first jump.
+    // In the last case the contact reaches the edge during the first jump.
     for (amplitude, cycles, tolerance) in
         [(0.004, 10_000_000, STROKES), (0.08, 300_000, 1e-7), (0.008, 12_000_000, STROKES)]
     {
@@ -143,8 +146,8 @@ fn numbers(value: &Value) -> Vec<f64> {
         .collect()
 }
 
-/// Truth: in the cells of the smaller frame the fields do not change in the transfer, bit by bit. New cells have no wear and no
-/// traction. Their tangential gap and elastic displacement are as in the run on the large frame, to the tolerance of the solutions.
+/// Truth: in the cells of the smaller frame, the transfer to the larger frame does not change the fields, bit by bit. New cells
+/// have no wear and no traction. Their tangential gap and elastic displacement agree with the run on the large frame, to 1e-7.
 #[test]
 fn states_are_carried_over() {
     let (models, steps) = fretted(0.004, 10_000_000);
@@ -183,7 +186,7 @@ fn states_are_carried_over() {
                 let [a, b] = [carried[plane * n + place], old[plane * n_before + cell]].map(f64::to_bits);
                 assert_eq!(a, b, "{name}: plane {plane} of cell {cell}");
             }
-            // The stick gap of new cells does not matter, because they do not stick.
+            // New cells do not stick, so their stick gap has no effect.
             for &cell in new.iter().filter(|_| !name.ends_with("/stick_zone/gap")) {
                 let [a, b] = [&carried, &wanted].map(|field| field[plane * n + cell]);
                 assert!(!nothing || (a == 0.0 && b == 0.0), "{name}: plane {plane} of cell {cell}");
@@ -212,8 +215,8 @@ fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
         && snapshot.transfer_to(&beyond, &models[1], steps, None).is_err()
 }
 
-/// Truth: each discarded jump adds its computational work (solves, iterations, operator applications) once to the next entry, also
-/// as the first jump of the step.
+/// Truth: each discarded jump adds its computational work (solves, iterations, operator applications) once to the next entry.
+/// This also holds if the discarded jump is the first jump of the step.
 #[test]
 fn each_jump_tried_again_adds_its_work_once() {
     let options = SolverOptions::default();

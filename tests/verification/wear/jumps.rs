@@ -1,4 +1,4 @@
-//! Jumps in unusual states: contact at zero approach, no contact, tolerances that cannot be met, weight of a body.
+//! Jumps in unusual states: contact at zero approach, no contact, tolerances out of reach, weight of a body.
 
 use orthowear::body::rigid_body_modes::RigidBodyMode;
 use orthowear::body::{BodyLoad, LoadCase, UnconstrainedModes};
@@ -17,7 +17,7 @@ use crate::common::{Silent, fretting, indent, relative, solve, sphere, step};
 
 const MU: f64 = 0.4;
 
-/// Ends the run with an error after `entries` entries.
+/// Observer that ends the run with an error after `entries` entries.
 #[derive(Default)]
 struct Kept {
     entries: usize,
@@ -49,7 +49,7 @@ fn controlled(count: u64, amplitude: f64, tolerance: f64) -> Step {
     step
 }
 
-/// Truth: a step computes all of its cycles in jumps of at least one cycle, also with contact at zero approach.
+/// Truth: a step computes all of its cycles, in jumps of at least one cycle. This also holds for contact at zero approach.
 #[test]
 fn contact_at_an_approach_of_zero_wears_through_all_cycles() {
     let model = rubbed_sphere(1e-8, (0.6, 16), 20.0);
@@ -94,7 +94,7 @@ fn fretting_without_contact_converges_without_wear() {
     }
 }
 
-/// Truth: a step that starts without contact has a single note for all increments.
+/// Truth: a step that starts without contact gives a single warning for all its increments.
 #[test]
 fn steps_in_the_air_are_noted_once() {
     let step = Step { increments: 4, ..indent(-0.001) };
@@ -106,8 +106,8 @@ fn steps_in_the_air_are_noted_once() {
     );
 }
 
-/// Truth: docs/theory-wear.md. Explicit jumps are stable up to 2 λ_min(S_nn) / D, with the normal flexibility S_nn and the wear D
-/// per pressure and cycle. With i = 1e-3 this is less than a cycle.
+/// Truth: explicit jumps are stable up to 2 λ_min(S_nn) / D cycles (docs/theory-wear.md). S_nn is the normal flexibility, D is
+/// the wear depth per pressure and cycle. For i = 1e-3 this limit is less than one cycle.
 #[test]
 fn a_cycle_may_be_too_long_for_an_explicit_jump() {
     let run_with = |jumps: JumpPolicy| {
@@ -126,8 +126,8 @@ fn a_cycle_may_be_too_long_for_an_explicit_jump() {
     assert!(result.warnings.iter().any(|note| unstable(&note)), "{:?}", result.warnings);
 }
 
-/// Truth: docs/theory-wear.md. A jump is repeated with a shorter length while its error exceeds the tolerance. A tolerance of 1e-25
-/// is below the rounding of the rates.
+/// Truth: a jump is repeated with a shorter length while its error exceeds the tolerance (docs/theory-wear.md). A tolerance of
+/// 1e-25 is below the rounding errors of the wear rates, so no length meets this tolerance.
 #[test]
 fn jumps_above_the_tolerance_are_warned_of() {
     let warned = |tolerance: f64| {
@@ -146,7 +146,8 @@ fn jumps_above_the_tolerance_are_warned_of() {
     assert!(rejected < Some(12) && count == 0, "{rejected:?} {count}");
 }
 
-/// Truth: the weight of a body that is unconstrained along n acts as a prescribed force of the same size.
+/// Truth: the weight of a body that is unconstrained along n acts as a prescribed force of the same size. Both runs therefore
+/// take the same jumps.
 #[test]
 fn own_loads_and_prescribed_forces_take_the_same_jumps() {
     let force = 200.0;
@@ -169,7 +170,7 @@ fn own_loads_and_prescribed_forces_take_the_same_jumps() {
             });
         }
         let first = if floats { Step { wear: false, ..step("press") } } else { press(force) };
-        // The final wear depth is 4e-3 of the approach.
+        // Wear is small: the final wear depth is 4e-3 of the approach.
         let result = solve(&model, &[first, slide_to(20.0, 1e-5)]);
         assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
         let last = result.records.last().expect("records");

@@ -1,4 +1,4 @@
-//! Finite-element meshes moved by the wear depth.
+//! Finite-element meshes whose contact surface moves by the wear depth.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -32,7 +32,8 @@ use crate::structured::{BlockElements, GradedBlock};
 
 const DEPTH: f64 = 1.2;
 
-/// Blocks below or above z = 0. They cover all kinds of faces and both orders.
+/// Meshes of one block of the given thickness, with all kinds of contact faces. The lower block has its base at z = -DEPTH, the
+/// upper block at z = DEPTH.
 fn blocks(side: Side, thickness: f64) -> Vec<(&'static str, Mesh)> {
     let z = match side {
         Side::Lower => steps(-DEPTH, thickness - DEPTH, 3),
@@ -66,7 +67,7 @@ fn worn(spec: &FeSpec, side: Side, frame: &ContactFrame, depth: &[f64]) -> Resul
     worn_mesh(spec, contact(side), side, frame, depth, &MemoryLimit::of_machine())
 }
 
-/// The wear reaches the edge of the frame on one side.
+/// Wear depth with its maximum at x = 0.3, y = 0. On one side the wear reaches the edge of the frame.
 fn bump(frame: &ContactFrame) -> Vec<f64> {
     let at = |cell: usize| {
         let [x, y] = frame.plane_coordinates(cell);
@@ -75,8 +76,8 @@ fn bump(frame: &ContactFrame) -> Vec<f64> {
     (0..frame.n_cells()).map(at).collect()
 }
 
-/// Truth: the mesh loses the volume Σ A w (cell areas A, wear depths w), also where cells and faces do not match. Nodes keep their
-/// x and y and do not move outward.
+/// Truth: the mesh loses the volume Σ A w (cell areas A, wear depths w), even if cells and faces do not match. Nodes keep their x
+/// and y, and do not move outward.
 #[test]
 fn volumes_are_conserved() {
     let frame = frame(0.9, [7, 6]);
@@ -133,7 +134,7 @@ fn difference(bodies: [FeBody; 2], n: usize) -> f64 {
     a.iter().zip(&b).fold(0.0_f64, |apart, (a, b)| apart.max((a - b).abs())) / largest
 }
 
-/// Truth: a layer with uniform wear has the flexibility of a layer made with the smaller thickness.
+/// Truth: a layer with uniform wear has the flexibility of a layer that is meshed with the smaller thickness.
 #[test]
 fn even_wear_gives_the_thinner_layer() {
     let (frame, lost) = (frame(1.0, [4, 3]), 0.5);
@@ -163,7 +164,7 @@ fn even_wear_gives_the_thinner_layer() {
     }
 }
 
-/// Truth: by symmetry, the nodes of the hole of a ring move along their radii by a uniform wear depth.
+/// Truth: by symmetry, uniform wear moves the nodes on the hole of a ring along their radii, by the wear depth.
 #[test]
 fn holes_get_wider() {
     let (inner, outer, lost) = (2.0, 3.0, 0.07);
@@ -187,7 +188,7 @@ fn holes_get_wider() {
     }
 }
 
-/// Truth: a quarter of the ring of [`holes_get_wider`] between planes of symmetry moves as the ring does.
+/// Truth: the whole ring of [`holes_get_wider`]. A quarter of this ring between planes of symmetry moves in the same way.
 #[test]
 fn quarters_move_as_the_whole() {
     let lost = 0.07;
@@ -210,7 +211,7 @@ fn quarters_move_as_the_whole() {
     }
 }
 
-/// Truth: nodes on a material interface do not move. Only the ply at the surface gets thinner.
+/// Truth: nodes on a material interface do not move, so that only the ply at the surface becomes thinner.
 #[test]
 fn plies_below_keep_their_thickness() {
     let mut mesh = boxes(&[steps(-1.0, 1.0, 4), steps(-1.0, 1.0, 4), steps(-DEPTH, 0.0, 6)], false, |x| x);
@@ -233,7 +234,8 @@ fn plies_below_keep_their_thickness() {
     }
 }
 
-/// Truth: elements of a layer that is worn through are inverted. A layer that has lost more than nine tenths is too flat.
+/// Truth: the elements of a layer that is worn through are inverted. A layer that has lost more than nine tenths of its thickness
+/// is too flat. Both meshes are refused.
 #[test]
 fn meshes_that_are_refused() {
     let frame = frame(1.0, [4, 4]);
@@ -245,7 +247,7 @@ fn meshes_that_are_refused() {
     assert!(lost(1.2 * DEPTH).is_err_and(|text| text.contains("positive Jacobian")));
 }
 
-/// Asks for a rebuild of the bodies before the third step.
+/// Observer that requests a rebuild of the bodies before the third step.
 struct Stops(Cell<usize>);
 
 impl Observer for Stops {
@@ -299,8 +301,9 @@ fn field(state: &Value, name: &str) -> Vec<f64> {
     values.iter().map(|value| value.as_f64().expect("a number")).collect()
 }
 
-/// Truth: while body 2 is at rest, rebuilding body 1 causes no slip. In sticking contact the slip reference changes by the
-/// difference of the elastic gaps under the same tractions. Tractions stay bit-identical.
+/// Truth: while body 2 is at rest, rebuilding body 1 with its worn mesh causes no slip. The slip reference is the tangential gap
+/// from which slip is measured. In sticking contact it changes by the difference of the elastic gaps under the same tractions.
+/// Tractions stay the same, bit by bit.
 #[test]
 fn no_cell_slips_by_a_move() {
     let frame = frame(0.8, [4, 3]);
@@ -345,7 +348,7 @@ fn no_cell_slips_by_a_move() {
     );
 }
 
-/// Truth: the blocks of the other tests have all five kinds of faces.
+/// Truth: the blocks of the other tests have contact faces of all five kinds.
 #[test]
 fn all_kinds_of_faces_are_moved() {
     let kinds: Vec<ElementKind> =

@@ -1,4 +1,5 @@
-//! Closed fretting paths: prescribed forces, ellipses.
+//! Wear on closed fretting paths (prescribed forces, ellipses) and under changing normal forces. docs/verification.md lists the
+//! named cases.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::observer::Observer;
@@ -11,9 +12,9 @@ use orthowear::output::plot::loops::LoopCurve;
 
 use crate::common::{fretting, half_spaces, indent, path_of, press, relative, solve, sphere};
 
-/// Truth: around a circle of radius A much larger than all elastic displacements, each cell slips along a polygon of 2K sides, with
-/// K increments per half circle. The load P and the specific wear rate i give V = i P 2K 2A sin(π/2K) per cycle for any starting
-/// point.
+/// Truth: on a circular path much larger than all elastic displacements, each cell slips along a regular polygon. For K
+/// increments per half circle and the radius A, the polygon has 2K sides. The wear volume per cycle is V = i P 2K 2A sin(π/2K),
+/// for any starting point. P is the load, i the specific wear rate.
 #[test]
 fn circles_in_gross_slip() {
     let (force, amplitude, intensity) = (100.0, 2.0, 1e-10);
@@ -35,7 +36,8 @@ fn circles_in_gross_slip() {
     }
 }
 
-/// Truth: on an isotropic body an ellipse with semi-axes a, b at angle 0 wears the same volume as one with b, a at 90 degrees.
+/// Truth: an ellipse with semi-axes a, b at angle 0 and an ellipse with b, a at 90 degrees are the same path with different
+/// starting points. On an isotropic body both wear the same volume.
 #[test]
 fn ellipses_may_begin_anywhere() {
     let volume = |amplitude: [f64; 2], angle: f64| {
@@ -67,9 +69,9 @@ impl Observer for Loops {
     }
 }
 
-/// Truth: Mindlin, Deresiewicz 1953. Energy of a cycle of equal spheres under ±Q is (24/5) K μP {1 - (1-x)^(5/3) - (5x/6) [1 +
-/// (1-x)^(2/3)]}, x = Q/(μP). K is the displacement at full sliding. The amplitude of the displacement is K [1 - (1-x)^(2/3)]. The
-/// area of the loop is this energy.
+/// Truth: equal spheres under the tangential force ±Q (Mindlin, Deresiewicz 1953). With x = Q/(μP) they dissipate (24/5) K μP
+/// {1 - (1-x)^(5/3) - (5x/6) [1 + (1-x)^(2/3)]} per cycle. K is the displacement at full sliding. The amplitude of the
+/// displacement is K [1 - (1-x)^(2/3)]. The area of the loop equals the dissipation.
 #[test]
 fn loops_dissipate_what_they_enclose() {
     let (radius, a, e_star, nu, mu, x) = (100.0, 1.0, 1e5, 0.0, 0.5, 0.6_f64);
@@ -107,19 +109,19 @@ fn loops_dissipate_what_they_enclose() {
     }
 }
 
-/// Truth: `fretting-limit-profile`. Under a constant amplitude of the tangential force the stick zone does not change. The contact
-/// outside it wears until its pressure is zero.
+/// Truth: case `fretting-limit-profile`. Under a constant amplitude of the tangential force, the stick zone does not change. The
+/// contact outside the stick zone wears until its pressure is zero.
 #[test]
 fn limit_of_fretting_under_force() {
     let (radius, a0, e_star, cells) = (100.0, 1.0, 1e5, 40);
     let force = 4.0 * e_star / (3.0 * radius);
     let (p0, delta0) = (1.5 * force / std::f64::consts::PI, a0 * a0 / radius);
-    // In equal bodies tangential tractions do not change the pressures.
+    // Between bodies of equal material, tangential tractions do not change the pressures.
     let material = Stiffness::isotropic(2.0 * e_star, 0.0).expect("an admissible material");
     let mut model = half_spaces(&material, Some(&material), (1.7, cells), sphere(radius));
     model.friction = FrictionLaw::Coulomb { mu: 0.5 };
     model.wear = WearLaw::Archard { i: 1e-8 };
-    // c / a0 = (1 - Q / (mu P))^(1/3) = 1/2.
+    // The amplitude Q gives the stick radius c with c / a0 = (1 - Q / (mu P))^(1/3) = 1/2.
     let mut cycles = fretting(2_000_000, 0.875 * 0.5 * force, 1, Integrator::Sdirk2);
     path_of(&mut cycles).drive = Drive::Force;
     cycles.kind.cycles_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-2);
@@ -137,8 +139,9 @@ fn limit_of_fretting_under_force() {
     assert!((stick - 0.5).abs() < 3.4 / cells as f64, "{stick}");
 }
 
-/// Truth: in gross slip over a distance L, during which the normal force falls linearly from P to P', wear is i ½ (P + P') L. Cells
-/// open on the way, so that the error decreases with the square of the increments. Elastic lag changes the slip by less than 2e-3.
+/// Truth: in gross slip over a distance L, the normal force falls linearly from P to P'. The wear volume is i ½ (P + P') L for
+/// the specific wear rate i. Cells lose contact on the way, which causes an error of second order in the length of the
+/// increments. Elastic lag changes the slip by less than 2e-3.
 #[test]
 fn wear_under_a_falling_force() {
     let (from, to, distance, intensity) = (100.0, 40.0, 2.0, 1e-12);
@@ -156,8 +159,9 @@ fn wear_under_a_falling_force() {
     assert!(coarse.abs() < 5e-2 && fine.abs() < 3e-3 && fine.abs() < 0.15 * coarse.abs(), "{coarse} {fine}");
 }
 
-/// Truth: under a held normal force P, gross slip over a distance L wears i P L, however much the wear moves the pressures. The worn
-/// depth of a single increment is many times the approach. Elastic lag changes the slip by less than 2e-3.
+/// Truth: under a constant normal force P, gross slip over a distance L wears the volume i P L. This holds even if wear changes
+/// the pressures strongly: the wear depth of a single increment is many times the approach. Elastic lag changes the slip by less
+/// than 2e-3.
 #[test]
 fn heavy_wear_in_one_increment() {
     let (force, distance) = (200.0, 2.0);
@@ -174,8 +178,8 @@ fn heavy_wear_in_one_increment() {
     }
 }
 
-/// Truth: body 2 is lifted by 1 mm while it moves by L = 1 mm. The contact is δ deep, 2 µm, and ends after the share δ / (δ + 1 mm) of
-/// the motion, so that less than this share of i ½ P L wears.
+/// Truth: body 2 moves by L = 1 mm and is lifted by 1 mm at the same time. The approach at the start is δ = 2 µm, so contact ends
+/// after the share δ / (δ + 1 mm) of the motion. The wear volume is less than this share of i ½ P L.
 #[test]
 fn wear_of_a_lifted_body() {
     let (force, distance, intensity) = (100.0, 1.0, 1e-12);
@@ -190,8 +194,9 @@ fn wear_of_a_lifted_body() {
     assert!(worn > 0.0 && worn < share * intensity * 0.5 * force * distance, "{worn:e} {share}");
 }
 
-/// Truth: method of dimensionality reduction (Popov 2014). Springs at x stick under ±u where G* u < μ E* (δ - x²/R). A shrinking
-/// stick zone thus has the squared radius R (δ - u G* / (μ E*)), independent of the wear outside.
+/// Truth: method of dimensionality reduction (Popov 2014). For the approach δ of a sphere of radius R, springs at x stick under
+/// ±u if G* u < μ E* (δ - x²/R). A shrinking stick zone thus has the squared radius R (δ - u G* / (μ E*)), independent of the
+/// wear outside the stick zone.
 #[test]
 fn stick_zone_that_moves() {
     let (radius, e_star, mu, amplitude, cells) = (100.0, 1e5, 0.5, 0.0018, 48);
@@ -219,7 +224,7 @@ fn stick_zone_that_moves() {
     let place = |k: usize| (k as f64 + 0.5) * side - 1.2;
     let distance = |i: usize| place(i / cells).hypot(place(i % cells));
     let deepest = worn.iter().copied().fold(0.0, f64::max);
-    // At least a twentieth of the approach has worn.
+    // The wear depth is more than a twentieth of the first approach, 0.01 mm.
     assert!(deepest > 5e-4, "{deepest}");
     let inside =
         (0..cells * cells).filter(|&i| distance(i) < last - side).map(|i| worn[i]).fold(0.0, f64::max);

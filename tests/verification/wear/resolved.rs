@@ -1,4 +1,4 @@
-//! Resolved cycles, which measure the wear between the reversal points: corrected wear, estimated errors.
+//! Resolved cycles, which measure the wear between the reversal points: corrected wear and estimated errors.
 
 use orthowear::contact::SolverOptions;
 use orthowear::evolution::records::{IncrementRecord, Outcome};
@@ -25,7 +25,7 @@ fn always(tolerance: f64) -> Option<ResolvedCycleSettings> {
     })
 }
 
-/// Cycles of the reference scene on a coarser grid, with increments per stroke or with resolved cycles.
+/// Run of the reference scene on 32 x 32 cells, with `increments` per stroke. The cycles are resolved if `resolve` is given.
 fn reference_scene(
     tilt: f64,
     mut cycles: Step,
@@ -41,9 +41,9 @@ fn reference_scene(
     run
 }
 
-/// Truth: a run that solves all path points of 16 increments per stroke together in every stage, and the volume by the friction
-/// energy. Both agree to about the tolerance. The wear is 0.25 % less than with single increments at tilt 90 and the same at
-/// tilt 0.
+/// Truth: a run that solves the path points of 16 increments per stroke together, in every stage. The corrected wear volume
+/// agrees to 1e-3 with this run, and to 1.5e-3 with the volume by the friction energy. With 16 increments the wear volume is 0.25
+/// % smaller than with single increments at tilt 90, and the same at tilt 0.
 #[test]
 #[ignore = "10 s; usual: controlled_jumps_with_resolved_cycles"]
 fn factors_stand_for_ends_between() {
@@ -62,7 +62,7 @@ fn factors_stand_for_ends_between() {
     }
 }
 
-/// Truth: at tilt 90 resolved strokes initially wear 0.4 % less per cycle than single increments (an independent program).
+/// Truth: an independent program. At tilt 90, resolved strokes initially wear 0.4 % less per cycle than single increments.
 #[test]
 fn rate_of_resolved_strokes() {
     let rate = |resolve: Option<ResolvedCycleSettings>| {
@@ -73,8 +73,8 @@ fn rate_of_resolved_strokes() {
     assert!((-0.0047..-0.0033).contains(&change), "{change}");
 }
 
-/// Truth: one resolved cycle is enough where the slip between reversal points does not change, under a constant force and with
-/// little wear. It is not enough at tilt 90, where wear reduces the load.
+/// Truth: under a constant force and with little wear, the slip between the reversal points does not change. One resolved cycle
+/// is then enough. At tilt 90 and a constant approach, wear reduces the load, and every jump needs a resolved cycle.
 #[test]
 fn a_cycle_is_resolved_where_slip_has_changed() {
     let resolved = |first: Step, count: u64| -> Vec<Option<usize>> {
@@ -93,8 +93,8 @@ fn a_cycle_is_resolved_where_slip_has_changed() {
     assert!(moving.iter().all(Option::is_some), "{moving:?}");
 }
 
-/// Truth: the drift of the correction factors is part of the estimated error. The estimate for few jumps is within a factor of 5 of
-/// the difference from many jumps.
+/// Truth: a run with many jumps. The change of the correction factors during a jump is part of the estimated error. With few
+/// jumps, the estimated error is 0.2 to 5 times the difference from the run with many jumps.
 #[test]
 fn drift_is_in_the_estimated_error() {
     let run = |jumps: usize| {
@@ -106,7 +106,7 @@ fn drift_is_in_the_estimated_error() {
     assert!((0.2..5.0).contains(&(few.worn_volume_error / error)), "{} {error}", few.worn_volume_error);
 }
 
-/// Truth: without wear, the settings of resolved cycles change no bit of the results.
+/// Truth: without wear no cycle is resolved, so the settings of resolved cycles change no bit of the results.
 #[test]
 fn nothing_is_resolved_without_wear() {
     let run = |resolve: Option<ResolvedCycleSettings>| {
@@ -120,7 +120,7 @@ fn nothing_is_resolved_without_wear() {
     assert_eq!(run(always(1e-3)), run(None));
 }
 
-/// Truth: a run of 16 jumps that solves all path points together gives the same volume to 2e-3.
+/// Truth: a run of 16 jumps that solves the path points of 8 increments per stroke together. The wear volumes agree to 2e-3.
 #[test]
 fn controlled_jumps_with_resolved_cycles() {
     let mut cycles = fretting(100_000, 0.08, 1, Integrator::Sdirk2);
@@ -131,8 +131,8 @@ fn controlled_jumps_with_resolved_cycles() {
     assert!(relative(volume(&found), volume(&together)) < 2e-3, "{} {}", volume(&found), volume(&together));
 }
 
-/// A cycle in partial slip or nearly so: a steel sphere on CFRP under 200 N. Fibre and path angles are in degrees, amplitudes in N
-/// or mm.
+/// A cycle in partial slip, or close to partial slip, of a steel sphere on CFRP under 200 N. Fibre angles (tilt, azimuth) and
+/// path angle are in degrees. The amplitude is in N for a prescribed force, otherwise in mm.
 struct PartialSlip {
     fibre: [f64; 2],
     angle: f64,
@@ -142,7 +142,7 @@ struct PartialSlip {
 }
 
 impl PartialSlip {
-    /// Random scenes of benchmarks/fretting that settle within ten cycles.
+    /// Random scenes of benchmarks/fretting whose tractions become steady within ten cycles.
     const SCENES: [Self; 3] = [
         Self { fibre: [-75.9, 97.5], angle: 338.1, mu: 0.66, drive: Drive::Force, amplitude: 67.8 },
         // No cell sticks at a reversal point, but slip is far from uniform along the stroke.
@@ -150,7 +150,7 @@ impl PartialSlip {
         Self { fibre: [-12.5, 149.4], angle: 241.3, mu: 0.58, drive: Drive::Shift, amplitude: 0.00538 },
     ];
 
-    /// Wear is so small that the shape does not change.
+    /// Contact model. Wear is so small that the shape of the bodies does not change.
     fn model(&self) -> Model {
         let [tilt, azimuth] = self.fibre.map(f64::to_radians);
         let cfrp = im7(0.0).rotated(&fibre_axes(tilt, azimuth));
@@ -165,7 +165,7 @@ impl PartialSlip {
         Step { tangential, increments: 4, wear: false, ..press(200.0) }
     }
 
-    /// Steps of ten cycles, a step for each stroke.
+    /// Steps of ten cycles: a press, then one step for each stroke.
     fn strokes(&self, increments: usize) -> Vec<Step> {
         let (sin, cos) = self.angle.to_radians().sin_cos();
         let to = |sign: f64| {
@@ -181,7 +181,7 @@ impl PartialSlip {
             .collect()
     }
 
-    /// Wear volume of the last of ten cycles, computed stroke after stroke.
+    /// Wear volume of the last of ten cycles, computed stroke by stroke.
     fn marched(&self, increments: usize) -> f64 {
         self.marched_run(increments).0
     }
@@ -211,10 +211,10 @@ impl PartialSlip {
     }
 }
 
-/// Truth: strokes in 16 and 32 increments one after the other until they settle, extrapolated with first order. By default the wear
-/// of a cycle is within 1.5 %, while the error of single increments exceeds 2 %. The estimate is at least a third of the error in
-/// both cases, and at most three times the error of single increments. [`Correction::Never`] leaves the wear of single increments
-/// unchanged.
+/// Truth: strokes in 16 and 32 increments, one after the other until they are steady, extrapolated with first order. With default
+/// settings the wear of a cycle agrees to 1.5 %, while the error of single increments exceeds 2 %. With both settings the
+/// estimate is at least a third of the error. For single increments it is at most three times the error. [`Correction::Never`]
+/// leaves the wear of single increments unchanged.
 #[test]
 fn wear_in_partial_slip_by_default() {
     for scene in PartialSlip::SCENES.into_iter().take(usual_or_finest(2, 3)) {
@@ -236,10 +236,10 @@ fn wear_in_partial_slip_by_default() {
     }
 }
 
-/// Truth: strokes one after the other in single increments, until they settle. The wear follows from the states at the ends of the last
-/// two strokes, because increments and cycles treat cells that open differently. Under 0.999 of the friction limit
-/// no cell sticks through a cycle, so that equilibrium alone does not fix the position of body 2. Tolerance: the change by the last
-/// of ten cycles.
+/// Truth: strokes one after the other in single increments, until they are steady. Increments and cycles treat cells that open
+/// differently. The reference wear therefore follows from the states at the ends of the last two strokes. Under 0.999 of the
+/// friction limit no cell sticks through a cycle, and equilibrium alone does not fix the position of body 2. The tolerance, 1e-2,
+/// is the change by the last of ten cycles.
 #[test]
 fn cycles_without_sticking_cells() {
     let scene =
@@ -254,9 +254,9 @@ fn cycles_without_sticking_cells() {
     assert!(relative(found.worn_volume, wanted) < 1e-2, "{} {wanted}", found.worn_volume);
 }
 
-/// Truth: strokes one after the other in the same number of increments, until they settle. The wear of a cycle differs by at most
-/// 1.5 %, because the tractions settle over ten cycles, and the tractions at the + reversal point by at most 1 % of the largest pressure. The path points that are solved together
-/// differ by 2 % or more of the wear (test above).
+/// Truth: ten cycles of strokes, one after the other, in the same number of increments. The wear of a cycle agrees to 1.5 %,
+/// because the tractions are not quite steady after ten cycles. The tractions at the + reversal point agree to 1 % of the largest
+/// pressure. Path points that are solved together have an error above 2 % in the wear ([`wear_in_partial_slip_by_default`]).
 #[test]
 fn given_increments_follow_the_strokes() {
     let scene = &PartialSlip::SCENES[0];
@@ -275,8 +275,8 @@ fn given_increments_follow_the_strokes() {
     assert!(apart < 1e-2 * record.peak_pressure, "{apart} {}", record.peak_pressure);
 }
 
-/// Truth: if the whole contact slides far, wear and tractions equal the results of single increments, bit by bit. The error
-/// estimate grows by the difference found in a resolved cycle.
+/// Truth: if the whole contact slides far, the wear needs no correction. Wear and tractions then equal the results of single
+/// increments, bit by bit. The difference found in a resolved cycle adds to the estimated error.
 #[test]
 fn gross_slip_keeps_single_increments() {
     let run = |correction: Option<Correction>| {
@@ -296,8 +296,8 @@ fn gross_slip_keeps_single_increments() {
     assert!(!found.warnings.iter().any(|text| text.contains("per stroke")), "{:?}", found.warnings);
 }
 
-/// Truth: the perimeter of a regular 16-gon is 16 sin(π/16) / π times the circumference of its circle. In gross slip a path of 16
-/// chords therefore wears 0.64 % less than the circle.
+/// Truth: the perimeter of a regular 16-gon is 16 sin(π/16) / π times the circumference of its circumscribed circle. In gross
+/// slip a path of 16 chords therefore wears 0.64 % less than the circle. Resolved cycles correct this difference.
 #[test]
 fn ellipses_in_gross_slip_are_corrected() {
     let volume = |resolve: Option<ResolvedCycleSettings>| {

@@ -1,4 +1,4 @@
-//! Steady sliding: closed forms for worn contacts.
+//! Steady sliding: closed forms for worn contacts. docs/verification.md lists the named cases.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, relative, solve, sphere, step};
 
-/// The direction is in degrees.
+/// A step of steady sliding in the direction `angle`, degrees.
 fn slide(distance: f64, angle: f64, jumps: JumpPolicy, integrator: Integrator) -> Step {
     let cycles = Cycles { count: distance, jumps, integrator };
     Step { kind: StepKind::Sliding { angle: angle.to_radians(), cycles }, ..step("slide") }
@@ -31,7 +31,7 @@ pub(super) fn half_space(e_star: f64, frame: (f64, usize), gap: impl Fn(f64, f64
     half_spaces(&material, None, frame, gap)
 }
 
-/// Wear is off, because pressures alone can cause tangential slip.
+/// A step that presses the bodies without wear, because pressures alone can cause tangential slip.
 pub(super) fn press(force: f64) -> Step {
     Step { wear: false, ..crate::common::press(force) }
 }
@@ -41,7 +41,8 @@ pub(super) fn last(run: &RunResult) -> &orthowear::evolution::records::Increment
     run.records.last().expect("records")
 }
 
-/// Truth: `archard-global-volume`. V = k P s for any profile, with the specific wear rate k, the load P and the sliding distance s.
+/// Truth: case `archard-global-volume`. The wear volume is V = k P s for any profile. k is the specific wear rate, P the load, s
+/// the sliding distance.
 #[test]
 fn volume_is_that_of_archard() {
     let rough = |x: f64, y: f64| x * x / 40.0 + y * y / 30.0 + 1e-3 * ((17.0 * x).sin() + (23.0 * y).cos());
@@ -68,7 +69,8 @@ fn volume_is_that_of_archard() {
     }
 }
 
-/// Truth: V = k s (P0 + P1) / 2 for a force that grows linearly from P0 to P1. SDIRK2 integrates it exactly.
+/// Truth: a force that grows linearly from P0 to P1 wears V = k s (P0 + P1) / 2. k is the specific wear rate, s the sliding
+/// distance. SDIRK2 integrates this growth exactly.
 #[test]
 fn forces_change_along_the_way() {
     let mut model = half_space(1e5, (1.5, 20), sphere(20.0));
@@ -85,7 +87,8 @@ fn forces_change_along_the_way() {
     assert!(relative(last(&run).worn_volume, wanted + 1e-8 * 100.0 * 1000.0) < 1e-9);
 }
 
-/// Truth: `wear-orthotropic-direction`. Sliding at the angle θ wears V = k(θ) P s, with k(θ) = √((k1 cos θ)² + (k2 sin θ)²).
+/// Truth: case `wear-orthotropic-direction`. Sliding over a distance s at the angle θ under the load P wears V = k(θ) P s. The
+/// specific wear rate is k(θ) = √((k1 cos θ)² + (k2 sin θ)²).
 #[test]
 fn direction_of_sliding() {
     for (angle, k) in [(0.0, 1.0), (30.0, 0.875_f64), (90.0, 0.25)] {
@@ -98,7 +101,8 @@ fn direction_of_sliding() {
     }
 }
 
-/// Truth: `wear-sphere-rigid-limit`. A sphere of radius R wears to a flat of radius a = (4 R k P s / π)^¼ and depth a² / (2R).
+/// Truth: case `wear-sphere-rigid-limit`. A sphere of radius R wears to a flat of radius a = (4 R k P s / π)^¼ and depth a² /
+/// (2R). k is the specific wear rate, P the load, s the sliding distance.
 #[test]
 fn flat_of_a_sphere() {
     let mut model = half_spaces(&crate::common::steel(), None, (2.2, 64), sphere(10.0));
@@ -117,7 +121,8 @@ fn flat_of_a_sphere() {
     assert!(relative(record.worn_volume, 1.0) < 1e-9);
 }
 
-/// Truth: `wear-sphere-elastic` at τ = k p0 s / δ0 = 1 and 10. p0 and δ0 are the peak pressure and the approach before wear.
+/// Truth: case `wear-sphere-elastic` at the dimensionless sliding distances τ = k p0 s / δ0 = 1 and 10. p0 and δ0 are the peak
+/// pressure and the approach before wear, k is the specific wear rate, s the distance.
 #[test]
 fn elastic_sphere() {
     let (radius, a0, e_star) = (100.0, 1.0, 1e5);
@@ -141,8 +146,8 @@ fn elastic_sphere() {
     }
 }
 
-/// Truth: `wear-flat-punch-steady`. Deviations from the mean pressure decay as exp(-2.06065 k s E* / a) after faster modes have
-/// decayed. k is the specific wear rate, s the distance, a the radius.
+/// Truth: case `wear-flat-punch-steady`. Deviations from the mean pressure decay as exp(-2.06065 k s E* / a), after faster modes
+/// have decayed. k is the specific wear rate, s the distance, a the radius.
 #[test]
 fn flat_punch_runs_in() {
     let cells = 42;
@@ -165,6 +170,7 @@ fn flat_punch_runs_in() {
     }
 }
 
+/// Flexibility of independent elastic columns: their number and stiffness.
 struct Columns(usize, f64);
 
 impl Flexibility for Columns {
@@ -189,7 +195,7 @@ impl Flexibility for Columns {
     }
 }
 
-/// Two columns of stiffness 0.8 with initial forces 2 and 0.5.
+/// Model and steps of two columns of stiffness 0.8 with initial forces 2 and 0.5.
 fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step; 2]) {
     let frame = ContactFrame::grid([1.0, 0.5], [2, 1], [0.0; 2], 0.0).expect("a grid");
     let model = Model {
@@ -205,8 +211,8 @@ fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step
     (model, [press(2.5), slide(distance, 0.0, JumpPolicy::Number(jumps), integrator)])
 }
 
-/// Truth: `wear-winkler-exponential`. p(t) = p̄ + (p(0) - p̄) exp(-λt) at the sliding distance t, λ = 0.8. Explicit jumps beyond 2 /
-/// λ are refused.
+/// Truth: case `wear-winkler-exponential`. The pressures of the columns tend to their mean p̄: p(t) = p̄ + (p(0) - p̄) exp(-λt) at
+/// the sliding distance t, with λ = 0.8. Explicit jumps beyond 2 / λ are refused.
 #[test]
 fn columns_run_in() {
     for (integrator, order) in
