@@ -5,6 +5,9 @@ pub(super) struct StickZoneSettings {
     /// Largest slip in one increment with which a cell counts as sticking, divided by the amplitude. Strokes do not use
     /// the criterion [`crate::contact::Increment::sticks`], because their tractions are less accurate.
     pub stick_slip_share: f64,
+    /// Largest number of iterations of a coupled solution with cells that stick, until the stick zone has been
+    /// recomputed. With a wrong zone, force cycles of thin plates did not converge in 20 000 iterations.
+    pub max_iterations_before_recomputation: usize,
     /// Largest number of solutions of the coupled cycle per stage of a jump.
     pub max_passes: usize,
     /// Largest number of cycles at constant wear depth that are solved to find a periodic cycle.
@@ -21,6 +24,7 @@ pub(super) struct StickZoneSettings {
 
 pub(super) const STICK_ZONE: StickZoneSettings = StickZoneSettings {
     stick_slip_share: 1e-3,
+    max_iterations_before_recomputation: 2000,
     max_passes: 8,
     max_settling_cycles: 10,
     settling_increments: 16,

@@ -9,7 +9,7 @@
 //!
 //! A cycle without an accepted zone ends with `StickZoneNotConverged`.
 
-use crate::contact::solver::{SolveReport, StopReason};
+use crate::contact::solver::{SolveReport, SolverOptions, StopReason};
 use crate::contact::{ContactState, Increment, SlipReference, Unknowns};
 use crate::error::Result;
 use crate::evolution::fretting::cycle_increment::{IncrementStart, Strokes, stroke_options};
@@ -21,6 +21,19 @@ use crate::evolution::fretting::wear_integrator::{StageSpec, WearJump};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem, solve_and_check};
 use crate::evolution::run::Run;
+
+/// Outcome of a coupled solution of the path points with a given stick zone.
+enum ZoneOutcome {
+    /// The zone agrees with the solution. Also returned if the solver stopped for a reason that another zone cannot
+    /// remove.
+    Accepted,
+    /// The zone disagrees with the converged solution.
+    Inconsistent,
+    /// Not converged. Cells of the zone that slip have been removed from the zone.
+    CellsReleased,
+    /// Not converged, and no cell of the zone slips.
+    Stalled,
+}
 
 impl CycleState {
     /// Decides which cells stick, from the solution `it` of an increment of a stroke. Cells that slip by up to
@@ -90,58 +103,44 @@ impl Run<'_> {
     /// which has no stick zone.
     pub(super) fn solve_path_points(
         &mut self,
-        StageSpec { step_fraction, wear_depth: worn, implicit_passes, options }: StageSpec,
+        stage: StageSpec,
         wear_step: &WearStepState,
         jump: &mut WearJump,
         progress: &ProgressSpan,
     ) -> Result<()> {
+        let StageSpec { wear_depth: worn, implicit_passes, options, .. } = stage;
         let before = jump.checks;
-        let (loads, height) = self.loads_at(wear_step, step_fraction);
+        let (loads, height) = self.loads_at(wear_step, stage.step_fraction);
         if let Some(height) = height {
             jump.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
         }
         let mut last: Option<Responses> = None;
+        // A wrong stick zone can prevent convergence, so the iterations are limited until the zone has been recomputed.
+        let mut max_iterations = options.max_iterations.min(STICK_ZONE.max_iterations_before_recomputation);
         for _ in 0..STICK_ZONE.max_passes {
-            let ends = match &wear_step.slip_source {
-                SlipSource::ClosedPath(path) => self.path_points(path, loads, &jump.cycle)?,
-                SlipSource::Sliding(slip) => {
-                    vec![self.path_point(&loads, SlipReference::Prescribed(slip.clone()))?]
-                }
-            };
-            let wear_path_factors = jump.rate_correction.as_ref().map(|correction| &correction.factors[..]);
-            let laws = ActiveLaws { implicit_passes, wear_path_factors, ..ActiveLaws::of(self.step()) };
-            let mut problem = increment_problem(&self.prepared, options, worn, laws, ends);
-            let (report, checks) = solve_and_check(
-                &self.prepared,
-                &mut problem,
-                &mut jump.cycle.contact,
-                options,
-                self.observer,
-                progress,
-            )?;
-            jump.report = report.clone().with_work_of(&jump.report);
-            jump.solves += 1;
-            jump.checks = before.worst(&checks);
+            if !jump.cycle.stick_zone.mask.contains(&true) {
+                max_iterations = options.max_iterations;
+            }
+            let limited = SolverOptions { max_iterations, ..*options };
+            let stage = StageSpec { options: &limited, ..stage };
+            let outcome = self.solve_with_stick_zone(&stage, wear_step, jump, progress)?;
+            jump.checks = before.worst(&jump.checks);
             let SlipSource::ClosedPath(path) = &wear_step.slip_source else { return Ok(()) };
-            // Cells that are forced to stick, although they would slip, can prevent convergence.
-            let slip_limit = jump.cycle.slip_limit(&self.prepared);
-            if report.stop == StopReason::Iterations
-                && jump.cycle.release_slipping_cells(&problem, slip_limit)
-            {
-                continue;
+            match outcome {
+                ZoneOutcome::Accepted => return Ok(()),
+                ZoneOutcome::CellsReleased => continue,
+                ZoneOutcome::Stalled if max_iterations == options.max_iterations => return Ok(()),
+                ZoneOutcome::Stalled => max_iterations = options.max_iterations,
+                ZoneOutcome::Inconsistent => {
+                    let now = self.responses_at_path_points(&jump.cycle, path);
+                    // The responses of the cycle no longer change, although cells at the edge of the zone alternate
+                    // between stick and slip.
+                    if last.is_some_and(|last| now.are_periodic(&last)) {
+                        return Ok(());
+                    }
+                    last = Some(now);
+                }
             }
-            if report.stop != StopReason::Converged
-                || jump.cycle.has_consistent_stick_zone(&problem, slip_limit)
-            {
-                return Ok(());
-            }
-            let now = self.responses_at_path_points(&jump.cycle, path);
-            // The responses of the cycle no longer change, although cells at the edge of the zone alternate between
-            // stick and slip.
-            if last.is_some_and(|last| now.are_periodic(&last)) {
-                return Ok(());
-            }
-            last = Some(now);
             let mut depth = worn.to_vec();
             add(&mut depth, implicit_passes, &jump.cycle.contact.wear_per_pass);
             let strokes = Strokes { path, loads, wear_depth: &depth, options };
@@ -154,6 +153,49 @@ impl Run<'_> {
         }
         jump.report.stop = StopReason::StickZoneNotConverged;
         Ok(())
+    }
+
+    /// Solves the path points with the stick zone of `jump` and compares the zone with the solution.
+    fn solve_with_stick_zone(
+        &mut self,
+        &StageSpec { step_fraction, wear_depth, implicit_passes, options }: &StageSpec,
+        wear_step: &WearStepState,
+        jump: &mut WearJump,
+        progress: &ProgressSpan,
+    ) -> Result<ZoneOutcome> {
+        let (loads, _) = self.loads_at(wear_step, step_fraction);
+        let points = match &wear_step.slip_source {
+            SlipSource::ClosedPath(path) => self.path_points(path, loads, &jump.cycle)?,
+            SlipSource::Sliding(slip) => {
+                vec![self.path_point(&loads, SlipReference::Prescribed(slip.clone()))?]
+            }
+        };
+        let wear_path_factors = jump.rate_correction.as_ref().map(|correction| &correction.factors[..]);
+        let laws = ActiveLaws { implicit_passes, wear_path_factors, ..ActiveLaws::of(self.step()) };
+        let mut problem = increment_problem(&self.prepared, options, wear_depth, laws, points);
+        let (report, checks) = solve_and_check(
+            &self.prepared,
+            &mut problem,
+            &mut jump.cycle.contact,
+            options,
+            self.observer,
+            progress,
+        )?;
+        let slip_limit = jump.cycle.slip_limit(&self.prepared);
+        let outcome = match report.stop {
+            StopReason::Converged if !jump.cycle.has_consistent_stick_zone(&problem, slip_limit) => {
+                ZoneOutcome::Inconsistent
+            }
+            StopReason::Iterations if jump.cycle.release_slipping_cells(&problem, slip_limit) => {
+                ZoneOutcome::CellsReleased
+            }
+            StopReason::Iterations => ZoneOutcome::Stalled,
+            _ => ZoneOutcome::Accepted,
+        };
+        jump.report = report.with_work_of(&jump.report);
+        jump.solves += 1;
+        jump.checks = checks;
+        Ok(outcome)
     }
 
     /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If a stroke does not converge,
