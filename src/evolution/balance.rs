@@ -187,7 +187,7 @@ impl PreparedModel<'_> {
     pub(super) fn large_rotation_message(&self, record: &IncrementRecord, degrees: f64) -> String {
         let apart = if record.contact_area == 0.0 { ", and no cell remains in contact" } else { "" };
         let remedy = if self.controls_rotation {
-            "Pressures balance a moment only if the contact lies around frame.center: move it under the contact, change the moment, or prescribe `rotation` or `twist`"
+            "Pressures balance a moment only if the contact lies around frame.center: set frame.center to the middle of the contact, change the moment, or prescribe `rotation` or `twist`"
         } else {
             "Check the loads and supports of the bodies"
         };

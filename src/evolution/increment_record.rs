@@ -138,7 +138,7 @@ impl Run<'_> {
         let fewest = frame.grid.and_then(|grid| grid.cells.into_iter().filter(|n| *n > 1).min());
         let coarse = fewest.filter(|n| *n < MIN_CELLS_ACROSS && frame.grid_indices.is_none());
         let finer = coarse.map(|n| {
-            format!("enlarge frame.half_width, or use smaller cells ({n} across the frame) and, on meshed bodies, contact faces no larger than the cells")
+            format!("enlarge frame.half_width, or use smaller cells (now only {n} across the frame) and, on meshed bodies, contact faces no larger than the cells")
         });
         let larger = if frame.grid.is_none() && frame.n_excluded > 0 {
             "take the frame from the body whose surface ends there (frame.body), or use smaller faces"

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct OperatorHistory {
     /// Cells whose rows were formed, one list per call.
     pub formed: Vec<Vec<usize>>,
-    /// Whether the formed rows were compared with a new solution of the body.
+    /// Whether the formed rows have been compared with another solution of the equations of the body.
     pub formed_rows_checked: bool,
     /// Histories of the parts of a sum of operators.
     pub parts: Vec<OperatorHistory>,

@@ -99,7 +99,7 @@ impl MemoryLimit {
             return String::new();
         }
         let least =
-            format!("beyond \"{} MiB\", which suffices only up to this part", total.div_ceil(1 << 20));
+            format!("beyond \"{} MiB\" (needed so far; later parts may need more)", total.div_ceil(1 << 20));
         match self.source {
             LimitSource::CommandLine(Some(percent)) if percent >= 100.0 => String::new(),
             LimitSource::CommandLine(_) => format!(", or raise --max-memory {least}"),

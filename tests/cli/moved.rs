@@ -245,8 +245,8 @@ fn meshes_that_would_get_too_flat() {
     assert_eq!(entries(&summary)[6]["name"], "hold");
 }
 
-/// Truth: docs/scene.md: only the mesh of a finite-element body that wears can move. `wear.move_mesh`, the wear depth that causes
-/// a move relative to the element height, is at most 0.5.
+/// Truth: docs/scene.md: only the mesh of a finite-element body that wears can move. `wear.move_mesh` is at most 0.5. It is the
+/// ratio of wear depth to element height that causes a move.
 #[test]
 fn moves_that_make_no_sense() {
     let folder = of_layer(1);

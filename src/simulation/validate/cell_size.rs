@@ -48,14 +48,15 @@ pub(super) fn check_cell_size(
     let is_half_space = |index: usize| {
         near[index].half_space_fit().is_some() || matches!(plan.bodies[index], BodyPlan::HalfSpace(_))
     };
-    let mut why = String::new();
+    let mut why = Vec::new();
     for (near, (body, key)) in near.iter().zip(plan.bodies.iter().zip(BODY_KEYS)) {
         let auto =
             body.as_meshed().is_some_and(|fe| fe.near_field == NearField::Auto) && frame.grid.is_some();
         if let (NearFieldModel::Mesh(reason), true) = (near, auto) {
-            why.push_str(&format!("; {key} does not allow the near field of a half-space: {reason}"));
+            why.push(format!("{key} does not allow the near field of a half-space: {reason}"));
         }
     }
+    let why = why.join("; ");
     if [0, 1].into_iter().any(is_half_space) {
         let mut warnings = Vec::new();
         for (index, area) in per_node.into_iter().enumerate() {
@@ -92,9 +93,18 @@ pub(super) fn check_cell_size(
 
 /// If there are warnings, appends the note `why`, which tells why a body uses no half-space.
 fn with_reasons(mut warnings: Vec<Warning>, why: &str) -> Vec<Warning> {
-    let reasons = why.strip_prefix("; ").filter(|_| !warnings.is_empty());
-    warnings.extend(reasons.map(Warning::note));
+    if !why.is_empty() && !warnings.is_empty() {
+        warnings.push(Warning::note(why));
+    }
     warnings
+}
+
+/// Adds to a refusal of small cells the reasons `why` no body uses the near field of a half-space.
+fn half_space_sentence(why: &str) -> String {
+    if why.is_empty() {
+        return String::new();
+    }
+    format!(". The near field of a half-space allows smaller cells, but {why}")
 }
 
 /// Share of body `index` in the compliance of both bodies along the frame's n. The compliance of a body is the inverse
@@ -150,10 +160,11 @@ fn refuse_far_finer_cells(
     }
     let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
     let error = Error::input(format!(
-        "the cells of the frame are far smaller than the contact faces of {key}: cell side {} {unit}, node spacing {} {unit}. Pressures would be several times too high; {}, or accept this with {key}.near_field = \"mesh\"{why}",
+        "the cells of the frame are far smaller than the contact faces of {key}: cell side {} {unit}, node spacing {} {unit}. Pressures would be several times too high; {}, or accept this with {key}.near_field = \"mesh\"{}",
         format_short(frame.mean_cell_area().sqrt()),
         format_short(area_per_node.sqrt()),
-        coarse_faces_remedy(plan, frame, index, area_per_node)
+        coarse_faces_remedy(plan, frame, index, area_per_node),
+        half_space_sentence(why)
     ));
     Err(SceneError { error, key: format!("{key}.near_field") })
 }
@@ -220,10 +231,11 @@ fn check_cell_area_ratio(
         }));
     }
     let error = Error::input(format!(
-        "the cells of the frame are too small for the meshes: cell side {} {unit}, node spacing of the finest body {} {unit}. The tractions are not determined; use {}, or a half-space body{why}",
+        "the cells of the frame are too small for the meshes: cell side {} {unit}, node spacing of the finest body {} {unit}. The tractions are not determined; use {}, or a half-space body{}",
         format_short(cell_side),
         format_short(node_spacing),
-        remedy(MIN_CELL_AREA_RATIO)
+        remedy(MIN_CELL_AREA_RATIO),
+        half_space_sentence(why)
     ));
     let key = match (frame.grid, own_nodes) {
         (Some(_), _) => "frame.cells",
