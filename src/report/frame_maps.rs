@@ -10,8 +10,8 @@ use crate::report::vtu_reader::VtuGrid;
 const MAX_MAP_CELLS: usize = 100_000;
 /// Maximum number of embedded values (4 bytes each) of all entries.
 const MAX_MAP_NUMBERS: usize = 4 << 20;
-/// Assumed number of embedded values per cell and entry.
-const NUMBERS_PER_CELL: usize = 9;
+/// Largest number of embedded values per cell and entry.
+const NUMBERS_PER_CELL: usize = 11;
 
 #[derive(Default)]
 pub(super) struct Frames {

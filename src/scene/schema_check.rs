@@ -228,7 +228,8 @@ impl<'a> SchemaWalk<'a> {
             .and_then(Json::as_str)
             .unwrap_or("");
         let place = self.name_of(key);
-        let mut mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
+        let first_paragraph = what.split("\n\n").next().unwrap_or("").replace('\n', " ");
+        let mut mend = format!("add `{name}`: {first_paragraph}");
         if let Some(Location::SetOption(option)) = tag.map(|tag| self.document.location(&tag)) {
             mend.push_str(&format!(" It is needed because of --set {option}"));
         }
