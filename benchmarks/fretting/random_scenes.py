@@ -5,15 +5,16 @@
                      [--truth FILE.json] [--check FILE.json] [--out FILE.csv]
 
 A steel sphere is pressed by a force on steel or CFRP, and moved along a line. In a tenth of the scenes it moves
-along an ellipse. The amplitude of force or displacement is 0.3 to 0.99 of the amplitude at gross slip. In a quarter
-of the scenes it is larger. Each scene runs twice:
+along an ellipse. In three quarters of the scenes the amplitude of force or displacement is 0.3 to 0.99 of the
+amplitude at gross slip. In the others it exceeds this amplitude: forces by up to 20 %, displacements by a factor of
+up to 20. Each scene runs twice:
 
 * One cycle with negligible wear. The reference is a `history` of load points with 32 and 64 equal increments per
   stroke (ellipse: 64 and 128). The cycles repeat until the wear of a cycle settles, at most 100 times. If the wear
   volumes of 32 and 64 increments differ by more than half the tolerance, 64 and 128 are used. The reference is
   extrapolated with first order in the increments.
-* All cycles, if `--whole` is given. The reference is a run with a tenth of the tolerance, and the same
-  extrapolation of given increments.
+* All cycles, if `--whole` is given. The reference is extrapolated in the same way from two runs with a tenth of the
+  tolerance and with 32 and 64 increments per stroke (ellipse: 64 and 128).
 
 Errors are relative to the wear volume, or to the largest force at a reversal point. Each scene has a row. The last
 lines count the rows within the tolerance.

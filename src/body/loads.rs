@@ -8,7 +8,7 @@ use crate::geometry::Side;
 pub const INTERFERENCE: &str = "interference";
 
 /// Tolerance for the balance of a load: its largest work on a rigid-body mode, divided by the sum of the magnitudes of
-/// its forces. Unit: mm per mm of amplitude.
+/// its forces. The mode has the amplitude 1, and the load has the amplitude 1.
 const BALANCE_TOLERANCE: f64 = 1e-6;
 
 /// Loads and prescribed displacements of a body that share an amplitude.

@@ -143,15 +143,18 @@ impl Run<'_> {
         let larger = if frame.grid.is_none() && frame.n_excluded > 0 {
             "take the frame from the body whose surface ends there (frame.body), or use smaller faces"
         } else if frame.grid_indices.is_some() {
-            "enlarge frame.half_width beyond frame.outline"
+            "enlarge frame.half_width or use smaller cells, until the outermost cells lie outside frame.outline"
         } else if frame.grid.is_some() {
             "enlarge frame.half_width, or give the edge of a flat punch as frame.outline"
         } else {
             "add more faces to the contact groups"
         };
         let larger = finer.as_deref().unwrap_or(larger);
+        // An outline may end inside the outermost cells.
+        let beyond =
+            if frame.grid_indices.is_some() { "" } else { ", although the bodies continue beyond it" };
         warning(&format!(
-            "step \"{}\" ({}): the contact reaches the edge of the frame, although the bodies continue beyond it. Contact outside the frame is not computed, so that loads and pressures may be wrong; {larger}",
+            "step \"{}\" ({}): the contact reaches the edge of the frame{beyond}. Contact outside the frame is not computed, so that loads and pressures may be wrong; {larger}",
             record.name, record.increment
         ))
     }

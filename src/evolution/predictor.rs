@@ -38,7 +38,7 @@ impl Predictor {
         )
     }
 
-    /// Stores the initial guess of the scaled tractions for the next increment in `it`. Projects extrapolated tractions
+    /// Stores in `it` the initial guess of the scaled tractions for the next increment. Projects extrapolated tractions
     /// onto the friction cone.
     pub fn extrapolate_tractions(&self, state: &RunState, problem: &Increment, it: &mut ContactState) {
         let Some((before, ..)) = &self.previous_start else {

@@ -19,7 +19,7 @@ pub(super) fn large_friction_warning(
     let mu = ellipse.map(|ellipse| ellipse.mu[0].max(ellipse.mu[1]))?;
     (mu >= LARGE_FRICTION_COEFFICIENT && operator.couples_normal_tangential()).then(|| {
         format!(
-            "the friction coefficient {mu} is large, and tangential tractions change the pressures: the contact may have several solutions, and the start and the load path select one. Check whether more increments, or solver.skip = false, give the same result"
+            "the friction coefficient {mu} is large, and tangential tractions change the pressures: the contact may have several solutions. Which one is found depends on the load path and on the tractions from which the iteration starts. Check whether more increments, or solver.skip = false, give the same result"
         )
     })
 }

@@ -98,8 +98,10 @@ impl MemoryLimit {
         if share_of_available(100.0).is_some_and(|available| total > available.into()) {
             return String::new();
         }
-        let least =
-            format!("beyond \"{} MiB\" (needed so far; later parts may need more)", total.div_ceil(1 << 20));
+        let least = format!(
+            "to at least \"{} MiB\" (rounded up; later parts may need more)",
+            total.div_ceil(1 << 20)
+        );
         match self.source {
             LimitSource::CommandLine(Some(percent)) if percent >= 100.0 => String::new(),
             LimitSource::CommandLine(_) => format!(", or raise --max-memory {least}"),
@@ -258,7 +260,7 @@ mod tests {
             "the 1.0 MiB of",
             "coarser",
             "memory_limit",
-            "beyond \"6 MiB\"",
+            "to at least \"6 MiB\"",
         ] {
             assert!(error.message().contains(words), "{error}");
         }
@@ -290,7 +292,7 @@ mod tests {
                 MemoryLimit { bytes: Some(3 << 20), reserved: 0, source: LimitSource::DefaultShare },
                 &[
                     "80 % of the available memory is",
-                    "or raise the limit by --max-memory or solver.memory_limit beyond \"6 MiB\"",
+                    "or raise the limit by --max-memory or solver.memory_limit to at least \"6 MiB\"",
                 ],
             ),
         ];

@@ -396,7 +396,7 @@ const REMOVED_VALUES: [(&str, &str); 4] = [
     ("reduced-precision", "remove it: all products with the flexibility matrix use double precision"),
 ];
 
-/// Maximum number of keys of a table that the help lists.
+/// Maximum number of keys that are listed if a value should be a table.
 const MAX_KEYS_IN_HELP: usize = 4;
 
 const MAX_INTEGER: f64 = 1e15;

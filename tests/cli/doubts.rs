@@ -39,7 +39,7 @@ fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
         let (code, text, warnings) = call(verb, &path);
         assert_eq!(code, Some(0), "{text}");
         assert!(
-            text.contains("WARNING: a cell of the frame has 1.00 times the area that belongs to a contact node; at least 2 are needed"),
+            text.contains("WARNING: the area of a cell of the frame is 1.00 times the area that belongs to a contact node, but should be at least 2 times that area"),
             "{text}"
         );
         assert!(text.contains("use frame.points = \"nodes\"") && !text.contains("note: WARNING"), "{text}");

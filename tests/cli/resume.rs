@@ -93,8 +93,8 @@ fn runs_go_on_whose_meshes_have_moved() {
     }
 }
 
-/// Truth: case `rel-kill-any-time` of docs/verification.md. An uninterrupted run gives the same files byte for byte, although
-/// SIGKILL ends the run at random moments. Only the entries after the last checkpoint are lost.
+/// Truth: case `rel-kill-any-time` of docs/verification.md. The files equal those of an uninterrupted run byte for byte,
+/// although SIGKILL ends this run at random moments. Only the entries after the last checkpoint are lost.
 #[test]
 fn killed_runs_go_on() {
     let job = Job::new();

@@ -172,7 +172,7 @@ fn refuse_far_finer_cells(
 /// Recommendation for contact faces of body `index` that are coarser than the cells of the frame.
 fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, index: usize, area_per_node: f64) -> String {
     let (unit, key) = (&plan.units.length, BODY_KEYS[index]);
-    let side = format_number((area_per_node * MIN_CELL_AREA_RATIO).sqrt());
+    let area = format_number(area_per_node * MIN_CELL_AREA_RATIO);
     let smaller = format!("use smaller faces of {key} under the contact");
     match plan.frame {
         FramePlan::Mesh { .. } => format!("{smaller}, or its faces as cells (frame.body = {})", index + 1),
@@ -181,8 +181,11 @@ fn coarse_faces_remedy(plan: &Plan, frame: &ContactFrame, index: usize, area_per
             let fits = own.is_some_and(|fe| matches!(fit_half_space(plan, fe, index, frame), Ok(Ok(_))));
             let half_space = if fits { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
             let cells = at_most(frame, frame.mean_cell_area() / area_per_node, MIN_CELL_AREA_RATIO);
-            let cells =
-                if cells.is_empty() { cells } else { format!(", or cells of at least {side} {unit}{cells}") };
+            let cells = if cells.is_empty() {
+                cells
+            } else {
+                format!(", or cells of at least {area} {unit}2{cells}")
+            };
             format!("{smaller}{cells}{half_space}")
         }
     }
@@ -210,8 +213,8 @@ fn check_cell_area_ratio(
     // keeps the number of cells in contact.
     let remedy = |wanted: f64| match (frame.grid, own_nodes) {
         (Some(_), _) => format!(
-            "a finer mesh, elements of order 2, cells of at least {} {unit}{}",
-            format_number(node_spacing * wanted.sqrt()),
+            "a finer mesh, elements of order 2, cells of at least {} {unit}2{}",
+            format_number(area_per_node * wanted),
             at_most(frame, ratio, wanted)
         ),
         (None, true) => "frame.points = \"nodes\", elements of order 2".to_owned(),
@@ -219,7 +222,7 @@ fn check_cell_area_ratio(
     };
     if ratio >= MIN_CELL_AREA_RATIO {
         let note = format!(
-            "a cell of the frame has {ratio:.2} times the area that belongs to a contact node; at least {SMOOTH_CELL_AREA_RATIO} are needed"
+            "the area of a cell of the frame is {ratio:.2} times the area that belongs to a contact node, but should be at least {SMOOTH_CELL_AREA_RATIO} times that area"
         );
         let mend = format!("use {}, or a half-space body", remedy(SMOOTH_CELL_AREA_RATIO));
         return Ok(Some(if ratio < RELIABLE_CELL_AREA_RATIO {
