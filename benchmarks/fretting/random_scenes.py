@@ -12,7 +12,7 @@ up to 20. Each scene runs twice:
 * One cycle with negligible wear. The reference is a `history` of load points with 32 and 64 equal increments per
   stroke (ellipse: 64 and 128). The cycles repeat until the wear of a cycle settles, at most 100 times. If the wear
   volumes of 32 and 64 increments differ by more than half the tolerance, 64 and 128 are used. The reference is
-  extrapolated with first order in the increments.
+  extrapolated over the cycles, and with first order in the increments.
 * All cycles, if `--whole` is given. The reference is extrapolated in the same way from two runs with a tenth of the
   tolerance and with 32 and 64 increments per stroke (ellipse: 64 and 128).
 
@@ -179,8 +179,8 @@ def path_points(scene, size, increments):
 
 
 def marched(program, folder, scene, size, increments, cycles):
-    """Computes `cycles` cycles in increments. Returns the wear volumes of the last cycle and of the cycle before, and
-    the tangential forces at the reversal points (+, -) of the last cycle.
+    """Computes `cycles` cycles in increments. Returns the wear volumes of the last three cycles, the last one first,
+    and the tangential forces at the reversal points (+, -) of the last cycle.
     """
     columns = ["tangential_x", "tangential_y"] if scene["forced"] else ["shift_x", "shift_y"]
     points = path_points(scene, size, increments)
@@ -190,18 +190,23 @@ def marched(program, folder, scene, size, increments, cycles):
     steps = f'[[steps]]\nname = "strokes"\nhistory = {{ file = "loads.csv", columns = {json.dumps(columns)} }}\n'
     summary, _ = run(program, folder, scene, steps, wear=1e-8)
     entries = summary["steps"]
-    volume = [entries[-1 - 2 * increments * k]["worn_volume"] for k in range(3)]
+    volume = [entries[-1 - 2 * increments * k]["worn_volume"] for k in range(4)]
     forces = [entries[-1 - increments * k]["tangential_force"] for k in range(2)]
-    return volume[0] - volume[1], volume[1] - volume[2], forces
+    return [after - before for after, before in zip(volume, volume[1:])], forces
 
 
 def settled(program, folder, scene, size, increments):
-    """As `marched`, with more cycles until the wear volume of a cycle changes by less than 1e-5 of its value."""
+    """As `marched`, with more cycles until the wear volume of a cycle changes by less than 1e-5 of its value. Returns the
+    wear volume of the steady-state cycle, its change by extrapolation over the cycles, and the forces. If the changes
+    from cycle to cycle decrease, they are extrapolated as a geometric series.
+    """
     for cycles in (4, 10, 30, 100):
-        now, before, forces = marched(program, folder, scene, size, increments, cycles)
+        (now, before, earlier), forces = marched(program, folder, scene, size, increments, cycles)
         if abs(now - before) <= 1e-5 * now:
             break
-    return now, before, forces
+    ratio = (now - before) / (before - earlier) if before != earlier else 0.0
+    remaining = (now - before) * ratio / (1.0 - ratio) if 0.0 < ratio < 0.99 else 0.0
+    return now + remaining, remaining, forces
 
 
 def cycles_step(scene, size, count, increments, more=""):
@@ -212,19 +217,19 @@ def cycles_step(scene, size, count, increments, more=""):
 
 
 def truth_of_cycle(program, folder, scene, size):
-    """Reference of one cycle: extrapolated wear volume, its changes by refinement and by the last cycle, and
-    extrapolated forces at the reversal points.
+    """Reference of one cycle: extrapolated wear volume, its changes by refinement and by extrapolation over the cycles,
+    and extrapolated forces at the reversal points.
     """
     first = 32 if scene["minor"] is None else 64
     coarse, _, coarse_forces = settled(program, folder, scene, size, first)
-    fine, before, fine_forces = settled(program, folder, scene, size, 2 * first)
+    fine, settling, fine_forces = settled(program, folder, scene, size, 2 * first)
     if scene["minor"] is None and abs(fine - coarse) > 0.5 * TOLERANCE * fine:
         coarse, coarse_forces = fine, fine_forces
-        fine, before, fine_forces = settled(program, folder, scene, size, 4 * first)
+        fine, settling, fine_forces = settled(program, folder, scene, size, 4 * first)
     return {
         "volume": 2 * fine - coarse,
         "change": fine - coarse,
-        "settling": fine - before,
+        "settling": settling,
         "forces": [[2 * f - c for f, c in zip(*both)] for both in zip(fine_forces, coarse_forces)],
     }
 

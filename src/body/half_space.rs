@@ -207,7 +207,7 @@ pub(crate) fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
         let height = first.normal().dot(&(center - origin)).abs();
         if tilt > PLANE_TOLERANCE || height > PLANE_TOLERANCE * size {
             return Err(Error::input(format!(
-                "a half-space needs a plane contact frame, but cell {cell} is rotated by {} degrees from the first cell and lies out of its plane by {} % of the frame's size. If the surface is nearly flat, use frame.kind = \"grid\". For a bore or a strongly curved surface, mesh both bodies",
+                "a half-space needs a plane contact frame, but cell {cell} is rotated by {} degrees relative to the first cell, and its centre lies {} % of the frame's size out of the plane of the first cell. If the surface is nearly flat, use frame.kind = \"grid\". For a bore or a strongly curved surface, mesh both bodies",
                 format_short(tilt.to_degrees()),
                 format_short(100.0 * height / size)
             )));

@@ -36,7 +36,7 @@ impl LoadCase {
         match works.iter().zip(names).find(moves).filter(|_| self.preload) {
             None => Ok(()),
             Some((_, mode)) => Err(Error::input(format!(
-                "the preload{} drives the body along its unconstrained motion ({mode}), where nothing balances it before contact: remove `preload`, so that the load grows in the first step, or support the body",
+                "the preload{} moves the body freely ({mode}), because before contact nothing balances this load: remove `preload`, so that the load grows in the first step, or support the body",
                 self.name.as_ref().map_or_else(String::new, |name| format!(" \"{name}\""))
             ))),
         }

@@ -74,7 +74,7 @@ impl UniformDeformation {
         let strained = frame.grid.and_then(|grid| strained_period(in_plane, grid.periodic));
         if let Some(along) = strained {
             return Err(Error::input(format!(
-                "the change of temperature strains the surface along the periodic direction {}: make the frame non-periodic along it, or replace the temperature by a bulk stress with the strain across the period",
+                "the change of temperature strains the surface along the periodic direction {}: make the frame non-periodic along this direction, or replace the temperature by a bulk stress that strains the surface only perpendicular to it",
                 PERIOD_NAMES[along]
             )));
         }
@@ -145,7 +145,7 @@ fn periodic_strain_error(
 ) -> Error {
     if periodic == [true; 2] {
         return Error::input(
-            "on a frame that is periodic along x and y, a bulk stress would strain the periods: make the frame non-periodic along the direction of the stress",
+            "on a frame that is periodic along x and y, a bulk stress would change the length of a period: make the frame non-periodic along the direction of the stress",
         );
     }
     // Stresses for which the normal strain along the period and the shear strain vanish, at the given stress across the
@@ -161,7 +161,7 @@ fn periodic_strain_error(
     // Rounds to ten digits and replaces -0 by 0.
     let rounded = |stress: f64| format!("{stress:.9e}").parse().unwrap_or(stress) + 0.0;
     Error::input(format!(
-        "the bulk stress strains the surface by {} along the periodic direction {}, and by {} in shear; both must vanish. The stress [{}] does that",
+        "the bulk stress strains the surface by {} along the periodic direction {}, and by {} in shear; both must vanish, as with the stress [{}]",
         format_short(strain[along]),
         PERIOD_NAMES[along],
         format_short(strain[2]),

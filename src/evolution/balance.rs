@@ -59,7 +59,7 @@ impl Run<'_> {
         let notes: Vec<String> = motions
             .map(|motion| {
                 format!(
-                    "step \"{}\": nothing resists the {motion} of {} and no load drives it: this motion is kept fixed",
+                    "step \"{}\": nothing resists and no load drives the {motion} of {}: this motion is kept fixed",
                     step.name,
                     prepared.who()
                 )
@@ -147,7 +147,7 @@ impl PreparedModel<'_> {
             "without friction only pressures act; add a [friction] law, support the body against this motion, or remove the load"
         };
         Error::input(format!(
-            "step \"{}\": a load drives the {} of {}, but nothing resists it: {mend}",
+            "step \"{}\": a load drives the {} of {}, but nothing resists this motion: {mend}",
             step.name,
             self.motion_name(&unresisted.motion),
             self.who()
@@ -253,7 +253,7 @@ impl PreparedModel<'_> {
                 _ => "99.99".to_owned(),
             };
             format!(
-                "; friction transmits at most {percent} % of the tangential load of this increment, at its normal load"
+                "; under the normal load of this increment, friction transmits at most {percent} % of the tangential load"
             )
         } else {
             String::new()

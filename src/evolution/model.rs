@@ -189,7 +189,7 @@ impl<'a> PreparedModel<'a> {
         if controls_rotation {
             if !motions.is_empty() {
                 return Err(Error::input(
-                    "rotations and moments can be prescribed only for fixed bodies, because an unconstrained body rotates under its own loads: support the body, or remove them from the steps",
+                    "rotations and moments can be prescribed only for fixed bodies, because an unconstrained body rotates under its own loads: support the body, or prescribe neither",
                 ));
             }
             for axis in 0..3 {

@@ -176,7 +176,7 @@ impl Run<'_> {
         };
         if rolls {
             return Err(Error::input(format!(
-                "step \"{}\" rolls, but {what} is still prescribed; in rolling the tangential forces follow from the creepages: prescribe {instead} in a step before",
+                "step \"{}\" rolls, but {what} is still prescribed; in rolling the tangential forces follow from the creepages: prescribe {instead} in an earlier step",
                 step.name
             )));
         }

@@ -30,7 +30,7 @@ impl PreparedModel<'_> {
         }
         if matches!(held.tilt, Tilt::Moment(_)) && record.rotation != [0.0; 2] {
             let note = warning(&format!(
-                "{place}: no cell is in contact, although body 2 was moved {:.4e} past the first touch, because the moment rotates it off by {:.4e} degrees. Pressures balance a moment only if the contact lies around frame.center: set frame.center to the middle of the contact, change the moment, or prescribe `rotation`",
+                "{place}: no cell is in contact, although body 2 was moved {:.4e} past the first touch: the moment rotates body 2 by {:.4e} degrees, out of contact. Pressures balance a moment only if the contact lies around frame.center: set frame.center to the middle of the contact, change the moment, or prescribe `rotation`",
                 record.approach,
                 record.rotation[0].hypot(record.rotation[1])
             ));

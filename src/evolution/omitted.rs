@@ -66,7 +66,7 @@ pub fn omitted_contact_work(
         skipped.push(OmittedWork::new(
             OmittableWork::NormalComponents,
             "normal components in products for tangential tractions",
-            "neither changes the gap of the other: pressures are solved first, on their own",
+            "pressures do not change the tangential gap, nor tangential tractions the normal gap: pressures are solved first, on their own",
         ));
     }
     if operator.windows {

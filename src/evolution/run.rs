@@ -268,7 +268,9 @@ impl<'a> Run<'a> {
     pub(super) fn restore(&mut self, snapshot: RunCheckpoint) -> Result<()> {
         let (n, steps) = (self.prepared.n(), self.steps);
         if snapshot.state.load_amplitudes.len() != self.prepared.model.loads.len() {
-            return Err(Error::input("the checkpoint has other loads of the bodies than the scene"));
+            return Err(Error::input(
+                "the checkpoint and the scene have different numbers of loads of the bodies",
+            ));
         }
         if snapshot.n_cells() != n || snapshot.step_index > steps.len() {
             return Err(Error::input(format!(
@@ -300,7 +302,7 @@ impl<'a> Run<'a> {
         };
         if !fits {
             return Err(Error::input(format!(
-                "the checkpoint lies within step {}, whose kind differs from that step of the scene: one has cycles or sliding, the other increments. The run cannot resume with these steps; start it from the beginning",
+                "the checkpoint lies within step {}, but this step of the scene is of another kind (cycles or sliding instead of increments, or the reverse). The run cannot resume with these steps; start it from the beginning",
                 step_index + 1
             )));
         }

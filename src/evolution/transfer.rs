@@ -98,7 +98,7 @@ impl RunCheckpoint {
                 )),
                 StepProgress::Monotone(_) => {
                     return Err(Error::input(
-                        "within a step of increments a run cannot continue with other operators",
+                        "the frame or the meshes cannot change within a step of increments",
                     ));
                 }
             };

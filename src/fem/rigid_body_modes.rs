@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{AXIS_NAMES, format_point};
 use crate::linalg::ordering::NodeGraph;
 
-/// Fraction of the largest eigenvalue of the Gram matrix of the supports up to which eigenvalues count as zero. Supports closer
+/// An eigenvalue of the Gram matrix of the supports counts as zero up to this fraction of the largest eigenvalue. Supports closer
 /// than a millionth of the body size then do not prevent a rotation.
 const ZERO_EIGENVALUE_RATIO: f64 = 1e-12;
 
@@ -136,7 +136,7 @@ pub(super) fn rigid_body_modes_of_dofs(
             return Ok(Some(free));
         }
         return Err(Error::input(format!(
-            "the body is not fixed: its part of {} nodes around {} (of {} parts that share no node) can move without force by {}. Fix more components of its supports, or join the parts; only a body of one connected part may be unconstrained",
+            "the body is not fixed: the part with {} nodes around {} (one of {} parts that share no node) can move freely: {}. Fix more components of its supports, or join the parts; only a body of one connected part may be unconstrained",
             part.len(),
             format_point(&free.centre.into()),
             parts.len(),

@@ -28,7 +28,8 @@ pub(super) fn area_and_centroid(polygon: &[[f64; 2]]) -> (f64, [f64; 2]) {
     (area, [first[0] + moment[0] / area, first[1] + moment[1] / area])
 }
 
-/// Largest doubled area of the triangle at a straight corner, as a share of the polygon's squared size.
+/// Tolerance of a straight corner: largest doubled area of the triangle that the corner forms with its neighbours, divided by
+/// the squared size of the polygon.
 const STRAIGHT: f64 = 1e-12;
 
 fn turn(polygon: &[[f64; 2]], i: usize) -> f64 {

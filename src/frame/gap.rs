@@ -124,7 +124,7 @@ impl InitialGap {
                 // In coordinates divided by the semi-axes, the ellipsoid is a unit sphere.
                 c * self.round((x / a).powi(2) + (y / b).powi(2), 1.0).map_err(|_| {
                     Error::input(format!(
-                        "the frame extends beyond an exact ellipsoid with the semi-axes {a} and {b} in its plane: use a smaller frame, or remove gap.exact"
+                        "the frame extends beyond an exact ellipsoid with the semi-axes {a} and {b} in the plane of the frame: use a smaller frame, or remove gap.exact"
                     ))
                 })?
             }

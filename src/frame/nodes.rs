@@ -3,7 +3,7 @@
 //!
 //! On a uniform mesh of quadrangles, tractions that alternate in sign from face to face give no nodal forces. One
 //! traction per face of the finer of the two meshes thus leaves a checkerboard mode undetermined, but one traction per
-//! node does not. Tractions are unique only if each region has at most as many cells as nodes of the finer mesh.
+//! node does not. Tractions are unique only if no part of the contact surface has more cells than nodes of the finer mesh.
 
 use std::collections::HashMap;
 
@@ -15,7 +15,8 @@ use crate::geometry::{Point, format_point};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
-/// A face at a node: the far nodes of the edges after and before the node, counter-clockwise, and the face's centre.
+/// A face at a node: the next and the previous corner of the face, counter-clockwise from the node, and the centre of the
+/// face.
 struct FaceCorner {
     after: usize,
     before: usize,

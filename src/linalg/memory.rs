@@ -99,7 +99,7 @@ impl MemoryLimit {
             return String::new();
         }
         let least = format!(
-            "to at least \"{} MiB\" (rounded up; later parts may need more)",
+            "to at least \"{} MiB\" (rounded up; later parts of the run may need more)",
             total.div_ceil(1 << 20)
         );
         match self.source {

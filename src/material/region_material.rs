@@ -123,7 +123,7 @@ impl RegionMaterial {
         }
         (n > 0).then(|| {
             format!(
-                "{n} of {} elements extend beyond the ply of their centroid, by up to {:.1} % of their thickness. They have the material of that ply only; let element faces coincide with the borders of the plies",
+                "{n} of {} elements extend beyond the ply that contains their centroid, by up to {:.1} % of the element thickness. These elements have the material of that ply only; let element faces coincide with the borders of the plies",
                 elements.len(),
                 100.0 * worst
             )

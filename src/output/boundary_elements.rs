@@ -65,7 +65,7 @@ impl BoundaryElementRecord {
     pub fn accuracy_warning(&self) -> Option<Warning> {
         (self.asymmetry > MAX_RELIABLE_ASYMMETRY).then(|| {
             Warning::uncertain(&format!(
-                "the flexibility matrix of the boundary-element body{} is unsymmetric by {:.1} %, so its displacements are uncertain. Its elements are too large compared with the distances between them, or too strongly curved. Use smaller elements, or a higher order (`element`)",
+                "the flexibility matrix of the boundary-element body{} is unsymmetric by {:.1} %, so the displacements are uncertain. The boundary elements are too large compared with their distances from each other, or too strongly curved. Use smaller elements, or a higher order (`element`)",
                 self.body,
                 100.0 * self.asymmetry
             ))

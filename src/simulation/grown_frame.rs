@@ -25,7 +25,7 @@ pub fn why_not_growable(plan: &Plan, growths: usize) -> Option<String> {
             "a frame of the faces of a mesh is not enlarged: mesh a larger contact group"
         }
         FramePlan::Grid { .. } if growths >= MAX_GROWTHS => {
-            "the frame has four times its initial cells and is not enlarged again"
+            "the frame was enlarged twice and is not enlarged again"
         }
         FramePlan::Grid { .. } => return None,
     };

@@ -104,13 +104,13 @@ pub fn mesh_not_moved_warning(plan: &Plan, checkpoint: &RunCheckpoint, error: &E
 
 pub(super) fn position_in_run(plan: &Plan, checkpoint: &RunCheckpoint) -> String {
     checkpoint.records().last().map_or_else(String::new, |last| {
-        let mut text = format!(" after step \"{}\" ({})", last.name, last.increment);
+        let mut text = format!(" in step \"{}\" after entry {}", last.name, last.increment);
         if last.cycles_done > 0 {
-            text.push_str(&format!(", {} cycles", last.cycles_done));
+            text.push_str(&format!(" ({} cycles)", last.cycles_done));
         }
         if last.distance_slid > 0.0 {
             let distance = format_number(last.distance_slid);
-            text.push_str(&format!(", {distance} {} of sliding", plan.units.length));
+            text.push_str(&format!(" ({distance} {} of sliding)", plan.units.length));
         }
         text
     })

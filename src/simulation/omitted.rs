@@ -89,7 +89,7 @@ fn omitted_distant_entries(plan: &Plan, frame: &ContactFrame) -> Option<OmittedW
             OmittableWork::DistantEntries,
             "entries of the half-space operator between distant cells",
             format!(
-                "on more than {MAX_DENSE_CELLS} cells it is compressed with the tolerance {tolerance:e} (solver.compression_tolerance)"
+                "on more than {MAX_DENSE_CELLS} cells the operator is compressed with the tolerance {tolerance:e} (solver.compression_tolerance)"
             ),
         )
     })

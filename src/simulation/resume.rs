@@ -117,7 +117,7 @@ pub fn decide_resume(
         )));
     }
     if let Some(last) = checkpoint_data.snapshot.records().last() {
-        say(&format!("resuming after step \"{}\" ({})", last.name, last.increment));
+        say(&format!("resuming in step \"{}\" after entry {}", last.name, last.increment));
     }
     Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data })))
 }

@@ -194,7 +194,7 @@ fn surfaces_and_supports_that_are_wrong() {
     refused(&small, &[cells, "body1.contact=\"base\""], &["is oriented towards"]);
     refused(&small, &[cells, "body1.near_field=\"mesh\""], &["near_field"]);
     let displaced = "body1.displaced=[{group=\"base\",components=[\"z\"],value=[0.1]}]";
-    refused(&small, &[cells, displaced], &["prescribes another displacement along z"]);
+    refused(&small, &[cells, displaced], &["prescribe different displacements along z"]);
 }
 
 /// Truth: a body that exceeds the memory limit is refused.

@@ -54,7 +54,7 @@ fn what_is_refused() {
         (
             "cells = [16, 16]",
             "cells = [16, 16]\nperiodic = [false, true]",
-            ["body1.bulk_stress", "The stress [100, 10.41"],
+            ["body1.bulk_stress", "as with the stress [100, 10.41"],
         ),
     ] {
         assert!(stressed().contains(from), "{from}");

@@ -331,7 +331,10 @@ fn what_is_compared_with_what_is_told() {
         run(&["--variants", "BE-rigid,HS-rigid", "--out", "w", "--set", "frame.half_width=[0.375, 0.375]"]);
     assert_eq!(code, Some(0), "{text}");
     let edge = "WARNING: step \"press\" (1): the contact reaches the edge of the frame";
-    assert!(text.contains("BE-rigid: WARNING: a cell of the frame has") && text.contains(edge), "{text}");
+    assert!(
+        text.contains("BE-rigid: WARNING: the area of a cell of the frame is") && text.contains(edge),
+        "{text}"
+    );
 }
 
 /// Truth: docs/scene.md: a warning reports a group of supports or loads whose area or position differs by more than 5 % between

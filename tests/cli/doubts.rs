@@ -43,7 +43,7 @@ fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
             "{text}"
         );
         assert!(text.contains("use frame.points = \"nodes\"") && !text.contains("note: WARNING"), "{text}");
-        assert_eq!(warnings.iter().any(|w| w.starts_with("WARNING: a cell of the frame")), verb == "run");
+        assert_eq!(warnings.iter().any(|w| w.starts_with("WARNING: the area of a cell")), verb == "run");
     }
     let (_folder, path) = block(&[(grid, "kind = \"mesh\"")]);
     let (code, text, _) = call("check", &path);

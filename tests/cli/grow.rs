@@ -157,7 +157,10 @@ fn frames_that_cannot_grow() {
     );
     assert_eq!((code, &summary["reason"]), (Some(3), &"frame-edge".into()), "{text}");
     assert_eq!(summary["frame"]["cells"], serde_json::json!([40, 40]));
-    assert!(warned(&summary, &["four times"]) && warned(&summary, &["from 20 x 20 to 30 x 30"]), "{text}");
+    assert!(
+        warned(&summary, &["was enlarged twice"]) && warned(&summary, &["from 20 x 20 to 30 x 30"]),
+        "{text}"
+    );
     let at = |k: usize| (k as f64 + 0.5) * 2.7 / 24.0 - 1.35;
     let row = |i: usize| {
         (0..24).map(|j| format!("{}", (at(i) * at(i) + at(j) * at(j)) / 200.0)).collect::<Vec<_>>().join(",")

@@ -159,11 +159,17 @@ fn a_worn_layer_is_stiffer() {
         "{depth} {force}"
     );
     assert_eq!(
-        warned(&moved, &["the mesh was moved with wear after step \"slide\" (1)", "body1 by up to 0.15"]),
+        warned(
+            &moved,
+            &["the mesh was moved with wear in step \"slide\" after entry 1", "body1 by up to 0.15"]
+        ),
         1
     );
     assert_eq!(
-        warned(&moved, &["the mesh was moved with wear after step \"slide\" (2)", "body1 by up to 0.3"]),
+        warned(
+            &moved,
+            &["the mesh was moved with wear in step \"slide\" after entry 2", "body1 by up to 0.3"]
+        ),
         1
     );
     let (code, text, still) = run(folder.path(), "still", &[]);
@@ -233,7 +239,7 @@ fn meshes_that_would_get_too_flat() {
     let (code, text, summary) = run(folder.path(), "out", &sets);
     assert_eq!((code, &summary["mesh_moves"]), (Some(0), &4.into()), "{text}");
     assert_eq!(
-        warned(&summary, &["no longer moved with wear after step \"slide\" (5)", "nine tenths"]),
+        warned(&summary, &["no longer moved with wear in step \"slide\" after entry 5", "nine tenths"]),
         1,
         "{text}"
     );

@@ -100,7 +100,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
     let summary = run(place.path(), &["body1.near_field=\"mesh\""]);
     let text = warning(&summary, words).expect("a warning");
     assert!(
-        text.contains("(cell area 0.01 of the area per node)") && !text.contains("cells of at least"),
+        text.contains("(cell area: 0.01 times the area per node)") && !text.contains("cells of at least"),
         "{text}"
     );
     assert!(
@@ -109,7 +109,7 @@ fn cells_finer_than_faces_beside_a_half_space() {
     );
     let base = ["frame.half_width=[3.5, 3.5]", "frame.cells=[35, 35]"];
     let (code, text) = call("check", place.path(), &base);
-    let reason = "body1 does not allow the near field of a half-space: an edge or a support of the body is 0.5 from the frame, closer than 1.05 (0.3 times the half-width of the frame); frame.half_width up to [3.07, 3.07] is allowed";
+    let reason = "body1 does not allow the near field of a half-space: an edge or a support of the body is at a distance of 0.5 from the frame, but at least 1.05 is needed (0.3 times the smaller half-width of the frame); frame.half_width up to [3.07, 3.07] is allowed";
     assert!(code == Some(0) && text.contains(words) && text.contains(reason), "{text}");
     let (code, text) = call("check", place.path(), &["frame.half_width=[3.5, 3.5]", "frame.cells=[7, 7]"]);
     assert!(code == Some(0) && !text.contains("WARNING"), "{text}");

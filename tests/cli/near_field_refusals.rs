@@ -98,7 +98,7 @@ fn another_material_too_near() {
     refused(
         place.path(),
         &["frame.half_width=[1.8, 1.8]", brass],
-        "another material is 0.5 from the frame, closer than 0.72 (0.4 times the half-width of the frame)",
+        "another material is at a distance of 0.5 from the frame, but at least 0.72 is needed (0.4 times the smaller half-width of the frame)",
     );
 }
 

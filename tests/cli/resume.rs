@@ -21,7 +21,7 @@ fn interrupted_runs_go_on() {
     let entries = job.summary()["steps"].as_array().unwrap().len();
     assert!(job.summary()["status"] == "interrupted" && entries >= 3, "{entries}");
     let text = job.interrupt(&["--threads", "3", "--resume"], 30);
-    assert!(text.contains("resuming after step \"press\" ("), "{text}");
+    assert!(text.contains("resuming in step \"press\" after entry "), "{text}");
     assert!(job.summary()["steps"].as_array().unwrap().len() >= entries + 29);
     let (code, text) = job.run(&["--threads", "2", "--resume"]);
     assert_eq!(code, Some(0), "{text}");

@@ -2,7 +2,7 @@
 
     compare_fields.py EXPECTED.json
 
-EXPECTED.json contains { "files": { file: { "points", "cells", "types", "point_data", "cell_data" } },
+EXPECTED.json contains { "files": { file: { "points", "cells", "types", "straight", "point_data", "cell_data" } },
 "collections": { file: [..] } }. Paths are relative to EXPECTED.json. A field is { "components": [names], "values":
 [tuples or scalars] }. Numbers must be equal to the last bit.
 """

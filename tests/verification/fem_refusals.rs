@@ -148,7 +148,7 @@ fn two_cubes(offset: [f64; 3], n: usize) -> FeSpec {
 #[test]
 fn refuses_loose_and_hinged_parts() {
     let loose = refusal(two_cubes([5.0, 0.0, 0.0], 1));
-    assert_says(&loose, &["part of 8 nodes", "2 parts", "translation x"]);
+    assert_says(&loose, &["part with 8 nodes", "2 parts", "translation x"]);
     let hinged = FeModel::new(two_cubes([1.0, 0.0, 1.0], 1)).unwrap().condense(&[]).err().expect("singular");
     assert_eq!(hinged.kind(), ErrorKind::Input);
     assert_says(&hinged.to_string(), &["body1", "singular at the node at (", "direction"]);

@@ -182,7 +182,7 @@ fn a_zero_moment_beside_the_contact_opens_it() {
         let record = &result.records[0];
         assert!(record.converged == small && record.contact_area == 0.0);
         assert!((record.rotation[1].to_radians() < -0.1) != small, "{record:?}");
-        let told = if small { "moment rotates it off" } else { "body 2 is rotated by" };
+        let told = if small { "moment rotates body 2 by" } else { "body 2 is rotated by" };
         assert!(result.warnings.iter().any(|note| note.contains(told)), "{:?}", result.warnings);
     }
 }

@@ -223,7 +223,7 @@ impl CompressedEquations {
         }
         if report.residual.is_nan() || report.residual > options.tolerance * 1.5 {
             return Err(Error::not_converged(format!(
-                "the compressed boundary-element equations did not converge: after {} products the residual is {:.1e}, but at most {:.1e} is allowed. Use larger elements where the body is thin or away from the contact: up to {} unknowns are solved directly",
+                "the compressed boundary-element equations did not converge: after {} iterations the residual is {:.1e}, but at most {:.1e} is allowed. Use larger elements away from the contact, or where the body is thin. Equations with at most {} unknowns need no iteration",
                 report.iterations, report.residual, options.tolerance, MAX_DENSE_UNKNOWNS
             )));
         }

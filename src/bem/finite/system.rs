@@ -224,7 +224,7 @@ impl BoundaryValueProblem<'_> {
         let most = MAX_RESIDUAL_OVER_TOLERANCE * report.tolerance;
         if solution.residual.is_nan() || solution.residual > most {
             return Err(Error::numerical(format!(
-                "the relative residual of the compressed boundary-element equations is {:.1e}, more than the limit of {most:.1e}. Use larger elements: up to {MAX_DENSE_UNKNOWNS} unknowns are solved directly",
+                "the relative residual of the compressed boundary-element equations is {:.1e}, more than the limit of {most:.1e}. Use larger elements. Equations with at most {MAX_DENSE_UNKNOWNS} unknowns are not compressed",
                 solution.residual
             )));
         }

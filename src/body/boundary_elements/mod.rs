@@ -315,7 +315,7 @@ fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()>
         return Ok(());
     }
     Err(Error::input(
-        "forces on nodes under the frame move these nodes backwards: the elements are far too large for the thickness of the body, or their surface is invalid; use smaller elements, or quadratic ones (`element`)",
+        "the computed displacements of nodes under the frame are opposite to the forces on these nodes: the elements are far too large for the thickness of the body, or their surface is invalid; use smaller elements, or quadratic ones (`element`)",
     ))
 }
 

@@ -160,7 +160,7 @@ impl BeSpec {
                     let before = held[3 * node + c].replace(value);
                     if before.is_some_and(|before| before != value) {
                         return Err(Error::input(format!(
-                            "the group \"{}\" prescribes another displacement along {} than an earlier group at {}: put each face into one of them only",
+                            "the group \"{}\" and an earlier group prescribe different displacements along {} at {}: put each face into only one of these groups",
                             support.group,
                             AXIS_NAMES[c],
                             format_point(&positions[node].into())

@@ -300,7 +300,7 @@ impl Surroundings<'_> {
         let violated = limits.iter().find(|(_, found, share)| *found < share * shorter);
         let Some((what, distance, share)) = violated else { return Ok(None) };
         Ok(Some(Unsuitable(format!(
-            "{what} is {} from the frame, closer than {} ({share} times the half-width of the frame){}",
+            "{what} is at a distance of {} from the frame, but at least {} is needed ({share} times the smaller half-width of the frame){}",
             format_number(*distance),
             format_number(share * shorter),
             self.smaller_frame_advice(patch, *distance, *share)?

@@ -133,18 +133,22 @@ impl Indicators {
                 self.imbalance,
                 MAX_IMBALANCE + curved,
             ),
-            ("the asymmetry of the correction", self.asymmetry, MAX_ASYMMETRY + curved),
+            ("the asymmetry of the half-space correction", self.asymmetry, MAX_ASYMMETRY + curved),
             (
-                "the difference between the two evaluations of the correction",
+                "the difference between two evaluations of the half-space correction",
                 self.direct_difference,
                 MAX_DIRECT_DIFFERENCE,
             ),
             ("the estimated error of the finite elements", self.mesh_error, MAX_MESH_ERROR),
-            ("the share of the highest polynomials", self.tail, MAX_TAIL),
+            (
+                "the share of the polynomials of highest degree in the half-space correction",
+                self.tail,
+                MAX_TAIL,
+            ),
         ];
         let exceeded = limits.iter().find(|(_, value, most)| value.is_nan() || value > most);
         let told = exceeded
-            .map(|(what, value, most)| format!("{what} is {value:.2e}, at most {most:.2e} is allowed"));
+            .map(|(what, value, most)| format!("{what} is {value:.2e}, but at most {most:.2e} is allowed"));
         let least = self.least_eigenvalue;
         let indefinite = least.is_nan() || least <= 0.0;
         told.or_else(|| {

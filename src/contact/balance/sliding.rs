@@ -13,11 +13,11 @@ const MAX_STEPS: usize = 500;
 const STEP_TOLERANCE: f64 = 1e-10;
 /// Smallest slip of a cell in the minimisation, relative to the largest slip.
 const MIN_SLIP_SHARE: f64 = 1e-9;
-/// Largest eigenvalue of the Gram matrix of slips for which a combination of motions counts as free of slip. It is
-/// relative to the largest eigenvalue. The weights of the matrix differ by up to the reciprocal of [`MIN_SLIP_SHARE`].
+/// A combination of motions counts as free of slip if its eigenvalue of the Gram matrix of slips is at most this share of
+/// the largest eigenvalue. The weights of the matrix differ by up to the reciprocal of [`MIN_SLIP_SHARE`].
 const NULL_SHARE: f64 = 1e-13;
-/// Largest eigenvalue of the Gram matrix of normal gaps for which a combination of motions changes no normal gap. It is
-/// relative to the largest eigenvalue. The root mean square gap of this combination is at most a millionth of the
+/// A combination of motions counts as changing no normal gap if its eigenvalue of the Gram matrix of normal gaps is at
+/// most this share of the largest eigenvalue. The root mean square gap of this combination is at most a millionth of the
 /// largest root mean square gap.
 const NO_GAP_SHARE: f64 = 1e-12;
 
@@ -214,8 +214,8 @@ mod tests {
     }
 
     /// Truth: points on a circle of radius r, with friction limits L and areas A, carry the moment Σ A L r by friction.
-    /// In a translation, the slip of the points is along the normal of the friction ellipse. A tilt about y in the
-    /// plane of the frame causes no slip, and the balance without slip keeps its work.
+    /// In a translation, all points slip along the normal of the friction ellipse at the point in the direction of the
+    /// force. A tilt about y in the plane of the frame causes no slip, and the balance without slip keeps its work.
     #[test]
     fn moments_turn_and_forces_translate() {
         let (n, r) = (12, 1.5);

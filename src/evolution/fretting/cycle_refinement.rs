@@ -225,7 +225,7 @@ impl Run<'_> {
             return;
         }
         self.result.warnings.push(format!(
-            "step \"{}\": after {} cycles, the wear per cycle with {increments} increments per stroke has an estimated error of {}, more than wear.tolerance = {:e}. The estimated errors of the results include it; accept it, or increase wear.tolerance",
+            "step \"{}\": the wear of the cycle that was resolved after {} cycles, with {increments} increments per stroke, has an estimated error of {}, more than wear.tolerance = {:e}. The estimated errors of the results include it; accept it, or increase wear.tolerance",
             self.step().name,
             wear_step.cycles_at(refinement.coupled.completed),
             percent(found.change),
@@ -274,7 +274,7 @@ impl Run<'_> {
             }
             if solved.report.stop != StopReason::Converged {
                 self.result.warnings.push(format!(
-                        "step \"{}\": after {} cycles an increment of the resolved cycle did not converge. The wear follows from the reversal points and earlier resolved cycles; the path error since then is not estimated",
+                        "step \"{}\": after {} cycles of the run, an increment of the resolved cycle did not converge. The wear then follows from the reversal points and earlier resolved cycles, without an estimate of the error due to the path between reversal points",
                         step.name, wear_step.cycles_at(coupled.completed)
                     ));
                 return Ok(None);

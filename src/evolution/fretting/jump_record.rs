@@ -82,7 +82,7 @@ impl Run<'_> {
     pub(super) fn finish_worn_out_step(&mut self, wear_step: &mut WearStepState, clock: Instant) -> Advance {
         let length = self.cycles().count - wear_step.completed;
         self.result.warnings.push(format!(
-            "step \"{}\": at this approach wear has reduced the peak pressure to a millionth of its initial value or less; no wear occurs in the remaining {length} {}",
+            "step \"{}\": at this approach wear has reduced the peak pressure to a millionth of its initial value or less; wear is neglected in the remaining {length} {}",
             self.step().name,
             wear_step.length_unit()
         ));

@@ -21,7 +21,7 @@ impl Run<'_> {
             "the whole wear".to_owned()
         };
         self.result.warnings.push(format!(
-            "step \"{}\": cycles with {increments} {of_strokes} and with {} per stroke differ by {by}, and by {:.1} % of the tangential force at a reversal point (wear.tolerance = {tolerance:e}). The estimated errors include the wear difference. To correct both, omit cycles.increments or use \"auto\"",
+            "step \"{}\": cycles with {increments} {of_strokes} per stroke and with {} differ by {by}, and by {:.1} % of the tangential force at a reversal point (wear.tolerance = {tolerance:e}). The estimated errors include the wear difference. To correct wear and tangential force, omit cycles.increments or use \"auto\"",
             self.step().name,
             refined.increments,
             100.0 * coupled.force_change(&refined.wear)

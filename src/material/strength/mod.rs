@@ -183,7 +183,7 @@ impl PlyStrength {
             return Ok(());
         }
         Err(Error::input(format!(
-            "the interactions F12 = {f12}, F13 = {f13}, F23 = {f23} leave the failure surface open. The matrix with ones on its diagonal and these values beside it has the negative eigenvalue {least:.3}; -0.5 for all is usual"
+            "the interactions F12 = {f12}, F13 = {f13}, F23 = {f23} leave the failure surface open. The matrix with ones on the diagonal and these values off the diagonal has the negative eigenvalue {least:.3}; the usual value of all three is -0.5"
         )))
     }
 }

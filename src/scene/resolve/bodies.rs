@@ -175,7 +175,7 @@ pub(super) fn report_rigid_body_modes(
     match modes {
         Ok(None) => {}
         Ok(Some(free)) => r.note(format!(
-            "{key} has unconstrained rigid-body modes ({}): only contact forces can balance its loads along them",
+            "{key} has unconstrained rigid-body modes ({}): only contact forces can balance loads along these motions",
             free.names.join(", ")
         )),
         Err(error) => {

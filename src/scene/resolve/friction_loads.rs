@@ -39,7 +39,7 @@ fn friction_remedy(r: &Resolver, friction: bool) -> &'static str {
     let law = r.document.get("friction.law").map(|node| &node.value);
     let has_law = matches!(law, Some(TomlValue::String(law)) if law != "none");
     match (has_law, friction) {
-        (true, true) => "give the coefficients of [friction], which are 0, values above 0",
+        (true, true) => "give coefficients above 0 in [friction]",
         (true, false) => "remove `friction = false`",
         (false, true) => "add a [friction] law",
         (false, false) => "add a [friction] law and remove `friction = false`",

@@ -68,7 +68,7 @@ pub(super) fn check(
     if as_meshed && cases.iter().filter(|(_, case)| *case == LoadCase::interference()).count() > 1 {
         r.report(
             "gap.reference",
-            format!("a load of a body has the name \"{INTERFERENCE}\", which the overlap of the meshes has"),
+            format!("a load of a body has the name \"{INTERFERENCE}\", which is reserved for the overlap of the meshes"),
             "names the overlap",
             "choose another name for the load",
         );
@@ -96,7 +96,7 @@ pub(super) fn check(
                     &format!("{key}.cycles.loads"),
                     "loads cannot vary in phase with the strokes while meshes follow the wear",
                     "with `wear.move_mesh`",
-                    "keep the amplitudes in the cycles, or remove wear.move_mesh",
+                    "remove `loads` from the cycles, so that the amplitudes stay constant, or remove wear.move_mesh",
                 );
             }
         }
@@ -208,7 +208,7 @@ fn refuse_rolling(r: &mut Resolver, surface_loads: &[(String, &str, Option<Strin
         r.report(
             key,
             format!(
-                "a {kind} cannot be combined with rolling: its strain would grow along the rolled distance"
+                "a {kind} cannot be combined with rolling: its displacement would grow with the rolled distance"
             ),
             "with a rolling step",
             "remove one of the two",

@@ -249,7 +249,7 @@ fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: 
             let message = if key.ends_with("moment") {
                 "a moment is not possible on a periodic frame: its lever arm would differ from period to period"
             } else {
-                "a rotation is not possible on a periodic frame: its displacement would grow from period to period"
+                "on a periodic frame this rotation is not possible: its displacement would grow from period to period"
             };
             r.report(&place, message, "with frame.periodic", "remove it, or make the frame non-periodic");
         }

@@ -248,7 +248,7 @@ fn coarse_mesh_warning(key: &str, record: &NearFieldRecord, element: Option<Elem
     // then smaller.
     (error > MESH_ERROR_WARNING / indicators.share.max(1.0).sqrt()).then(|| {
         Warning::uncertain(&format!(
-            "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: use a finer mesh where `orthowear refine` suggests it, or {better}",
+            "the finite elements of {key} are too stiff: they reduce the compliance under uniform tractions by an estimated {:.1} %. Use a finer mesh where `orthowear refine` suggests it, or {better}",
             100.0 * error
         ))
     })

@@ -90,7 +90,7 @@ fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Resu
             ensure_faces_other_body(fe, &faces, &frame, body).at(&contact)?;
         }
         let error = Error::input(format!(
-            "no face of `{}` of {} is covered to nine tenths of its area by faces of `{}` of {}, seen along its normal: check the groups and the positions of the two meshes, or take the frame from the body with the smaller faces (frame.body)",
+            "no face of `{}` ({}), seen along the normal of the face, is covered to nine tenths by faces of `{}` ({}): check the groups and the positions of the two meshes, or take the frame from the body with the smaller faces (frame.body)",
             plan.bodies[index].as_meshed().map_or("", |fe| fe.contact.as_str()),
             BODY_KEYS[index],
             fe.contact,

@@ -69,7 +69,7 @@ pub(super) fn check_cell_size(
     // A nodal cell has the area of one contact node. It is not smaller than the area per node of the finest body.
     let nodal = matches!(plan.frame, FramePlan::Mesh { points: FramePoints::Nodes, .. });
     let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
-    // If no cell covers two boundary elements, the elements resolve the traction of each of their nodes.
+    // If each cell lies within one boundary element, no cell couples the tractions of two elements, and the tractions are unique.
     let cell_area = frame.mean_cell_area();
     let by_boundary = |area: &f64| {
         let of_boundary = |index: usize| aligned[index] && per_node[index] == Some(*area);
@@ -99,7 +99,7 @@ fn with_reasons(mut warnings: Vec<Warning>, why: &str) -> Vec<Warning> {
     warnings
 }
 
-/// Adds to a refusal of small cells the reasons `why` no body uses the near field of a half-space.
+/// Sentence for a refusal of small cells. `why` tells why a body uses no half-space; empty if it does not matter.
 fn half_space_sentence(why: &str) -> String {
     if why.is_empty() {
         return String::new();
@@ -135,7 +135,7 @@ fn coarse_faces_warning(
     (ratio < MIN_CELL_AREA_RATIO).then(|| {
         let (unit, key, partner) = (&plan.units.length, BODY_KEYS[index], BODY_KEYS[1 - index]);
         Warning::uncertain(&format!(
-            "the contact faces of {key} are coarser than the cells of the frame: node spacing {} {unit}, mean cell side {} {unit} (cell area {} of the area per node). Pressures peak along these faces, several times too high if {key} is softer than {partner}; {}",
+            "the contact faces of {key} are coarser than the cells of the frame: node spacing {} {unit}, mean cell side {} {unit} (cell area: {} times the area per node). Pressures peak along these faces, several times too high if {key} is softer than {partner}; {}",
             format_short(area_per_node.sqrt()),
             format_short(cell_area.sqrt()),
             format_short(ratio),

@@ -111,7 +111,7 @@ fn refuse_undetermined_displacements(
             return Ok(());
         };
         let error = Error::input(format!(
-            "step \"{}\" prescribes a displacement along a direction in which the body is unconstrained ({}). Only loads determine its position there; {instead}, or support the body along this direction ({})",
+            "step \"{}\" prescribes a displacement along a direction in which the body is unconstrained ({}). Only loads determine its position along this direction; {instead}, or support the body along this direction ({})",
             step.name,
             who.join("; "),
             supports.join(", ")
@@ -207,7 +207,7 @@ fn displacement_along_free_direction(
 
 fn motion_names(motions: &RigidBodyModes) -> String {
     if motions.names.len() == 6 {
-        return "translation and rotation along and about x, y and z".to_owned();
+        return "translations along x, y and z, and rotations about x, y and z".to_owned();
     }
     motions.names.join(", ")
 }

@@ -53,7 +53,7 @@ pub(crate) fn reached_preload_warning(
 fn overlap_warning(plan: &Plan, overlap: f64) -> Warning {
     let unit = &plan.units.length;
     Warning::uncertain(&format!(
-        "where the curved surfaces first touch, their flat faces overlap by up to {} {unit} elsewhere. At an approach of this size the mesh determines loads and pressures, not the shape of the bodies: use elements of second order, or matching nodes on both surfaces",
+        "when the curved surfaces first touch, their flat mesh faces already overlap elsewhere by up to {} {unit}. At an approach of this size the mesh, not the shape of the bodies, determines loads and pressures: use elements of second order, or matching nodes on both surfaces",
         format_short(overlap)
     ))
 }
@@ -148,7 +148,7 @@ pub(crate) fn own_load_warning(
     let unit = &plan.units.length;
     let what = if overlap > 0.0 { "overlap" } else { "opening" };
     Some(Warning::uncertain(&format!(
-        "the own loads and supports of {key} displace its surface under the frame with an estimated error of {} {unit}, {:.1} % of the {what} before contact ({} {unit}). Loads and pressures err by one to two times this share; use elements of second order, or smaller ones",
+        "the own loads and supports of {key} displace its surface under the frame with an estimated error of {} {unit}. This is {:.1} % of the {what} of the surfaces without contact forces ({} {unit}). Loads and pressures err by one to two times this share; use elements of second order, or smaller ones",
         format_short(error),
         100.0 * error / depth,
         format_short(depth)

@@ -37,7 +37,7 @@ fn below(
     for (name, corner) in request.corners() {
         if let Some((_, height)) = first_point_above_surface(request.side, frame, &[corner]).at(key)? {
             let error = Error::input(format!(
-                "the corner {} of \"{}\" lies {} {} outside of {}, a half-space bounded by the plane of the frame: its points are {} this plane",
+                "the corner {} of \"{}\" lies {} {} outside of {}, a half-space bounded by the plane of the frame: the points of this half-space are {} the plane",
                 format_point(&corner.into()),
                 request.name,
                 format_number(height),

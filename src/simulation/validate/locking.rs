@@ -100,7 +100,7 @@ impl Locking {
             "loads of a block under a sphere were 8 % too large at nu = 0.45, 31 % at 0.49, 154 % at 0.499"
         };
         format!(
-            "{} elements ({}) of {key} lock, so that the body is too stiff: the material `{material}` is nearly incompressible, like an isotropic material with nu = {} ({excess}); {mend}",
+            "{} elements ({}) of {key} lock, so that the body is too stiff: the material `{material}` is nearly incompressible (equivalent isotropic nu = {}; {excess}); {mend}",
             self.elements,
             kinds.join(", "),
             format_number(*ratio),

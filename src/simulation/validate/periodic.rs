@@ -44,7 +44,7 @@ fn refuse_complete_contact(plan: &Plan, mean: f64) -> Result<(), SceneError> {
         let Some(Normal::Approach(approach)) = step.normal else { continue };
         if approach > 0.0 && approach >= mean {
             let error = Error::input(format!(
-                "the approach of {} is not less than the mean gap of {} at first touch, on a frame that is periodic in both directions. The contact is complete before, and more pressure does not reduce the mean gap; use a smaller approach, or prescribe normal_force",
+                "the approach of {} is not less than the mean gap of {} at first touch, on a frame that is periodic in both directions. The contact is already complete at a smaller approach, and more pressure does not reduce the mean gap; use a smaller approach, or prescribe normal_force",
                 format_number(approach),
                 format_number(mean)
             ));
@@ -69,7 +69,7 @@ fn seam_warning(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> O
     let seam = step(along - 1).sqrt();
     (seam > MAX_SEAM_STEP_RATIO * inside).then(|| {
         Warning::note(format!(
-            "the gap is not periodic along {}: it changes by {} {} from the last cell to the first, and by {} at most between other neighbours; this step acts as an edge",
+            "the gap is not periodic along {}: it changes by {} {} from the last cell to the first, and by {} at most between other neighbours; this discontinuity acts as an edge",
             ["x", "y"][axis],
             format_number(seam),
             plan.units.length,

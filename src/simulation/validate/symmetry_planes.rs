@@ -279,7 +279,7 @@ fn refuse_unmatched_planes(plan: &Plan, frame: &ContactFrame, body: usize) -> Re
                     "{has} has the symmetry plane {name} at the contact, but {lacks} has none there, so that tractions across it are undetermined; make {lacks} a meshed body with `symmetry` in this plane, or use a full model"
                 ),
                 OppositePlane::OtherDisplacement => format!(
-                    "the plane {name} of {has} at the contact and {} move relative to each other along its normal, so that tractions across it are undetermined; prescribe the same displacement, or use frame.points = \"faces\" or a full model",
+                    "the plane {name} of {has} at the contact and {} move relative to each other along the normal of this plane, so that tractions across it are undetermined; prescribe the same displacement, or use frame.points = \"faces\" or a full model",
                     SIDES[other].name()
                 ),
                 OppositePlane::Missing | OppositePlane::SameDisplacement(_) => continue,

@@ -51,6 +51,6 @@ fn a_disk_that_fills_up() {
     assert!((5..70).contains(&number), "{number}");
     assert!(job.checkpoints().iter().all(|(_, content)| content.len() as u64 <= room));
     let (code, text) = job.run(&["--resume", "--set", NONE]);
-    assert!(code == Some(0) && text.contains("resuming after step") && !text.contains("damaged"), "{text}");
+    assert!(code == Some(0) && text.contains("resuming in step") && !text.contains("damaged"), "{text}");
     assert_files_of_whole(&job.out);
 }

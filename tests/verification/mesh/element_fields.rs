@@ -63,7 +63,7 @@ points = [[x, y, z] for z in (0, 1, 2) for y in (0, 1) for x in (0, 1)]
 cells = [[0, 1, 3, 2, 4, 5, 7, 6], [4, 5, 7, 6, 8, 9, 11, 10]]
 fibre = numpy.array([[0.1, -0.2, 0.3], [1e-3, 2.0, 3.0]])
 mesh = meshio.Mesh(points, [("hexahedron", cells)], cell_data={"fibre": [fibre]})
-# As text meshio 5.3 with NumPy 2 writes "np.float64(0.1)".
+# Binary, because in text files meshio 5.3 with NumPy 2 writes "np.float64(0.1)".
 for name, kind in (("a", "gmsh22"), ("b", "gmsh")):
     meshio.write(name + ".msh", mesh, file_format=kind, binary=True)
 "#;

@@ -229,7 +229,7 @@ fn wear_in_partial_slip_by_default() {
         assert!((1.0 / 3.0..3.0).contains(&(claimed(&single) / error(&single))), "{:?}", scene.fibre);
         assert_eq!(single.worn_volume.to_bits(), plain.worn_volume.to_bits());
         assert!(
-            run.warnings.iter().any(|text| text.contains("with 1 increment and with")),
+            run.warnings.iter().any(|text| text.contains("with 1 increment per stroke and with")),
             "{:?}",
             run.warnings
         );
