@@ -13,8 +13,8 @@ up to 20. Each scene runs twice:
   stroke (ellipse: 64 and 128). The cycles repeat until the wear of a cycle settles, at most 100 times. If the wear
   volumes of 32 and 64 increments differ by more than half the tolerance, 64 and 128 are used. The reference is
   extrapolated over the cycles, and with first order in the increments.
-* All cycles, if `--whole` is given. The reference is extrapolated in the same way from two runs with a tenth of the
-  tolerance and with 32 and 64 increments per stroke (ellipse: 64 and 128).
+* All cycles, if `--whole` is given. The reference is extrapolated with first order in the increments, from two runs
+  with a tenth of the tolerance and with 32 and 64 increments per stroke (ellipse: 64 and 128).
 
 Errors are relative to the wear volume, or to the largest force at a reversal point. Each scene has a row. The last
 lines count the rows within the tolerance.
@@ -197,15 +197,18 @@ def marched(program, folder, scene, size, increments, cycles):
 
 def settled(program, folder, scene, size, increments):
     """As `marched`, with more cycles until the wear volume of a cycle changes by less than 1e-5 of its value. Returns the
-    wear volume of the steady-state cycle, its change by extrapolation over the cycles, and the forces. If the changes
-    from cycle to cycle decrease, they are extrapolated as a geometric series.
+    wear volume of the steady-state cycle, its change by extrapolation over the cycles, and the forces of the last
+    cycle. The changes from cycle to cycle are extrapolated as a geometric series. If they do not decrease with a ratio
+    between 0 and 0.99, the last change stands for the change by extrapolation.
     """
     for cycles in (4, 10, 30, 100):
         (now, before, earlier), forces = marched(program, folder, scene, size, increments, cycles)
         if abs(now - before) <= 1e-5 * now:
             break
     ratio = (now - before) / (before - earlier) if before != earlier else 0.0
-    remaining = (now - before) * ratio / (1.0 - ratio) if 0.0 < ratio < 0.99 else 0.0
+    if not 0.0 < ratio < 0.99:
+        return now, now - before, forces
+    remaining = (now - before) * ratio / (1.0 - ratio)
     return now + remaining, remaining, forces
 
 

@@ -171,8 +171,8 @@ points = 5
 "#;
 
 /// Truth: docs/results.md: a body of boundary elements has the same arrays and peak values as a body of finite elements, on its
-/// surface only. Down to a depth of 1 mm, the compressive stress at a point exceeds 0.8 times the compressive stress at the next
-/// deeper point. Points outside of the body are refused.
+/// surface only. Down to a depth of 1 mm, the compressive stress at a point is below 0.8 times the compressive stress at the next
+/// higher point. Points outside of the body are refused.
 #[test]
 fn a_body_of_boundary_elements() {
     let folder = tempfile::tempdir().unwrap();

@@ -5,8 +5,9 @@ pub(super) struct StickZoneSettings {
     /// Largest slip in one increment with which a cell counts as sticking, divided by the amplitude. Strokes do not use
     /// the criterion [`crate::contact::Increment::sticks`], because their tractions are less accurate.
     pub stick_slip_share: f64,
-    /// Largest number of iterations of a coupled solution with cells that stick, until the stick zone has been
-    /// recomputed. With a wrong zone, force cycles of thin plates did not converge in 20 000 iterations.
+    /// Largest number of iterations of a coupled solution with cells that stick, until a stalled zone has been
+    /// recomputed. The last pass has no such limit. With a wrong zone, force cycles of thin plates did not converge in
+    /// 20 000 iterations.
     pub max_iterations_before_recomputation: usize,
     /// Largest number of solutions of the coupled cycle per stage of a jump.
     pub max_passes: usize,

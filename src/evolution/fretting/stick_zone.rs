@@ -3,11 +3,11 @@
 //!
 //! * [`CycleState::decide_by_stroke`] decides the zone while the increments of a stroke are solved one after the other.
 //! * [`Run::solve_path_points`] solves the path points together with a given zone, and
-//!   [`CycleState::has_consistent_stick_zone`] tests whether the zone agrees with the solution. If not, the zone is
-//!   recomputed. The iteration also ends when the responses (forces, or displacements under prescribed forces) no
-//!   longer change.
+//!   [`CycleState::has_consistent_stick_zone`] tests whether the zone agrees with the solution. If not, or if the
+//!   solution stalls, the zone is changed. The iteration also ends when the responses (forces, or displacements under
+//!   prescribed forces) no longer change.
 //!
-//! A cycle without an accepted zone ends with `StickZoneNotConverged`.
+//! A cycle whose zone still changes after the last pass ends with `StickZoneNotConverged`.
 
 use crate::contact::solver::{SolveReport, SolverOptions, StopReason};
 use crate::contact::{ContactState, Increment, SlipReference, Unknowns};
@@ -115,10 +115,11 @@ impl Run<'_> {
             jump.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
         }
         let mut last: Option<Responses> = None;
-        // A wrong stick zone can prevent convergence, so the iterations are limited until the zone has been recomputed.
+        // A wrong stick zone can prevent convergence, so the iterations are limited until a stalled zone has been
+        // recomputed.
         let mut max_iterations = options.max_iterations.min(STICK_ZONE.max_iterations_before_recomputation);
-        for _ in 0..STICK_ZONE.max_passes {
-            if !jump.cycle.stick_zone.mask.contains(&true) {
+        for pass in 1..=STICK_ZONE.max_passes {
+            if pass == STICK_ZONE.max_passes || !jump.cycle.stick_zone.mask.contains(&true) {
                 max_iterations = options.max_iterations;
             }
             let limited = SolverOptions { max_iterations, ..*options };
@@ -126,6 +127,7 @@ impl Run<'_> {
             let outcome = self.solve_with_stick_zone(&stage, wear_step, jump, progress)?;
             jump.checks = before.worst(&jump.checks);
             let SlipSource::ClosedPath(path) = &wear_step.slip_source else { return Ok(()) };
+            let stalled = matches!(outcome, ZoneOutcome::Stalled);
             match outcome {
                 ZoneOutcome::Accepted => return Ok(()),
                 ZoneOutcome::CellsReleased => continue,
@@ -147,7 +149,9 @@ impl Run<'_> {
             let (report, solves) = self.recompute_stick_zone(&strokes, &mut jump.cycle, progress)?;
             jump.report = report.clone().with_work_of(&jump.report);
             jump.solves += solves;
-            if report.stop != StopReason::Converged {
+            // Strokes that start from a stalled solution may fail although the coupled cycle converges.
+            let may_continue = stalled && report.stop != StopReason::Interrupted;
+            if report.stop != StopReason::Converged && !may_continue {
                 return Ok(());
             }
         }
