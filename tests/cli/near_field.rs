@@ -120,7 +120,7 @@ fn no_place_for_a_half_space() {
     let cases: [(&[&str], &str); 4] = [
         (
             &["frame.half_width=[1.9, 1.9]", "frame.cells=[4, 4]"],
-            "an edge or a support of the body is 0.1 from the frame",
+            "an edge or a support of the body is at a distance of 0.1 from the frame",
         ),
         (&["frame={kind=\"mesh\", body=1}"], "faces or nodes of a mesh"),
         (

@@ -158,7 +158,7 @@ fn a_frame_that_outgrows_its_half_space() {
     let warnings = summary["warnings"].to_string();
     assert!(
         warnings.contains("the larger frame would change the near field of body1")
-            && warnings.contains("is 0.275 from the frame"),
+            && warnings.contains("is at a distance of 0.275 from the frame"),
         "{warnings}"
     );
     assert!(!warnings.contains("tractions are not determined"), "{warnings}");
