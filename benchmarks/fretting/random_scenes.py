@@ -10,9 +10,9 @@ amplitude at gross slip. In the others it exceeds this amplitude: forces by up t
 up to 20. Each scene runs twice:
 
 * One cycle with negligible wear. The reference is a `history` of load points with 32 and 64 equal increments per
-  stroke (ellipse: 64 and 128). The cycles repeat until the wear of a cycle settles, at most 100 times. If the wear
-  volumes of 32 and 64 increments differ by more than half the tolerance, 64 and 128 are used. The reference is
-  extrapolated over the cycles, and with first order in the increments.
+  stroke (ellipse: 64 and 128). The cycles repeat until their second half and the quarter before change the wear of
+  a cycle by at most 1e-4 of its value, at most 400 times. If the wear volumes of 32 and 64 increments differ by more than half the tolerance, 64
+  and 128 are used. The reference is extrapolated with first order in the increments.
 * All cycles, if `--whole` is given. The reference is extrapolated with first order in the increments, from two runs
   with a tenth of the tolerance and with 32 and 64 increments per stroke (ellipse: 64 and 128).
 
@@ -179,8 +179,8 @@ def path_points(scene, size, increments):
 
 
 def marched(program, folder, scene, size, increments, cycles):
-    """Computes `cycles` cycles in increments. Returns the wear volumes of the last three cycles, the last one first,
-    and the tangential forces at the reversal points (+, -) of the last cycle.
+    """Computes `cycles` cycles in increments. Returns the wear volume of each cycle, and the tangential forces at the
+    reversal points (+, -) of the last cycle.
     """
     columns = ["tangential_x", "tangential_y"] if scene["forced"] else ["shift_x", "shift_y"]
     points = path_points(scene, size, increments)
@@ -190,26 +190,25 @@ def marched(program, folder, scene, size, increments, cycles):
     steps = f'[[steps]]\nname = "strokes"\nhistory = {{ file = "loads.csv", columns = {json.dumps(columns)} }}\n'
     summary, _ = run(program, folder, scene, steps, wear=1e-8)
     entries = summary["steps"]
-    volume = [entries[-1 - 2 * increments * k]["worn_volume"] for k in range(4)]
+    volume = [entries[-1 - 2 * increments * k]["worn_volume"] for k in range(cycles, -1, -1)]
     forces = [entries[-1 - increments * k]["tangential_force"] for k in range(2)]
-    return [after - before for after, before in zip(volume, volume[1:])], forces
+    return [after - before for before, after in zip(volume, volume[1:])], forces
 
 
-def settled(program, folder, scene, size, increments):
-    """As `marched`, with more cycles until the wear volume of a cycle changes by less than 1e-5 of its value. Returns the
-    wear volume of the steady-state cycle, its change by extrapolation over the cycles, and the forces of the last
-    cycle. The changes from cycle to cycle are extrapolated as a geometric series. If they do not decrease with a ratio
-    between 0 and 0.99, the last change stands for the change by extrapolation.
+def settled(program, folder, scene, size, increments, least=20):
+    """As `marched`, with at least `least` cycles, and more until the wear of a cycle settles. Returns the number of
+    cycles, the wear volume of the last cycle, its change since half as many cycles, and the forces of the last cycle. A
+    small change from one cycle to the next is no proof: in some scenes the wear of a cycle has a maximum and a minimum
+    before it settles.
     """
-    for cycles in (4, 10, 30, 100):
-        (now, before, earlier), forces = marched(program, folder, scene, size, increments, cycles)
-        if abs(now - before) <= 1e-5 * now:
+    for cycles in (20, 50, 120, 400):
+        if cycles < least:
+            continue
+        volumes, forces = marched(program, folder, scene, size, increments, cycles)
+        last, half, quarter = (volumes[cycles // share - 1] for share in (1, 2, 4))
+        if max(abs(last - half), abs(half - quarter)) <= 1e-4 * last:
             break
-    ratio = (now - before) / (before - earlier) if before != earlier else 0.0
-    if not 0.0 < ratio < 0.99:
-        return now, now - before, forces
-    remaining = (now - before) * ratio / (1.0 - ratio)
-    return now + remaining, remaining, forces
+    return cycles, last, last - half, forces
 
 
 def cycles_step(scene, size, count, increments, more=""):
@@ -220,15 +219,15 @@ def cycles_step(scene, size, count, increments, more=""):
 
 
 def truth_of_cycle(program, folder, scene, size):
-    """Reference of one cycle: extrapolated wear volume, its changes by refinement and by extrapolation over the cycles,
+    """Reference of one cycle: extrapolated wear volume, its changes by refinement and by the last half of the cycles,
     and extrapolated forces at the reversal points.
     """
     first = 32 if scene["minor"] is None else 64
-    coarse, _, coarse_forces = settled(program, folder, scene, size, first)
-    fine, settling, fine_forces = settled(program, folder, scene, size, 2 * first)
+    cycles, coarse, _, coarse_forces = settled(program, folder, scene, size, first)
+    cycles, fine, settling, fine_forces = settled(program, folder, scene, size, 2 * first, cycles)
     if scene["minor"] is None and abs(fine - coarse) > 0.5 * TOLERANCE * fine:
         coarse, coarse_forces = fine, fine_forces
-        fine, settling, fine_forces = settled(program, folder, scene, size, 4 * first)
+        _, fine, settling, fine_forces = settled(program, folder, scene, size, 4 * first, cycles)
     return {
         "volume": 2 * fine - coarse,
         "change": fine - coarse,

@@ -63,13 +63,13 @@ pub(super) fn contact_problems(step: &Step) -> usize {
     match step.kind.cycles() {
         None => step.increments,
         // The path points of a cycle are solved together, and each counts as one contact problem. With a given number
-        // of increments, cycles are resolved at the start and after each jump. Each time, three strokes have this
-        // number of increments, and three strokes have half of it.
+        // of increments, cycles are resolved at the start and after each jump. Cycles with this number of increments
+        // and with half of it are repeated, about twice. With the stroke before them these are five strokes each.
         Some(cycles) => {
             let given = step.kind.closed_path().and_then(|path| path.resolved_cycles?.increments);
             let solves = cycles.expected_solves(step.wear);
             step.kind.n_path_points() * solves
-                + given.map_or(0, |increments| 9 * increments / 2 * (solves / 2))
+                + given.map_or(0, |increments| 15 * increments / 2 * (solves / 2))
         }
     }
 }

@@ -1,19 +1,15 @@
 //! Refinement of a resolved cycle: the number of increments per stroke grows until the wear of the cycle changes
 //! little.
 
-use crate::contact::solver::StopReason;
-use crate::evolution::field_measures::volume;
 use crate::evolution::fretting::cycle_increment::{IncrementStart, Strokes, stroke_options};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::cycle_wear::{CycleWear, relative_rms_difference, volume_difference};
 use crate::evolution::fretting::path::FrettingPath;
 use crate::evolution::fretting::path_correction::{CycleSlip, PathCorrection};
-use crate::evolution::fretting::settings::REFINEMENT;
+use crate::evolution::fretting::repeated_cycle::ResolvedStart;
+use crate::evolution::fretting::settings::{REFINEMENT, SETTLING};
 use crate::evolution::fretting::wear_step_state::WearStepState;
-use crate::evolution::increment_solve::{ActiveLaws, ProgressSpan, increment_problem};
-use crate::evolution::run::{Advance, Run, RunEnd};
-use crate::evolution::solve_work::SolveWork;
-use crate::evolution::state;
+use crate::evolution::run::{Advance, Run};
 use crate::evolution::step::{ClosedPath, Correction, ResolvedCycleSettings};
 
 pub(super) struct RefinedCycle {
@@ -91,6 +87,13 @@ impl Refinement<'_> {
         increments >= REFINEMENT.min_increments.max(REFINEMENT.min_refinement * self.closed.increments)
     }
 
+    /// Whether a cycle with this number of increments is repeated until it is steady. Cycles so coarse that no result
+    /// depends on them, and cycles that only measure an error, are not repeated.
+    pub fn repeats(&self, increments: usize) -> bool {
+        self.settings.correction != Correction::Never
+            && (self.settings.increments.is_some() || 2 * increments >= REFINEMENT.min_increments)
+    }
+
     fn agree(&self, one: &CycleWear, other: &CycleWear) -> bool {
         volume_difference(one, other, self.areas) <= self.settings.tolerance
     }
@@ -134,10 +137,10 @@ impl Refinement<'_> {
         };
         let agrees_with_coupled = near && first.is_some_and(confirmed);
         let is_open = near && first.is_none_or(|(at, _)| increments < confirming(at));
-        let settled = !corrects || now.force_change(last) <= REFINEMENT.max_force_change;
+        let forces_agree = !corrects || now.force_change(last) <= REFINEMENT.max_force_change;
         let suffices = self.is_refined(increments)
             && !is_open
-            && settled
+            && forces_agree
             && (change <= tolerance || agrees_with_coupled);
         let is_last = suffices || increments >= most || self.settings.increments.is_some();
         Convergence { change, agrees_with_coupled, is_last }
@@ -153,10 +156,9 @@ impl Run<'_> {
     ) -> Advance<Option<RefinedCycle>> {
         let (extrapolates, coupled) = (refinement.extrapolates(), refinement.coupled);
         let mut increments = refinement.first_increments(wear_step.path_correction.as_ref());
-        // Each resolved cycle starts from a state of the previous, coarser cycle, so the tractions approach the
-        // steady state.
-        let mut start =
-            IncrementStart::at_path_point(&coupled.cycle.contact, refinement.path.reversal_index());
+        // Each resolved cycle starts from a state of the previous, coarser cycle.
+        let begin = IncrementStart::at_path_point(&coupled.cycle.contact, refinement.path.reversal_index());
+        let mut start = ResolvedStart::new(begin, coupled.cycle.stick_zone.may_drift());
         let mut coarser = if increments == refinement.closed.increments {
             coupled.wear.clone()
         } else {
@@ -233,99 +235,32 @@ impl Run<'_> {
         ));
     }
 
-    /// Computes wear and dissipation of a cycle at the wear depth of the coupled cycle. `None` if an increment does not
-    /// converge.
-    ///
-    /// `start` is the state at the - reversal point, where the cycle begins. On return, `start` is the state one cycle
-    /// later.
+    /// Computes wear and dissipation of a cycle at the wear depth of the coupled cycle. `None`, with a warning, if an
+    /// increment does not converge.
     fn resolved_cycle(
         &mut self,
         refinement: &Refinement,
         increments: usize,
         wear_step: &mut WearStepState,
-        start: &mut IncrementStart,
+        start: &mut ResolvedStart,
     ) -> Advance<Option<CycleWear>> {
-        let (step, coupled) = (self.step(), refinement.coupled);
+        let coupled = refinement.coupled;
         let path = refinement
             .path
             .refined(&ClosedPath { increments, ..*refinement.closed }, coupled.slip.slip_spread_share);
         let (loads, _) = self.loads_at(wear_step, coupled.completed / self.cycles().count);
         let options = stroke_options(&self.options);
-        // The span ends below the fraction 1, so the solver skips the check of the operator. Otherwise every
-        // increment would repeat this check.
-        let begun = wear_step.completed / self.cycles().count;
-        let progress = ProgressSpan { name: &step.name, from: begun, to: begun };
         let strokes = Strokes { path: &path, loads, wear_depth: &coupled.wear_depth, options: &options };
-        let (n, areas) = (coupled.wear_depth.len(), refinement.areas);
-        let mut wear = CycleWear { rate: vec![0.0; n], ..CycleWear::default() };
-        let (mut here, mut stroke_start, mut before) = (start.clone(), Vec::new(), [0.0; 3]);
-        // Three strokes are solved, and the last two count. After the first stroke, only sticking cells depend on the
-        // initial state. `drift` compares the wear volume of the last stroke with the first stroke.
-        let up = (increments + 1..=2 * increments).map(|point| (point, false));
-        let round = (1..=2 * increments).map(|point| (point, true));
-        for (point, counts) in up.chain(round) {
-            if (point - 1) % increments == 0 {
-                stroke_start.clone_from(&here.reference);
-            }
-            let solved = self.solve_cycle_increment(&strokes, point % (2 * increments), here, &progress)?;
-            wear_step.uncharged_work += SolveWork::of(&solved.report);
-            if solved.report.stop == StopReason::Interrupted {
-                return Err(RunEnd::Interrupted.into());
-            }
-            if solved.report.stop != StopReason::Converged {
-                self.result.warnings.push(format!(
-                        "step \"{}\": after {} cycles of the run, an increment of the resolved cycle did not converge. The wear then follows from the reversal points and earlier resolved cycles, without an estimate of the error due to the path between reversal points",
-                        step.name, wear_step.cycles_at(coupled.completed)
-                    ));
-                return Ok(None);
-            }
-            here = solved.next;
-            let depth = self.worn_per_pass(&here.contact);
-            if counts {
-                wear.rate.iter_mut().zip(&depth).for_each(|(sum, depth)| *sum += depth);
-                wear.power += solved.checks.dissipation;
-            }
-            if point > increments {
-                wear.drift += if counts { volume(&depth, areas) } else { -volume(&depth, areas) };
-            }
-            if counts && point % increments == 0 {
-                self.record_reversal(
-                    &strokes,
-                    usize::from(point == increments),
-                    &here,
-                    &stroke_start,
-                    &mut wear,
-                );
-            }
-            if counts && point == increments {
-                *start = here.clone();
-            }
-            if point == 2 * increments {
-                wear.body_drift = [0, 1].map(|k| here.contact.rigid_motion[0][k] - before[k]);
-                before = here.contact.rigid_motion[0];
-            }
+        let tolerance = SETTLING.tolerance_share * refinement.settings.tolerance;
+        let tolerance = refinement.repeats(increments).then_some(tolerance);
+        let wear = self.repeated_cycle(&strokes, refinement.areas, tolerance, wear_step, start)?;
+        if wear.is_none() {
+            self.result.warnings.push(format!(
+                "step \"{}\": after {} cycles of the run, an increment of the resolved cycle did not converge. The wear then follows from the reversal points and earlier resolved cycles, without an estimate of the error due to the path between reversal points",
+                self.step().name, wear_step.cycles_at(coupled.completed)
+            ));
         }
-        Ok(Some(wear))
-    }
-
-    /// Stores resultants and fields at a reversal point; `reversal` is 0 for +, 1 for -. `from` is the tangential gap
-    /// at the start of the stroke, `[2, N]`, mm. The slip of the fields is the change of the gap since then.
-    fn record_reversal(
-        &self,
-        strokes: &Strokes,
-        reversal: usize,
-        here: &IncrementStart,
-        from: &[f64],
-        wear: &mut CycleWear,
-    ) {
-        let &Strokes { wear_depth, options, .. } = strokes;
-        let laws = ActiveLaws { wear: false, ..ActiveLaws::of(self.step()) };
-        let problem = increment_problem(&self.prepared, options, wear_depth, laws, Vec::new());
-        wear.reversals[reversal] = state::resultants(&self.prepared, &problem, &here.contact, 0);
-        let mut fields = state::frame_state(&problem, &here.contact, 0, wear_depth);
-        let slip = here.reference.iter().zip(from).map(|(end, start)| end - start);
-        fields.slip.iter_mut().zip(slip).for_each(|(to, slip)| *to = slip);
-        wear.fields = Some(fields);
+        Ok(wear)
     }
 }
 

@@ -11,9 +11,8 @@ pub(super) struct CycleWear {
     pub rate: Vec<f64>,
     /// Dissipation per cycle, N mm.
     pub power: f64,
-    /// Wear volume of the second stroke minus the wear volume of the same stroke one cycle earlier, mm3; 0 for steady
-    /// tractions.
-    pub drift: f64,
+    /// Estimated relative error of the wear volume from tractions that still change from cycle to cycle.
+    pub settling_error: f64,
     /// Resultants at the reversal points (+, -).
     pub reversals: [Resultants; 2],
     /// Change of the position of body 2 per cycle along x, y, mm.
@@ -57,8 +56,8 @@ impl CycleWear {
         Self {
             rate: rate.collect(),
             power: limit(self.power, coarser.power),
-            drift: limit(self.drift, coarser.drift),
             reversals,
+            settling_error: self.settling_error.max(coarser.settling_error),
             ..self.clone()
         }
     }

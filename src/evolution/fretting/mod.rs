@@ -8,7 +8,8 @@
 //! * Stick zone: `stick_zone` solves coupled cycles and decides which cells stick. `cycle_state` contains the stick
 //!   zone.
 //! * Path between the path points: `resolved_cycle` corrects the wear of a coupled cycle by a cycle with more
-//!   increments (`cycle_refinement`). `loops` records cycles with many increments.
+//!   increments (`cycle_refinement`). `repeated_cycle` repeats this cycle until it is steady (`settling`). `loops`
+//!   records cycles with many increments.
 
 mod critical_jump;
 mod cycle_increment;
@@ -27,6 +28,8 @@ mod rates;
 mod resolved_cycle;
 mod resolved_cycle_warnings;
 mod settings;
+mod repeated_cycle;
+mod settling;
 mod stick_zone;
 pub(super) mod strokes;
 mod wear_integrator;

@@ -198,7 +198,7 @@ impl<'a> Run<'a> {
             normal_force: coupled.wear.normal_force(),
             remaining_error: remaining.collect(),
             remaining_volume_error: over_all((all - resolved).abs() + last_volume.abs()),
-            settling_error: over_all(CORRECTION.drift_error_factor * wear.drift.abs()),
+            settling_error: wear.settling_error,
             reversal_correction: None,
             body_drift: wear.body_drift,
             fields: None,
@@ -230,9 +230,6 @@ impl PathCorrection {
         before: Option<&Self>,
         areas: &[f64],
     ) -> Self {
-        let volume = volume(&wear.rate, areas);
-        let settling_error =
-            if volume > 0.0 { CORRECTION.drift_error_factor * wear.drift.abs() / volume } else { 0.0 };
         let correction = rate_correction(&wear.rate, &coupled.wear.rate, areas);
         let factor_rate = match before {
             Some(before) if self.at_cycle > before.at_cycle => {
@@ -250,7 +247,6 @@ impl PathCorrection {
             dissipation_factor: if power > 0.0 { limited_factor(wear.power, power) } else { 1.0 },
             remaining_error: change.clone(),
             remaining_volume_error: 0.0,
-            settling_error,
             ..self
         }
     }

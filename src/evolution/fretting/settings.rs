@@ -114,6 +114,35 @@ pub(super) const REFINEMENT: RefinementSettings = RefinementSettings {
     loop_cycles: 2,
 };
 
+pub(super) struct SettlingSettings {
+    /// Share of the wear tolerance that is available for tractions that still change from cycle to cycle.
+    pub tolerance_share: f64,
+    /// Largest number of cycles with the same number of increments. Random scenes need up to 11.
+    pub max_cycles: usize,
+    /// Assumed change over all further cycles, divided by the change by the last cycle, as long as the ratio of
+    /// successive changes is unknown.
+    pub unknown_remaining_sum: f64,
+    /// Largest estimated change over all further cycles, divided by the change by the last cycle.
+    pub max_remaining_sum: f64,
+    /// Smallest cosine of the angle between the changes of the gap by two successive cycles with which these changes
+    /// form a geometric series.
+    pub min_cosine: f64,
+    /// Smallest ratio of a geometric series. Smaller ratios need no extrapolation.
+    pub min_ratio: f64,
+    /// Largest extrapolation, divided by the last change.
+    pub max_extrapolation: f64,
+}
+
+pub(super) const SETTLING: SettlingSettings = SettlingSettings {
+    tolerance_share: 0.2,
+    max_cycles: 40,
+    unknown_remaining_sum: 4.0,
+    max_remaining_sum: 50.0,
+    min_cosine: 0.9,
+    min_ratio: 0.3,
+    max_extrapolation: 20.0,
+};
+
 pub(super) struct CorrectionSettings {
     /// Smallest wear of a cell, relative to the largest wear, with which the cell has its own factor.
     pub negligible_wear_share: f64,
@@ -133,9 +162,6 @@ pub(super) struct CorrectionSettings {
     /// Factor by which the normal force changes before a cycle is resolved again. With another normal force, the
     /// elastic lag takes another share of the stroke.
     pub recheck_force_ratio: f64,
-    /// Ratio of two changes of the wear volume: the estimated change until the tractions are steady, and the change
-    /// from one cycle to the next.
-    pub drift_error_factor: f64,
     /// Smallest relative difference between the tangential forces of the coupled cycle and of the resolved cycle that
     /// causes a warning.
     pub min_reported_force_difference: f64,
@@ -150,6 +176,5 @@ pub(super) const CORRECTION: CorrectionSettings = CorrectionSettings {
     mean_error_share: 1.0 / 6.0,
     recheck_lag_growth: 2.0,
     recheck_force_ratio: 2.0,
-    drift_error_factor: 4.0,
     min_reported_force_difference: 0.02,
 };

@@ -83,8 +83,8 @@ impl Run<'_> {
             } else {
                 "Shorter jumps reduce the error (a smaller wear.tolerance, or more cycles.jumps)"
             }
-        } else if errors.settling > errors.increments {
-            "Tractions become steady only over many cycles, which resolved cycles omit: accept the error, or compute single strokes (history)"
+        } else if errors.settling > errors.increments && used.correction != Correction::Never {
+            "Tractions become steady only over more cycles than a resolved cycle is repeated (40): accept the error, or compute single strokes (history)"
         } else if used.correction == Correction::Never {
             "To correct the wear for the path between the reversal points, omit cycles.increments or use \"auto\""
         } else if used.increments.is_some() {
