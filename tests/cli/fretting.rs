@@ -7,7 +7,7 @@ use serde_json::Value;
 /// Largest allowed relative error of the wear of a cycle, for strokes along a line and along an ellipse. The reference wear is
 /// extrapolated from 32 and 64 increments per stroke (ellipse: 64 and 128). The error of this reference is about 1e-4 (ellipse:
 /// about 1e-3).
-const WEAR: [f64; 2] = [2e-3, 1e-2];
+const WEAR: [f64; 2] = [1e-3, 2e-3];
 /// Largest allowed error of the tangential force at a reversal point, relative to the largest force at a reversal point.
 const FORCE: f64 = 1e-2;
 

@@ -117,7 +117,7 @@ pub(super) const REFINEMENT: RefinementSettings = RefinementSettings {
 pub(super) struct SettlingSettings {
     /// Share of the wear tolerance that is available for tractions that still change from cycle to cycle.
     pub tolerance_share: f64,
-    /// Largest number of cycles with the same number of increments. Random scenes need up to 11.
+    /// Largest number of cycles with the same number of increments.
     pub max_cycles: usize,
     /// Assumed change over all further cycles, divided by the change by the last cycle, as long as the ratio of
     /// successive changes is unknown.
