@@ -158,9 +158,14 @@ impl ClosedPath {
     /// Graded increments are short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is
     /// the share of the stroke in which slip spreads: m = max(log2(1/transition), 2).
     pub fn graded_positions(&self, transition: f64) -> Vec<[f64; 2]> {
-        let graded = self.drive == Drive::Shift && self.amplitude[1] == 0.0;
+        let graded = self.drive == Drive::Shift && !self.is_ellipse();
         let exponent = transition.recip().log2().max(2.0);
         self.positions_at(|part| if graded { part.powf(exponent) } else { part })
+    }
+
+    /// Whether the path is an ellipse, not a line.
+    pub fn is_ellipse(&self) -> bool {
+        self.amplitude[1] != 0.0
     }
 
     /// Offset along x, y from the centre of the path. `position` is the position along the two semi-axes, divided by
@@ -177,7 +182,7 @@ impl ClosedPath {
         let k = self.increments as f64;
         let position = |end: usize| {
             let at = end as f64;
-            if self.amplitude[1] == 0.0 {
+            if !self.is_ellipse() {
                 let back = end > self.increments;
                 let along = 1.0 - 2.0 * of(if back { at - k } else { at } / k);
                 return [if back { -along } else { along }, 0.0];

@@ -43,6 +43,13 @@ pub(super) struct Refinement<'r> {
     pub areas: &'r [f64],
 }
 
+/// Largest number of increments per stroke of a resolved cycle on the path `closed`.
+pub(super) fn max_increments(closed: &ClosedPath) -> usize {
+    let most =
+        if closed.is_ellipse() { REFINEMENT.max_increments_on_ellipses } else { REFINEMENT.max_increments };
+    most.max(4 * closed.increments)
+}
+
 /// Increments per stroke and wear of a resolved cycle.
 type Resolution = (usize, CycleWear);
 
@@ -66,11 +73,7 @@ impl Refinement<'_> {
     /// Whether extrapolated wear and forces are extrapolated once more. On an ellipse they converge slowly, with second
     /// order.
     fn extrapolates_twice(&self) -> bool {
-        self.extrapolates() && self.closed.amplitude[1] != 0.0
-    }
-
-    fn max_increments(&self) -> usize {
-        REFINEMENT.max_increments.max(4 * self.closed.increments)
+        self.extrapolates() && self.closed.is_ellipse()
     }
 
     /// Increments per stroke of the first cycle. A given number is halved first, because the difference from the cycle
@@ -108,7 +111,7 @@ impl Refinement<'_> {
         let confirms = self.may_agree()
             && first.is_some_and(|(at, wear)| increments == *at && self.agree(&self.coupled.wear, wear));
         if confirms {
-            REFINEMENT.confirming_refinement.min(self.max_increments() / increments).max(2)
+            REFINEMENT.confirming_refinement.min(max_increments(self.closed) / increments).max(2)
         } else {
             2
         }
@@ -122,7 +125,7 @@ impl Refinement<'_> {
         [now, last]: [&CycleWear; 2],
         first: Option<&Resolution>,
     ) -> Convergence {
-        let (corrects, most) = (self.settings.correction != Correction::Never, self.max_increments());
+        let (corrects, most) = (self.settings.correction != Correction::Never, max_increments(self.closed));
         let change =
             REFINEMENT.cell_change_share * relative_rms_difference(&now.rate, &last.rate, self.areas);
         let change = change.max(volume_difference(now, last, self.areas));
@@ -218,7 +221,7 @@ impl Run<'_> {
         found: &Convergence,
         wear_step: &WearStepState,
     ) {
-        let most = refinement.max_increments();
+        let most = max_increments(refinement.closed);
         let known = wear_step.path_correction.as_ref().is_some_and(|before| before.increments >= most);
         let corrects = refinement.settings.correction != Correction::Never;
         let given = refinement.settings.increments.is_some();

@@ -70,6 +70,9 @@ pub(super) struct RefinementSettings {
     /// Largest number of increments per stroke. If four times the increments of the coupled cycle are more, this
     /// multiple is the limit.
     pub max_increments: usize,
+    /// The same limit on an ellipse. In two of six random scenes with ellipses, the error of the wear was 1.3e-3 and 2.2e-3 with
+    /// 64 increments, and 4e-4 with 128.
+    pub max_increments_on_ellipses: usize,
     /// Smallest number of increments per stroke of a resolved cycle. In 40 random scenes, cycles with 2 and 4
     /// increments agreed by chance.
     pub min_increments: usize,
@@ -101,6 +104,7 @@ pub(super) struct RefinementSettings {
 
 pub(super) const REFINEMENT: RefinementSettings = RefinementSettings {
     max_increments: 64,
+    max_increments_on_ellipses: 128,
     min_increments: 8,
     tolerance_share: 0.5,
     cell_change_share: 0.5,

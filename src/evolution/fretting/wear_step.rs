@@ -8,12 +8,13 @@ use crate::contact::{NormalControl, TangentialControl, Unknowns};
 use crate::error::warning;
 use crate::evolution::checkpoint::StepProgress;
 use crate::evolution::controls::{ActiveControls, PrescribedLoads};
-use crate::evolution::fretting::cycle_refinement::percent;
+use crate::evolution::fretting::cycle_refinement::{max_increments, percent};
 use crate::evolution::fretting::cycle_state::CycleState;
 use crate::evolution::fretting::path::FrettingPath;
-use crate::evolution::fretting::settings::WEAR_STEP;
+use crate::evolution::fretting::settings::{SETTLING, WEAR_STEP};
 use crate::evolution::fretting::wear_step_state::{SlipSource, WearStepState};
 use crate::evolution::observer::CheckpointEvent;
+use crate::evolution::records::WearErrors;
 use crate::evolution::run::{Advance, Run, RunEnd};
 use crate::evolution::solve_work::SolveWork;
 use crate::evolution::state;
@@ -63,7 +64,9 @@ impl Run<'_> {
     }
 
     fn warn_of_wear_error(&mut self) {
-        let Some(ClosedPath { resolved_cycles: Some(used), .. }) = self.step().kind.closed_path() else {
+        let Some((path, used)) =
+            self.step().kind.closed_path().and_then(|path| Some((path, path.resolved_cycles?)))
+        else {
             return;
         };
         let Some(record) = self.result.records.last().filter(|record| record.worn_volume > 0.0) else {
@@ -75,33 +78,58 @@ impl Run<'_> {
             return;
         }
         let errors = record.worn_volume_error_by_source;
-        let jumps = self.result.records.iter().filter_map(|record| record.jump);
-        let longer = jumps.filter(|jump| jump.length > 1.0).map(|jump| jump.volume_error).sum::<f64>();
-        let remedy = if errors.jumps >= errors.increments.max(errors.settling) {
-            if longer < 0.5 * errors.jumps {
-                "A jump cannot be shorter than one cycle: check the specific wear rates, or use a smaller amplitude"
-            } else {
-                "Shorter jumps reduce the error (a smaller wear.tolerance, or more cycles.jumps)"
-            }
-        } else if errors.settling > errors.increments && used.correction != Correction::Never {
-            "Tractions become steady only over more cycles than a resolved cycle is repeated (40): accept the error, or compute single strokes (history)"
-        } else if used.correction == Correction::Never {
-            "To correct the wear for the path between the reversal points, omit cycles.increments or use \"auto\""
-        } else if used.increments.is_some() {
-            "Increase cycles.increments, or omit it"
-        } else {
-            "A smaller wear.tolerance resolves cycles further, into at most 64 increments per stroke; smaller cells help where the stick zone moves"
-        };
         let percent = |error: f64| format_short(100.0 * error / record.worn_volume);
         self.result.warnings.push(warning(&format!(
-            "step \"{}\": the estimated error of the wear volume is {} %, more than wear.tolerance = {:e}: {} % by jumps, {} % by the increments per stroke, {} % by tractions that still change from cycle to cycle. {remedy}",
+            "step \"{}\": the estimated error of the wear volume is {} %, more than wear.tolerance = {:e}: {} % by jumps, {} % by the increments per stroke, {} % by tractions that still change from cycle to cycle. {}",
             self.step().name,
             percent(record.worn_volume_error),
             used.error_warning,
             percent(errors.jumps),
             percent(errors.increments),
-            percent(errors.settling)
+            percent(errors.settling),
+            self.wear_error_remedy(errors, path, used)
         )));
+    }
+
+    /// Advice against the largest of the `errors` of the wear volume, for cycles along `path`.
+    fn wear_error_remedy(
+        &self,
+        errors: WearErrors,
+        path: &ClosedPath,
+        used: ResolvedCycleSettings,
+    ) -> String {
+        let jumps = self.result.records.iter().filter_map(|record| record.jump);
+        let longer = jumps.filter(|jump| jump.length > 1.0).map(|jump| jump.volume_error).sum::<f64>();
+        if errors.jumps >= errors.increments.max(errors.settling) {
+            if longer < 0.5 * errors.jumps {
+                "A jump cannot be shorter than one cycle: check the specific wear rates, or use a smaller amplitude"
+            } else {
+                "Shorter jumps reduce the error (a smaller wear.tolerance, or more cycles.jumps)"
+            }
+            .to_owned()
+        } else if errors.settling > errors.increments && used.correction != Correction::Never {
+            format!(
+                "Tractions become steady only over more cycles than a resolved cycle is repeated ({}): accept the error, or compute single strokes (history)",
+                SETTLING.max_cycles
+            )
+        } else if used.correction == Correction::Never {
+            "To correct the wear for the path between the reversal points, omit cycles.increments or use \"auto\"".to_owned()
+        } else if used.increments.is_some() {
+            "Increase cycles.increments, or omit it".to_owned()
+        } else {
+            let most = max_increments(path);
+            let resolved = self.result.records.iter().filter_map(|record| record.jump?.resolved).max();
+            let more = if resolved >= Some(most) {
+                format!(
+                    "The cycle was already resolved into the largest number of increments per stroke ({most}): accept the error"
+                )
+            } else {
+                format!(
+                    "A smaller wear.tolerance resolves cycles further, into at most {most} increments per stroke"
+                )
+            };
+            format!("{more}; smaller cells help where the stick zone moves")
+        }
     }
 
     /// Lists the correction by resolved cycles as omitted work if the last resolved cycle did not correct the wear.
