@@ -138,7 +138,7 @@ fn note(plan: &Plan, checkpoint: &RunCheckpoint, before: &Grid, now: &Grid) -> S
     let after = mesh_motion::position_in_run(plan, checkpoint);
     let [x, y] = now.half_width().map(format_number);
     format!(
-        "wear extended the contact to the edge of the frame{after}; the frame was enlarged from {} x {} to {} x {} cells, half_width = [{x}, {y}]. Starting with a frame of this size avoids repeated work",
+        "the contact reached the edge of the frame{after}; the frame was enlarged from {} x {} to {} x {} cells, half_width = [{x}, {y}]. Starting with a frame of this size avoids repeated work",
         before.cells[0], before.cells[1], now.cells[0], now.cells[1]
     )
 }

@@ -102,7 +102,7 @@ impl Run<'_> {
     pub(super) fn stop_at_frame_edge(&mut self, wear_step: &WearStepState, jump: &WearJump) -> RunEnd {
         let unit = wear_step.length_unit();
         self.result.warnings.push(format!(
-            "step \"{}\" ({}): wear extends the contact to the edge of the frame between {} and {} {unit}; this jump is not applied, because the contact would be cut off at the edge",
+            "step \"{}\" ({}): the contact reaches the edge of the frame between {} and {} {unit}; this jump is not applied, because the contact would be cut off at the edge",
             self.step().name,
             wear_step.jumps_done + 1,
             wear_step.completed,

@@ -28,7 +28,7 @@ struct FoundJump {
 
 impl Run<'_> {
     pub(super) fn take_jump(&mut self, wear_step: &mut WearStepState) -> Advance {
-        let clock = Instant::now();
+        let clock = wear_step.begun.take().unwrap_or_else(Instant::now);
         if self.is_worn_out(wear_step) {
             return self.finish_worn_out_step(wear_step, clock);
         }
@@ -129,12 +129,15 @@ impl Run<'_> {
         let jump = self.integrate(spec, wear_step, progress)?;
         let whole = matches!(wear_step.slip_source, SlipSource::ClosedPath(_));
         let (what, remedy) = if whole && length <= 1.0 {
-            ("one cycle".to_owned(), "a jump cannot be shorter: check the specific wear rate and its unit")
+            (
+                "one cycle".to_owned(),
+                "a jump cannot be shorter: check the loads, the specific wear rate and its unit",
+            )
         } else {
             (format!("{length} {}", wear_step.length_unit()), "use more jumps for a more accurate result")
         };
         self.result.warnings.push(format!(
-            "step \"{}\" ({}): the jump of {what} wears so much that cells lose contact, which the second-order integrator does not allow. The less accurate Backward Euler method was used for this jump; {remedy}",
+            "step \"{}\" ({}): in the jump of {what} more cells lose contact than the second-order integrator allows. The less accurate Backward Euler method was used for this jump; {remedy}",
             self.step().name,
             wear_step.jumps_done + 1
         ));

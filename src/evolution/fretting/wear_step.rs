@@ -53,7 +53,7 @@ impl Run<'_> {
         if self.observer.wants_loops() {
             self.record_fretting_loop(wear_step)?;
         }
-        self.warn_of_wear_error();
+        self.warn_of_wear_error(wear_step);
         self.record_omitted_correction(wear_step);
         self.controls.normal = wear_step.load_path.end.normal;
         let steps_follow = self.step_index + 1 < self.steps.len();
@@ -63,12 +63,9 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn warn_of_wear_error(&mut self) {
-        let Some((path, used)) =
-            self.step().kind.closed_path().and_then(|path| Some((path, path.resolved_cycles?)))
-        else {
-            return;
-        };
+    fn warn_of_wear_error(&mut self, wear_step: &WearStepState) {
+        let Some(path) = self.step().kind.closed_path() else { return };
+        let Some(used) = path.resolved_cycles else { return };
         let Some(record) = self.result.records.last().filter(|record| record.worn_volume > 0.0) else {
             return;
         };
@@ -87,7 +84,7 @@ impl Run<'_> {
             percent(errors.jumps),
             percent(errors.increments),
             percent(errors.settling),
-            self.wear_error_remedy(errors, path, used)
+            self.wear_error_remedy(errors, path, used, wear_step)
         )));
     }
 
@@ -97,6 +94,7 @@ impl Run<'_> {
         errors: WearErrors,
         path: &ClosedPath,
         used: ResolvedCycleSettings,
+        wear_step: &WearStepState,
     ) -> String {
         let jumps = self.result.records.iter().filter_map(|record| record.jump);
         let longer = jumps.filter(|jump| jump.length > 1.0).map(|jump| jump.volume_error).sum::<f64>();
@@ -117,18 +115,14 @@ impl Run<'_> {
         } else if used.increments.is_some() {
             "Increase cycles.increments, or omit it".to_owned()
         } else {
-            let most = max_increments(path);
-            let resolved = self.result.records.iter().filter_map(|record| record.jump?.resolved).max();
-            let more = if resolved >= Some(most) {
+            let resolved = wear_step.path_correction.as_ref().map_or(0, |resolved| resolved.increments);
+            if resolved >= max_increments(path) {
                 format!(
-                    "The cycle was already resolved into the largest number of increments per stroke ({most}): accept the error"
+                    "Cycles are not resolved into more than {resolved} increments per stroke: use smaller cells where the stick zone moves, or accept the error"
                 )
             } else {
-                format!(
-                    "A smaller wear.tolerance resolves cycles further, into at most {most} increments per stroke"
-                )
-            };
-            format!("{more}; smaller cells help where the stick zone moves")
+                "A smaller wear.tolerance resolves cycles into more increments per stroke; smaller cells help where the stick zone moves".to_owned()
+            }
         }
     }
 
@@ -168,6 +162,7 @@ impl Run<'_> {
         wear_step.initial_peak_pressure = wear_step.cycle.peak_pressure();
         self.refuse_unstable(&wear_step)?;
         wear_step.step_controller = self.step_controller(&wear_step);
+        wear_step.begun = Some(clock);
         if self.observer.wants_loops() {
             self.record_fretting_loop(&wear_step)?;
         }
@@ -219,6 +214,7 @@ impl Run<'_> {
         };
         WearStepState {
             cycle: cycle.into(),
+            begun: None,
             uncharged_work: SolveWork::default(),
             slip_source,
             completed: 0.0,
