@@ -152,15 +152,25 @@ impl ClosedPath {
         self.positions_at(|part| part)
     }
 
-    /// As [`Self::positions`], but with graded increments on a line with prescribed displacement. Graded increment k of
-    /// K ends at the fraction (k/K)^m of its stroke.
+    /// As [`Self::positions`], but with graded increments on a line. `transition` (0 to 1) is the share of the stroke
+    /// in which slip spreads over the contact.
     ///
-    /// Graded increments are short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is
-    /// the share of the stroke in which slip spreads: m = max(log2(1/transition), 2).
+    /// With prescribed displacement, increment k of K ends at the fraction (k/K)^m of its stroke,
+    /// m = max(log2(1/transition), 2). Increments are short after each reversal, where slip spreads.
+    ///
+    /// With prescribed force, increment k ends at 1 - (1 - k/K)^m, m = 2 + 2 log2(1/transition), at most 4. Increments
+    /// are short before each reversal, where slip grows fastest. Near gross sliding, most of the slip of a stroke occurs
+    /// under the last percent of the force.
     pub fn graded_positions(&self, transition: f64) -> Vec<[f64; 2]> {
-        let graded = self.drive == Drive::Shift && !self.is_ellipse();
-        let exponent = transition.recip().log2().max(2.0);
-        self.positions_at(|part| if graded { part.powf(exponent) } else { part })
+        let halvings = transition.recip().log2().max(0.0);
+        match self.drive {
+            _ if self.is_ellipse() => self.positions(),
+            Drive::Shift => self.positions_at(|part| part.powf(halvings.max(2.0))),
+            Drive::Force => {
+                let exponent = (2.0 + 2.0 * halvings).min(4.0);
+                self.positions_at(|part| 1.0 - (1.0 - part).powf(exponent))
+            }
+        }
     }
 
     /// Whether the path is an ellipse, not a line.
@@ -350,12 +360,13 @@ pub struct Step {
 mod tests {
     use super::*;
 
-    /// Truth: increment 1 of 2 ends at the share (1/2)^m = min(1/4, transition) of a stroke. With 8 increments, positions decrease
-    /// from one reversal point to the other, and the second stroke mirrors the first.
+    /// Truth: increment 1 of 2 ends at the share (1/2)^m = min(1/4, transition) of a displacement, and at the share 1 - (1/2)^m =
+    /// 1 - transition^2 / 4 of a force, at most 15/16. With 8 increments, positions decrease from one reversal point to the other,
+    /// and the second stroke mirrors the first.
     #[test]
     fn graded_increments() {
-        let path = |increments: usize| ClosedPath {
-            drive: Drive::Shift,
+        let path = |drive: Drive, increments: usize| ClosedPath {
+            drive,
             amplitude: [2.0, 0.0],
             angle: 0.0,
             increments,
@@ -364,10 +375,12 @@ mod tests {
         let offsets_of = |path: &ClosedPath, transition: f64| -> Vec<[f64; 2]> {
             path.graded_positions(transition).into_iter().map(|position| path.offset(position)).collect()
         };
-        for (transition, first) in [(1.0, 0.25), (0.25, 0.25), (0.05, 0.05)] {
-            let offsets = offsets_of(&path(2), transition);
+        let by_displacement = [(1.0, 0.25), (0.25, 0.25), (0.05, 0.05)].map(|case| (Drive::Shift, case));
+        let by_force = [(1.0, 0.75), (0.8, 0.84), (0.05, 0.9375)].map(|case| (Drive::Force, case));
+        for (drive, (transition, first)) in by_displacement.into_iter().chain(by_force) {
+            let offsets = offsets_of(&path(drive, 2), transition);
             assert!((offsets[1][0] - (2.0 - 4.0 * first)).abs() < 1e-14, "{offsets:?}");
-            let offsets = offsets_of(&path(8), transition);
+            let offsets = offsets_of(&path(drive, 8), transition);
             assert_eq!((offsets.len(), offsets[0][0], offsets[8][0]), (16, 2.0, -2.0));
             assert!(offsets[..9].windows(2).all(|pair| pair[1][0] < pair[0][0]), "{offsets:?}");
             assert!((0..8).all(|k| offsets[k + 8][0] == -offsets[k][0]), "{offsets:?}");

@@ -98,6 +98,12 @@ impl CycleState {
     }
 }
 
+/// Whether two successive drifts of body 2, the later one first, agree within `max_drift_change`.
+fn is_steady((now, before): ([f64; 2], [f64; 2])) -> bool {
+    let change = (now[0] - before[0]).hypot(now[1] - before[1]);
+    change <= STICK_ZONE.max_drift_change * now[0].hypot(now[1])
+}
+
 impl Run<'_> {
     /// Solves the path points of a cycle together and decides the stick zone of the cycle. Also solves steady sliding,
     /// which has no stick zone.
@@ -202,8 +208,9 @@ impl Run<'_> {
         Ok(outcome)
     }
 
-    /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If a stroke does not converge,
-    /// the path points keep the solution in which they were solved together.
+    /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If every cycle moves body 2 by
+    /// the same distance, and nothing else changes, no cell sticks. If a stroke does not converge, the path points keep
+    /// the solution in which they were solved together.
     fn recompute_stick_zone(
         &mut self,
         strokes: &Strokes,
@@ -222,6 +229,7 @@ impl Run<'_> {
         let mut solves = 0;
         let mut sum = SolveReport { stop: StopReason::Converged, ..SolveReport::default() };
         let mut before: Option<Responses> = None;
+        let (mut drift, mut is_steady_drift): (Option<[f64; 2]>, bool) = (None, false);
         for _ in 0..STICK_ZONE.max_settling_cycles {
             let up = half + 1..path.len() + 1;
             for (k, point) in up.map(|point| point % path.len()).chain(1..half + 1).enumerate() {
@@ -248,11 +256,16 @@ impl Run<'_> {
                 reference = solved.next.reference;
             }
             let found = self.responses_at_path_points(cycle, path);
-            // If the cycle is still not periodic after the last pass, its stick zone is used nevertheless.
-            if before.is_some_and(|before| found.are_periodic(&before)) {
-                break;
+            if before.as_ref().is_some_and(|before| found.are_periodic(before)) {
+                return Ok((sum, solves));
             }
-            before = Some(found);
+            let now = before.as_ref().and_then(|before| found.drift_since(before));
+            is_steady_drift = now.zip(drift).is_some_and(is_steady);
+            (drift, before) = (now, Some(found));
+        }
+        // The cycle is not periodic. Its stick zone is used, unless cells of the zone slip little in every cycle.
+        if is_steady_drift && cycle.stick_zone.origin.is_some() && !path.is_held() {
+            cycle.stick_zone.mask.fill(false);
         }
         Ok((sum, solves))
     }

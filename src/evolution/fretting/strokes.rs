@@ -33,8 +33,19 @@ impl Responses {
     /// `periodic_tolerance` of their range. If body 2 may drift in one of the cycles, positions are compared relative
     /// to the first point.
     pub(super) fn are_periodic(&self, before: &Self) -> bool {
+        self.agree_with(before, self.may_drift || before.may_drift)
+    }
+
+    /// Motion of body 2 along x, y since the previous cycle `before`, if this motion is the only change of the cycle.
+    /// The responses must be displacements.
+    pub(super) fn drift_since(&self, before: &Self) -> Option<[f64; 2]> {
+        self.agree_with(before, true).then(|| [0, 1].map(|k| self.values[0][k] - before.values[0][k]))
+    }
+
+    /// `from_first_point`: whether the responses are compared relative to the first point.
+    fn agree_with(&self, before: &Self, from_first_point: bool) -> bool {
         let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-        let from = |of: &Self| if self.may_drift || before.may_drift { of.values[0] } else { [0.0; 2] };
+        let from = |of: &Self| if from_first_point { of.values[0] } else { [0.0; 2] };
         let (origin, origin_before) = (from(self), from(before));
         let both = self.values.iter().zip(&before.values);
         let relative = |a: &[f64; 2], b: &[f64; 2]| [a[0] - b[0], a[1] - b[1]];
@@ -250,5 +261,10 @@ mod tests {
         }
         assert!(are_periodic(before, [false, false]));
         assert!(!are_periodic(shifted, [false, false]));
+        let drift = |now| responses(now, false).drift_since(&responses(before, false));
+        assert_eq!(
+            (drift(shifted), drift(before), drift(changed)),
+            (Some([3.0, -2.0]), Some([0.0; 2]), None)
+        );
     }
 }
