@@ -104,6 +104,14 @@ pub enum Drive {
     Force,
 }
 
+/// Smallest exponent m of graded increments. At 0.997 of the friction limit, the error of the wear under force cycles was
+/// 15 % with m = 1 and 1 % with m = 2.
+const MIN_GRADING: f64 = 2.0;
+
+/// Largest exponent of graded increments of force strokes. At 0.999 of the friction limit, the error of the wear was 60 %
+/// with m = 1, and below 1 % with m = 3 and 4.
+const MAX_FORCE_GRADING: f64 = 4.0;
+
 const TYPICAL_CONTROLLED_JUMPS: usize = 6;
 
 impl Cycles {
@@ -158,16 +166,18 @@ impl ClosedPath {
     /// With prescribed displacement, increment k of K ends at the fraction (k/K)^m of its stroke,
     /// m = max(log2(1/transition), 2). Increments are short after each reversal, where slip spreads.
     ///
-    /// With prescribed force, increment k ends at 1 - (1 - k/K)^m, m = 2 + 2 log2(1/transition), at most 4. Increments
-    /// are short before each reversal, where slip grows fastest. Near gross sliding, most of the slip of a stroke occurs
-    /// under the last percent of the force.
+    /// With prescribed force, increment k ends at 1 - (1 - k/K)^m, m = 2 + 2 log2(1/transition), at most
+    /// `MAX_FORCE_GRADING`. Increments are short before each reversal, where slip grows fastest. Near gross sliding, most
+    /// of the slip of a stroke occurs under the last percent of the force.
     pub fn graded_positions(&self, transition: f64) -> Vec<[f64; 2]> {
         let halvings = transition.recip().log2().max(0.0);
+        if self.is_ellipse() {
+            return self.positions();
+        }
         match self.drive {
-            _ if self.is_ellipse() => self.positions(),
-            Drive::Shift => self.positions_at(|part| part.powf(halvings.max(2.0))),
+            Drive::Shift => self.positions_at(|part| part.powf(halvings.max(MIN_GRADING))),
             Drive::Force => {
-                let exponent = (2.0 + 2.0 * halvings).min(4.0);
+                let exponent = (MIN_GRADING + 2.0 * halvings).min(MAX_FORCE_GRADING);
                 self.positions_at(|part| 1.0 - (1.0 - part).powf(exponent))
             }
         }

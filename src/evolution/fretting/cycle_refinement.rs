@@ -171,7 +171,9 @@ impl Run<'_> {
             wear
         };
         let mut last: Option<CycleWear> = (!extrapolates).then(|| coarser.clone());
-        let (mut once_before, mut first): (Option<CycleWear>, Option<Resolution>) = (None, None);
+        // Cycle extrapolated once, with the ratio of its numbers of increments.
+        let mut once_before: Option<(CycleWear, usize)> = None;
+        let mut first: Option<Resolution> = None;
         loop {
             let ratio = refinement.next_ratio(increments, first.as_ref());
             increments = refinement.settings.increments.unwrap_or(ratio * increments);
@@ -180,12 +182,14 @@ impl Run<'_> {
             };
             let once = if extrapolates { wear.extrapolated(&coarser, ratio as f64) } else { wear.clone() };
             let now = match &once_before {
-                Some(before) if refinement.extrapolates_twice() => {
-                    once.extrapolated(before, (ratio * ratio) as f64)
+                // The first extrapolation leaves an error b / (K k) with the numbers of increments K and k of its two
+                // cycles. From one extrapolation to the next, this error decreases by the product of both ratios.
+                Some((before, ratio_before)) if refinement.extrapolates_twice() => {
+                    once.extrapolated(before, (ratio_before * ratio) as f64)
                 }
                 _ => once.clone(),
             };
-            once_before = Some(once);
+            once_before = Some((once, ratio));
             if first.is_none() && increments >= REFINEMENT.min_refinement * refinement.closed.increments {
                 first = Some((increments, now.clone()));
             }

@@ -27,8 +27,7 @@ struct FoundJump {
 }
 
 impl Run<'_> {
-    pub(super) fn take_jump(&mut self, wear_step: &mut WearStepState) -> Advance {
-        let clock = wear_step.begun.take().unwrap_or_else(Instant::now);
+    pub(super) fn take_jump(&mut self, wear_step: &mut WearStepState, clock: Instant) -> Advance {
         if self.is_worn_out(wear_step) {
             return self.finish_worn_out_step(wear_step, clock);
         }

@@ -98,8 +98,8 @@ impl CycleState {
     }
 }
 
-/// Whether two successive drifts of body 2, the later one first, agree within `max_drift_change`.
-fn is_steady((now, before): ([f64; 2], [f64; 2])) -> bool {
+/// Whether the drift of body 2 in a cycle agrees within `max_drift_change` with the drift in the cycle before.
+fn is_steady(now: [f64; 2], before: [f64; 2]) -> bool {
     let change = (now[0] - before[0]).hypot(now[1] - before[1]);
     change <= STICK_ZONE.max_drift_change * now[0].hypot(now[1])
 }
@@ -208,8 +208,8 @@ impl Run<'_> {
         Ok(outcome)
     }
 
-    /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If every cycle moves body 2 by
-    /// the same distance, and nothing else changes, no cell sticks. If a stroke does not converge, the path points keep
+    /// Solves strokes until the cycle is periodic, and updates stick zone and stick gap. If the tenth cycle only
+    /// moves body 2, by nearly the same distance as the cycle before, no cell sticks. If a stroke does not converge, the path points keep
     /// the solution in which they were solved together.
     fn recompute_stick_zone(
         &mut self,
@@ -260,10 +260,11 @@ impl Run<'_> {
                 return Ok((sum, solves));
             }
             let now = before.as_ref().and_then(|before| found.drift_since(before));
-            is_steady_drift = now.zip(drift).is_some_and(is_steady);
+            is_steady_drift = now.zip(drift).is_some_and(|(now, before)| is_steady(now, before));
             (drift, before) = (now, Some(found));
         }
-        // The cycle is not periodic. Its stick zone is used, unless cells of the zone slip little in every cycle.
+        // The cycle is not periodic. If body 2 drifts steadily, the cells of the zone do not stick, but slip by less
+        // than the limit. Otherwise the zone is used.
         if is_steady_drift && cycle.stick_zone.origin.is_some() && !path.is_held() {
             cycle.stick_zone.mask.fill(false);
         }

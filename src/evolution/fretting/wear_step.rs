@@ -26,11 +26,13 @@ use crate::omitted::OmittedWork;
 impl Run<'_> {
     pub(in crate::evolution) fn run_wear_step(&mut self) -> Advance {
         loop {
+            // The time of a jump includes the resolved cycle at the start of the step.
+            let clock = Instant::now();
             // A jump changes this copy. If the run ends in the jump, it resumes from `self.progress`, the state
             // before the jump.
             let mut wear_step = match &self.progress {
                 StepProgress::WearStep(committed) => committed.clone(),
-                _ => Box::new(self.begin_wear_step()?),
+                _ => Box::new(self.begin_wear_step(clock)?),
             };
             if wear_step.completed >= self.cycles().count {
                 return self.finish_wear_step(&wear_step);
@@ -41,7 +43,7 @@ impl Run<'_> {
             if wear_step.rates_outdated {
                 self.reevaluate_rates(&mut wear_step)?;
             }
-            self.take_jump(&mut wear_step)?;
+            self.take_jump(&mut wear_step, clock)?;
             self.progress = StepProgress::WearStep(wear_step);
             self.record_rollback_point(CheckpointEvent::Entry)?;
         }
@@ -144,8 +146,7 @@ impl Run<'_> {
         ));
     }
 
-    fn begin_wear_step(&mut self) -> Advance<WearStepState> {
-        let clock = Instant::now();
+    fn begin_wear_step(&mut self, clock: Instant) -> Advance<WearStepState> {
         self.warn_of_small_jump_tolerance();
         self.apply_loads_before_contact();
         let mut wear_step = self.new_wear_step();
@@ -162,7 +163,6 @@ impl Run<'_> {
         wear_step.initial_peak_pressure = wear_step.cycle.peak_pressure();
         self.refuse_unstable(&wear_step)?;
         wear_step.step_controller = self.step_controller(&wear_step);
-        wear_step.begun = Some(clock);
         if self.observer.wants_loops() {
             self.record_fretting_loop(&wear_step)?;
         }
@@ -214,7 +214,6 @@ impl Run<'_> {
         };
         WearStepState {
             cycle: cycle.into(),
-            begun: None,
             uncharged_work: SolveWork::default(),
             slip_source,
             completed: 0.0,

@@ -1,7 +1,5 @@
 //! State of a wear step in progress.
 
-use std::time::Instant;
-
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{NormalControl, PathPoint, SlipReference, TangentialControl};
@@ -28,9 +26,6 @@ pub struct WearStepState {
     /// Path of the loads from the start of the step to its end, without the cyclic motion or force.
     pub load_path: LoadPath,
     pub step_controller: StepController,
-    /// Start of the step, until the first jump begins. The time of its record includes the first resolved cycle.
-    #[serde(skip)]
-    pub begun: Option<Instant>,
     /// Solver work that no record contains yet.
     pub uncharged_work: SolveWork,
     pub jumps_done: usize,
